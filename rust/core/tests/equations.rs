@@ -3,11 +3,11 @@
 mod straight;
 
 use popsteer_core::laws::{
-    LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams, PurePursuitState,
-    Stanley, StanleyParams,
+    LateralLaw, Pid, PidParams, PidState, Pop, PopParams, PurePursuit, PurePursuitParams,
+    PurePursuitState, Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{Point, Status, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
 use straight::{CAR, assert_close, beside, straight};
 
 /// The angles on the way through `places`, a tenth of a second apart.
@@ -56,6 +56,46 @@ fn test_pure_pursuit_drives_the_circle_through_the_lookahead_point() {
     assert_close(angle(law(false), behind), -1.0_f64.atan());
     let behind = beside(30.0, 0.0, -2.5, 5.0);
     assert_close(angle(law(false), behind), 1.0_f64.atan());
+}
+
+/// Algorithm 1: of the angles about the last one, the one whose location a step later lies closest
+/// to the lookahead point.
+#[test]
+fn test_pop_takes_the_candidate_predicted_closest_to_the_lookahead_point() {
+    let params = PopParams {
+        lookahead_gain: 0.3,
+        min_lookahead: Some(5.0),
+        steer_span: 0.06,
+        candidate_count: 13,
+        ..PopParams::DEFAULT
+    };
+    let places: Vec<_> = (0..30_u32)
+        .map(|k| {
+            let wave = |rate: f64| (rate * f64::from(k)).sin();
+            (1.5 * wave(0.3), 0.4 * wave(0.17), 8.0 + 6.0 * wave(0.5))
+        })
+        .collect();
+    let steps: Vec<_> = places
+        .iter()
+        .map(|&(left, heading, speed)| beside(30.0, left, heading, speed))
+        .collect();
+    let found = angles(Pop::new(CAR, params).unwrap(), &steps);
+    let mut last = 0.0;
+    for (&(left, heading, speed), found) in places.iter().zip(found) {
+        // The front axle, and the point on the path ahead of it.
+        let front = left + 3.0 * heading.sin();
+        let lookahead = 5.0 + 0.3 * speed;
+        let ahead = (lookahead * lookahead - front * front).sqrt();
+        let distance = |steer: f64| {
+            let travel = 0.1 * speed;
+            let (sin, cos) = (heading + steer).sin_cos();
+            (travel * cos - ahead).hypot(travel * sin + front)
+        };
+        let candidates = (-6..=6).map(|k| last + 0.01 * f64::from(k));
+        let best = candidates.min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        last = best.unwrap();
+        assert_close(found, last);
+    }
 }
 
 #[test]
@@ -130,6 +170,67 @@ fn test_pid_weighs_the_error_its_sum_and_its_rate() {
                 assert_close(angle, expected);
             }
         }
+    }
+}
+
+/// Along a bend at a constant distance from it the error does not change, however far a step goes.
+#[test]
+fn test_rate_of_a_pid_is_none_at_a_constant_distance_from_a_bend() {
+    let point =
+        |angle: f64, radius: f64| (50.0 + radius * angle.cos(), -20.0 + radius * angle.sin());
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..1440)
+        .map(|k| point(f64::from(k) * std::f64::consts::TAU / 1440.0, 20.0))
+        .unzip();
+    let path = Path::new(&x, &y, None, true).unwrap();
+    let params = PidParams {
+        kp: Some(0.0),
+        ki: Some(0.0),
+        kd: Some(0.5),
+        smoothing_length: Some(2.0),
+        ..PidParams::DEFAULT
+    };
+    let tracker = Tracker::of(Pid::new(CAR, params).unwrap());
+    let mut state = tracker.initial_state();
+    for k in 0..20 {
+        let angle = 0.1 * f64::from(k);
+        let (front_x, front_y) = point(angle, 19.5);
+        let yaw = angle + std::f64::consts::FRAC_PI_2;
+        let vehicle = VehicleState {
+            x: front_x - 3.0 * yaw.cos(),
+            y: front_y - 3.0 * yaw.sin(),
+            yaw,
+            speed: 19.5,
+        };
+        let command = tracker
+            .step(&path.view(), &mut state, vehicle, 0.1)
+            .unwrap();
+        assert!((command.cross_track_error - 0.5).abs() < 1e-3);
+        assert!(command.steer.abs() < 0.02, "{k}: {command:?}");
+    }
+}
+
+/// What a PID has summed up does not count for a vehicle that is off its path.
+#[test]
+fn test_pid_forgets_off_the_path() {
+    let params = PidParams {
+        kp: Some(0.0),
+        ki: Some(0.05),
+        kd: Some(0.01),
+        lost_distance: Some(3.0),
+        smoothing_length: Some(0.0),
+        ..PidParams::DEFAULT
+    };
+    let lefts = [0.5, 0.7, 5.0, 1.0];
+    let places = lefts.map(|left| beside(30.0, left, 0.0, 5.0));
+    let found = angles(Pid::new(CAR, params).unwrap(), &places);
+    let expected = [
+        (0.5, 0.0),
+        (0.5 + 0.7, 0.7 - 0.5),
+        (5.0, 0.0),
+        (5.0 + 1.0, 1.0 - 5.0),
+    ];
+    for (found, (sum, change)) in found.into_iter().zip(expected) {
+        assert_close(found, -(0.05 * 0.1 * sum + 0.01 * change / 0.1));
     }
 }
 

@@ -2,7 +2,7 @@
 //! tracker knows where the vehicle is, and where it will be.
 
 use popsteer_core::laws::{PreviewPop, PreviewPopParams, Stanley, StanleyParams};
-use popsteer_core::tracker::Reported;
+use popsteer_core::tracker::{Predicted, Reported};
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 
 /// Control period [s].
@@ -92,9 +92,23 @@ impl Truth {
     }
 }
 
+/// The direction of the straight path through the origin [rad].
+const YAW: f64 = 0.5;
+
 fn straight() -> Path {
-    let x: Vec<f64> = (-20..400).map(|k| 2.0 * f64::from(k)).collect();
-    Path::new(&x, &vec![0.0; x.len()], None, false).unwrap()
+    let along = (-20..400).map(|k| 2.0 * f64::from(k));
+    let (x, y): (Vec<f64>, Vec<f64>) = along.map(|s| (s * YAW.cos(), s * YAW.sin())).unzip();
+    Path::new(&x, &y, None, false).unwrap()
+}
+
+/// Cross-track error and heading error of the front axle.
+fn errors(pose: &VehicleState) -> (f64, f64) {
+    let ahead = 3.0 - 1.2;
+    let (x, y) = (
+        pose.x + ahead * pose.yaw.cos(),
+        pose.y + ahead * pose.yaw.sin(),
+    );
+    (y * YAW.cos() - x * YAW.sin(), pose.yaw - YAW)
 }
 
 /// A vehicle whose point is none of its axles, and slips ahead of its rear axle.
@@ -118,20 +132,21 @@ const LATE: Vehicle = Vehicle {
 const AGES: [f64; 10] = [0.04, 0.0, 0.08, 0.03, 0.0, 0.12, 0.17, 0.06, 0.11, 0.02];
 
 #[test]
-fn test_late_pose_is_rolled_to_the_present_and_on_to_the_next_command() {
+fn test_late_pose_is_rolled_to_the_present_and_on_to_where_the_vehicle_will_be() {
     for car in [CAR, LATE] {
         let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
         let tracker = Tracker::new(law, None).unwrap();
         let path = straight();
         let mut state = tracker.initial_state();
         let start = VehicleState {
-            x: 0.0,
-            y: 1.5,
-            yaw: -0.1,
+            x: -1.5 * YAW.sin(),
+            y: 1.5 * YAW.cos(),
+            yaw: YAW - 0.1,
             speed: 8.0,
         };
         let mut truth = Truth::new(car, start);
         let mut expected = Vec::new();
+        let mut intended = [Predicted::DEFAULT; 10];
         let mut applied = None;
         for (k, &age) in AGES.iter().cycle().take(60).enumerate() {
             let reported = Reported {
@@ -146,22 +161,39 @@ fn test_late_pose_is_rolled_to_the_present_and_on_to_the_next_command() {
             let off = (here.x - now.x).hypot(here.y - now.y);
             assert!(off < 2e-3, "{k}: {here:?}, not {now:?}");
             assert!((here.yaw - now.yaw).abs() < 1e-3, "{k}: {here:?} {now:?}");
+            let (error, heading) = errors(&now);
+            let off = (command.cross_track_error - error).abs();
+            assert!(off < 2e-3, "{k}: {command:?}, not {error}");
+            let off = (command.heading_error - heading).abs();
+            assert!(off < 1e-3, "{k}: {command:?}, not {heading}");
             expected.push((truth.poses.len() - 1, command));
+            if k == 10 {
+                // No driver comes in between: the trajectory that is intended is the one driven.
+                let count = tracker.predict(&path.view(), &state, DT, &mut intended);
+                assert_eq!(count, Ok(10));
+            }
             // Now and then a driver steers.
             applied = (20..26).contains(&k).then_some(0.15);
             truth.drive(applied.unwrap_or(command.steer));
         }
-        // The front axle when the command arrived.
+        // When the command arrived.
         let late = if car.dead_time > 0.0 { 300 } else { 0 };
-        for (k, command) in expected {
+        for (k, command) in &expected {
             let Some(then) = truth.poses.get(k + late) else {
                 continue;
             };
-            let front = then.y + (3.0 - 1.2) * then.yaw.sin();
-            let off = (command.predicted_cross_track_error - front).abs();
-            assert!(off < 3e-3, "{k}: {command:?}, not {front}");
-            let off = (command.predicted_heading_error - then.yaw).abs();
-            assert!(off < 2e-3, "{k}: {command:?}, not {}", then.yaw);
+            let (error, heading) = errors(then);
+            let off = (command.predicted_cross_track_error - error).abs();
+            assert!(off < 3e-3, "{k}: {command:?}, not {error}");
+            let off = (command.predicted_heading_error - heading).abs();
+            assert!(off < 2e-3, "{k}: {command:?}, not {heading}");
+        }
+        for (instant, (k, command)) in intended.iter().zip(&expected[10..]) {
+            let (there, then) = (instant.vehicle, &truth.poses[*k]);
+            let off = (there.x - then.x).hypot(there.y - then.y);
+            assert!(off < 5e-3, "{instant:?}, not {then:?}");
+            assert!((there.yaw - then.yaw).abs() < 3e-3, "{instant:?} {then:?}");
+            assert!((instant.steer - command.steer).abs() < 3e-3, "{instant:?}");
         }
     }
 }

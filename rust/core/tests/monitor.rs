@@ -1,7 +1,7 @@
 //! What the monitor says of a vehicle beside its path, and of one that turns otherwise than commanded.
 
 use popsteer_core::laws::{Stanley, StanleyParams};
-use popsteer_core::tracker::MonitorParams;
+use popsteer_core::tracker::{MonitorParams, Reported};
 use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
 const DT: f64 = 0.05;
@@ -168,4 +168,106 @@ fn test_vehicle_that_deviates_at_a_cusp_deviates_after_it() {
         });
         assert_eq!(found, expected, "{left}");
     }
+}
+
+/// Two periods of a vehicle whose wheels follow the command 0.2 rad with a lag: the turn expected
+/// in the second is that of their mean angle, and counts for `1 / (1 + dt)` of itself.
+#[test]
+fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
+    // With a dead time the wheels are modelled; without it the monitor has a model of its own.
+    for (dead_time, nearly) in [(0.1, 2e-5), (0.0, 1e-3)] {
+        let car = Vehicle {
+            steer_lag: 0.4,
+            dead_time,
+            ..Vehicle::PAPER
+        };
+        let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+        let tracker = Tracker::new(law, None).unwrap();
+        let path = straight(0.0);
+        let mut state = tracker.initial_state();
+        let mut yaw = 0.0;
+        let mut wheels = vec![0.0];
+        let mut now = None;
+        for k in 0..6_u32 {
+            let vehicle = VehicleState {
+                x: 0.4 * f64::from(k),
+                y: 0.0,
+                yaw,
+                speed: 8.0,
+            };
+            let before = state.monitor;
+            let reported = Reported {
+                applied_steer: (k > 0).then_some(0.2),
+                pose_age: 0.0,
+            };
+            tracker
+                .step_reported(&path.view(), &mut state, vehicle, DT, reported)
+                .unwrap();
+            let monitor = state.monitor.unwrap();
+            let wheel = wheels[wheels.len() - 1];
+            let kept = f64::exp(-DT / 0.4);
+            let next = if k == 0 || f64::from(k - 1) * DT < dead_time - 1e-9 {
+                wheel
+            } else {
+                0.2 + (wheel - 0.2) * kept
+            };
+            wheels.push(next);
+            if let Some(before) = before {
+                let rate = 8.0 / 3.0 * f64::tan(0.5 * (wheel + next));
+                let expected = (before.expected + rate * DT) / (1.0 + DT);
+                let off = (monitor.expected - expected).abs();
+                assert!(off < nearly, "{k}: {monitor:?}, not {expected}");
+                // What the commands turn more than in proportion to their angle.
+                let more = 8.0 / 3.0 * (f64::tan(0.2) - 0.2) * DT;
+                let excess = (before.excess + more) / (1.0 + DT);
+                let off = (monitor.excess - excess).abs();
+                assert!(off < 1e-6, "{k}: {monitor:?}, not {excess}");
+                let turn = 0.01 + 0.004 * f64::from((k - 1) * (k - 1));
+                let measured = (before.measured + turn) / (1.0 + DT);
+                assert!((monitor.measured - measured).abs() < 1e-12);
+            }
+            now = Some(monitor);
+            yaw += 0.01 + 0.004 * f64::from(k * k);
+        }
+        assert!(now.unwrap().expected > 1e-3);
+    }
+}
+
+/// A sixth of the mean square of how residuals change, over the time measured so far.
+#[test]
+fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
+    let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
+    let path = straight(0.0);
+    let mut state = tracker.initial_state();
+    for k in 0..60_u32 {
+        let vehicle = VehicleState {
+            x: 0.4 * f64::from(k),
+            y: 0.0,
+            yaw: 0.004 * f64::from(k * k).sin(),
+            speed: 8.0,
+        };
+        let before = state.monitor;
+        tracker.step(&path.view(), &mut state, vehicle, DT).unwrap();
+        let monitor = state.monitor.unwrap();
+        let Some(before) = before else { continue };
+        let time = (before.time + DT).min(2.0);
+        // There is no residual before the second pose, and no change before the third.
+        if k > 0 {
+            assert!((monitor.time - time).abs() < 1e-12);
+        }
+        if let (Some(one), Some(two)) = (before.residual, monitor.residual) {
+            let square = (two - one).powi(2) / 6.0;
+            let noise = before.noise + (square - before.noise) * (DT / time).min(1.0);
+            assert!((monitor.noise - noise).abs() < 1e-12, "{monitor:?}");
+        }
+    }
+}
+
+#[test]
+fn test_thresholds_of_the_monitor_are_those_given() {
+    let params = MonitorParams {
+        turn_tolerance: 0.03,
+        ..MonitorParams::DEFAULT
+    };
+    assert_eq!(tracker(Vehicle::PAPER, params).monitor(), Some(&params));
 }

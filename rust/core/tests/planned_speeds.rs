@@ -194,7 +194,9 @@ fn test_planned_speeds_are_the_greatest_within_the_limits() {
         let track = track(closed);
         for exponent in [1.0, 1.5, 2.0, f64::INFINITY] {
             for longitudinal_grip in [None, Some(3.5)] {
-                for (acceleration, deceleration) in [(PLAIN, FALLING), (FALLING, PLAIN)] {
+                for (acceleration, deceleration) in
+                    [(PLAIN, FALLING), (FALLING, PLAIN), (FALLING, FALLING)]
+                {
                     for (understeer, rate) in [(0.0, None), (0.05, None), (0.005, Some(0.6))] {
                         let limits = SpeedLimits {
                             max_speed: 12.0,

@@ -257,3 +257,89 @@ fn test_speed_tracker_goes_on_across_the_seam_and_across_a_change_of_the_path() 
         assert_eq!(after(&new, &mut state), None);
     }
 }
+
+/// The last stretch is crept along, whatever the plan still allows: at a tenth of a wheelbase a
+/// second, and at the root of what braking and the remaining way allow.
+#[test]
+fn test_speed_tracker_creeps_up_to_a_stop() {
+    let tracker = speed_tracker(0.0);
+    let path = straight();
+    let step = |plan: &[f64], left: f64, speed: f64| {
+        let mut state = SpeedTrackerState::default();
+        let vehicle = beside(99.0 - left, 0.0, 0.0, speed);
+        tracker
+            .step(&path.view(), plan, &mut state, vehicle, 0.1)
+            .unwrap()
+    };
+    // 1.5 for an error, and its integral over the period.
+    let corrected = |error: f64| 1.5 * error + 0.2 * error * 0.1;
+    let slow = [1.0; 100];
+    assert_close(step(&slow, 1.0, 1.0).acceleration, 0.0);
+    assert_close(step(&slow, 0.21, 0.6).acceleration, corrected(0.4));
+    for (left, target) in [
+        (0.19, 0.3),
+        (0.06, 0.3),
+        (0.027, 0.3 * 0.3_f64.sqrt() / 0.3),
+    ] {
+        let target = f64::min(target, f64::sqrt(3.0 * left));
+        let command = step(&slow, left, 0.2);
+        assert_close(command.acceleration, corrected(target - 0.2));
+    }
+    // A plan that ends in 0 is left where it would be slower than that.
+    let mut ending = [1.0; 100];
+    ending[99] = 0.0;
+    for left in [0.06, 0.028] {
+        let command = step(&ending, left, 0.2);
+        let creep = f64::min(0.3, f64::sqrt(3.0 * left));
+        assert_close(command.reference_speed, creep);
+    }
+}
+
+/// The plan beyond a cusp is that of the way back: nobody drives by it before the cusp.
+#[test]
+fn test_speed_tracker_takes_no_acceleration_from_beyond_a_cusp() {
+    let tracker = speed_tracker(1.0);
+    let x = [0.0, 5.0, 10.0, 5.0, 0.0];
+    let path = Path::new(&x, &[0.0; 5], None, false).unwrap();
+    let path = path
+        .with_reverse(&[false, false, true, true, true])
+        .unwrap();
+    let plan = [3.0, 3.0, 0.0, 3.0, 3.0];
+    let vehicle = VehicleState {
+        x: 9.8,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 0.25,
+    };
+    let mut state = SpeedTrackerState::default();
+    let command = tracker
+        .step(&path.view(), &plan, &mut state, vehicle, 0.1)
+        .unwrap();
+    // Slower than it may creep, it does not brake by the plan.
+    let target = 0.3;
+    let expected = 1.5 * (target - 0.25) + 0.2 * (target - 0.25) * 0.1;
+    assert_close(command.distance_to_stop, 0.2);
+    assert_close(command.acceleration, expected);
+}
+
+/// Just before the seam of a lap, the acceleration is that of its first segment.
+#[test]
+fn test_speed_tracker_looks_across_the_seam() {
+    let tracker = speed_tracker(0.1);
+    let x = [0.0, 0.5, 1.0, 60.0, 60.0, 0.0];
+    let y = [0.0, 0.0, 0.0, 0.0, 40.0, 40.0];
+    let path = Path::new(&x, &y, None, true).unwrap();
+    // 2 m/s^2 in the first half metre, back in the second.
+    let plan = [1.0, 3.0_f64.sqrt(), 1.0, 1.0, 1.0, 1.0];
+    let vehicle = VehicleState {
+        x: 0.0,
+        y: 0.05,
+        yaw: -std::f64::consts::FRAC_PI_2,
+        speed: 1.0,
+    };
+    let mut state = SpeedTrackerState::default();
+    let command = tracker
+        .step(&path.view(), &plan, &mut state, vehicle, 0.1)
+        .unwrap();
+    assert_close(command.acceleration, 2.0);
+}
