@@ -32,7 +32,7 @@ fn begun() -> Episodes {
     let simulation = Simulation::new(Arc::new(path), plant, START, tracked, settings).unwrap();
     let terms = Terms {
         longitudinal: None,
-        preview: vec![4.0, 9.0],
+        preview: vec![4.0, 9.0, 15.0],
         weights: WEIGHTS,
     };
     let mut batch = Episodes::new(2, terms).unwrap();
@@ -85,10 +85,10 @@ fn test_reward_is_the_documented_sum_in_every_step() {
 fn test_observation_turns_with_the_vehicle() {
     let batch = begun();
     let observed = &one(&batch).observation;
-    assert_eq!(observed.len(), 11);
+    assert_eq!(observed.len(), 13);
     // The path ahead of the closest point, (20, 0), seen from (20, 1) at 0.2 rad.
     let (sin, cos) = 0.2_f64.sin_cos();
-    for (k, distance) in [4.0, 9.0].into_iter().enumerate() {
+    for (k, distance) in [4.0, 9.0, 15.0].into_iter().enumerate() {
         let ahead = distance * cos - sin;
         let left = -cos - distance * sin;
         assert!((f64::from(observed[7 + 2 * k]) - ahead).abs() < 1e-5);
@@ -111,6 +111,11 @@ fn test_brake_slows_and_a_failure_costs_once() {
     assert!(one(&batch).is_terminated() && !one(&batch).is_truncated());
     batch.fail(0);
     assert!((one(&batch).reward - (reward - 7.0)).abs() < 1e-12);
+    // It is over: nothing moves any more, and nothing is rewarded.
+    let info = one(&batch).info;
+    step(&mut batch, [0.3, 1.0]);
+    assert!(one(&batch).reward.abs() <= 0.0);
+    assert_eq!(one(&batch).info.map(f64::to_bits), info.map(f64::to_bits));
 }
 
 #[test]
