@@ -176,7 +176,7 @@ def _rows(name: str, lines: Iterable[str]) -> Iterator[_Row]:
 
 
 def _fields(line: str) -> list[str]:
-    """Split a line into its entries; none where it is blank or holds but a comment."""
+    """Split a line into its entries; no entries if it is blank or only a comment."""
     content = line.partition("#")[0].strip()
     entries = content.split(",") if "," in content else content.split()
     return [entry.strip() for entry in entries]

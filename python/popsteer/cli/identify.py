@@ -80,7 +80,7 @@ def identify(
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
-        check_files([out, *outputs.beside(out)])
+        check_files([out, *outputs.figure_paths(out)])
     check(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -110,4 +110,4 @@ def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, b
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }
-    return content | outputs.figures_beside(out, partial(identified_figure, found), progress)
+    return content | outputs.draw_figures(out, partial(identified_figure, found), progress)

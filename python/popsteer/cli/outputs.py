@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from popsteer.lab.report import Origin
 
 __all__ = [
-    "beside",
     "console",
     "deliver",
+    "draw_figures",
     "driven",
-    "figures_beside",
+    "figure_paths",
     "say",
     "show",
     "write",
@@ -45,27 +45,27 @@ __all__ = [
 _PIPED = 160
 
 
-def beside(out: Path) -> list[Path]:
+def figure_paths(out: Path) -> list[Path]:
     """Name the figures that are drawn beside a file, for a light and a dark background.
 
-    There are none where its name has no suffix, as ``/dev/stdout``.
+    There are no figures if its name has no suffix, as ``/dev/stdout``.
 
     Examples
     --------
     >>> from pathlib import Path
-    >>> [file.name for file in beside(Path("car.toml"))]
+    >>> [file.name for file in figure_paths(Path("car.toml"))]
     ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
     """
     return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
 
 
-def figures_beside(
+def draw_figures(
     out: Path, draw: Callable[[Theme], Figure], progress: Progress
 ) -> dict[Path, bytes]:
     """Draw a figure into the files that `beside` names; nothing where it names none."""
     from popsteer.lab.common.draw import files_of
 
-    if not beside(out):
+    if not figure_paths(out):
         return {}
     drawn = files_of(draw, out.stem, progress.update)
     return {out.with_name(name): data for name, data in drawn.items()}

@@ -106,7 +106,7 @@ def plan(
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
-    pictures = [] if out is None else outputs.beside(out)
+    pictures = [] if out is None else outputs.figure_paths(out)
     if out in pictures or out == waypoints:
         raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     check_files([*([] if out is None else [out]), *pictures])
@@ -126,7 +126,7 @@ def plan(
         if out is not None:
             from popsteer.lab.plan.figures import plan_figure
 
-            drawn = outputs.figures_beside(out, partial(plan_figure, profile), progress)
+            drawn = outputs.draw_figures(out, partial(plan_figure, profile), progress)
             write_files_atomic({out: profile.as_csv().encode(), **drawn})
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:

@@ -141,7 +141,7 @@ def sweep(
     )
     pictures: list[Path] = []
     if out is not None:
-        pictures = outputs.beside(out)
+        pictures = outputs.figure_paths(out)
         check_files([out, *pictures])
     check(report)
     with kept_in(out and journal_of(out)), Progress() as progress:
@@ -150,7 +150,7 @@ def sweep(
             from popsteer.lab.sweep.figure import sweep_figure
 
             draw = partial(sweep_figure, job, rows)
-            write_files_atomic(outputs.figures_beside(out, draw, progress))
+            write_files_atomic(outputs.draw_figures(out, draw, progress))
         if report is not None:
             page = lab.report.of_sweep(
                 job,

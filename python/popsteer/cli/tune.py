@@ -165,7 +165,7 @@ def tune(
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
-        pictures = outputs.beside(out)
+        pictures = outputs.figure_paths(out)
         check_files([out, *pictures])
         kept = out.with_suffix(".journal") if storage is None else storage
     with kept_in(kept), Progress() as progress:
@@ -181,7 +181,7 @@ def tune(
         if out is not None:
             from popsteer.lab.tune.figure import tune_figure
 
-            drawn = outputs.figures_beside(out, partial(tune_figure, tuned), progress)
+            drawn = outputs.draw_figures(out, partial(tune_figure, tuned), progress)
             write_files_atomic({**drawn, out: as_toml(tuned.params).encode()})
     report = lab.tune.report
     outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.identification.chain import Chain, LagOf, Wheels
-from popsteer.identification.whiten import choose_theta, covariance, size, spread, whitened
+from popsteer.identification.whiten import (
+    choose_theta,
+    clipped_mean_square,
+    covariance,
+    spread,
+    whitened,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -181,7 +187,7 @@ class _Task:
         """Give what compares structures, each with its own noise: the negative log-likelihood."""
         error = self.error(values)
         innovations = whitened(error, self.parts, choose_theta(error, self.parts))
-        return 0.5 * len(innovations) * float(np.log(max(size(innovations), 1e-18)))
+        return 0.5 * len(innovations) * float(np.log(max(clipped_mean_square(innovations), 1e-18)))
 
     def first(self, start: Mapping[str, float]) -> dict[str, float]:
         """Choose where to begin: the best of a grid of dead times and lags."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from popsteer._core import Vehicle
 from popsteer.extras import require
-from popsteer.identification.apart import error_of, unsure
 from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
 from popsteer.identification.fit import Fit, fit
+from popsteer.identification.identifiability import error_of, unsure
+from popsteer.identification.notes import described
 from popsteer.identification.result import Identification
 from popsteer.identification.simulate import compared
-from popsteer.identification.words import described
 from popsteer.logs import LogError
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def identify(
     Returns
     -------
     Identification
-        The vehicle, standard errors, what could not be told apart, and the simulated drive.
+        The vehicle, standard errors, what could not be distinguished, and the simulated drive.
 
     Raises
     ------
@@ -94,14 +94,14 @@ def identify(
     refuse_units(log)
     drive = prepare(log)
     length = first_length(drive, log.name)
-    told = Vehicle() if vehicle is None else vehicle
-    found, fixed, words = _heading(drive, length, told, log.name, progress)
+    given = Vehicle() if vehicle is None else vehicle
+    found, fixed, notes = _heading(drive, length, given, log.name, progress)
     point = fit_point(drive, found.yaw, found.theta)
-    rate = _rate(found, words)
-    made, errors = _vehicle(vehicle, found, point, rate, fixed, drive, words)
+    rate = _rate(found, notes)
+    made, errors = _vehicle(vehicle, found, point, rate, fixed, drive, notes)
     values = found.values
     speed = drive.usual_speed
-    notes = (*log.remarks, *_outliers(drive), *words)
+    notes = (*log.remarks, *_outliers(drive), *notes)
     return Identification(
         vehicle=made,
         errors=errors,
@@ -127,7 +127,7 @@ def identify(
 def _heading(
     drive: PreparedLog,
     length: float,
-    told: Vehicle,
+    given: Vehicle,
     name: str,
     progress: Callable[[float], object] | None,
 ) -> tuple[Fit, dict[str, float], list[str]]:
@@ -135,19 +135,19 @@ def _heading(
     fixed: dict[str, float] = {}
     if float(np.std(drive.acceleration[drive.speed != 0.0])) < 0.05:
         fixed["load_shift"] = 0.0
-    if told.max_steer_rate is not None:
-        fixed["max_steer_rate"] = told.max_steer_rate
-    words: list[str] = []
+    if given.max_steer_rate is not None:
+        fixed["max_steer_rate"] = given.max_steer_rate
+    notes: list[str] = []
     start = {"turning_wheelbase": length}
     for turn in range(_MOST_ROUNDS + 1):
         part = None if progress is None else _share(progress, turn)
         found = fit(drive, start, fixed, part)
-        doubt = unsure(found, drive, told) if turn < _MOST_ROUNDS else None
+        doubt = unsure(found, drive, given) if turn < _MOST_ROUNDS else None
         if doubt is None:
             break
         more, why = doubt
         fixed.update(more)
-        words += [why] if why else []
+        notes += [why] if why else []
         start = {**found.values, **fixed}
         if "max_steer_rate" not in fixed:
             start.pop("max_steer_rate", None)
@@ -158,23 +158,23 @@ def _heading(
             f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; drive bends to both"
             " sides, and see that steer is the angle of the front wheels"
         )
-    return found, fixed, words
+    return found, fixed, notes
 
 
 def _share(progress: Callable[[float], object], turn: int) -> Callable[[float], object]:
     return lambda share: progress(1.0 - 0.2**turn * (1.0 - 0.8 * share))
 
 
-def _rate(found: Fit, words: list[str]) -> float | None:
+def _rate(found: Fit, notes: list[str]) -> float | None:
     """Give the limit of the wheels' rate where it was reached."""
     wheels = found.wheels
     if "max_steer_rate" not in found.errors and "max_steer_rate" in found.values:
-        return None  # told
+        return None  # given
     rate = found.values.get("max_steer_rate")
     if rate is None:
         between = np.diff(wheels.angle) / np.diff(wheels.times)
         fastest = float(np.quantile(np.abs(between), 0.999)) if len(between) else 0.0
-        words.append(
+        notes.append(
             "a limit of the wheels' rate was not reached; it lies above"
             f" {fastest:.2f} rad/s, if there is one"
         )
@@ -186,7 +186,7 @@ def _rate(found: Fit, words: list[str]) -> float | None:
         if turning < 0.999 * step:
             length = 0.0
     if longest < _STRETCH:
-        words.append(
+        notes.append(
             f"the wheels turned at their limit for {1e3 * longest:.0f} ms at a time at most:"
             " max_steer_rate is rough, and may be too high"
         )
@@ -194,13 +194,13 @@ def _rate(found: Fit, words: list[str]) -> float | None:
 
 
 def _vehicle(
-    told: Vehicle | None,
+    given: Vehicle | None,
     found: Fit,
     point: Point,
     rate: float | None,
     fixed: dict[str, float],
     drive: PreparedLog,
-    words: list[str],
+    notes: list[str],
 ) -> tuple[Vehicle, dict[str, float]]:
     """Make the vehicle of what was found, and of what was given for the rest."""
     values = found.values
@@ -213,7 +213,7 @@ def _vehicle(
         name: values[name] for name in ("understeer", "steer_offset", "steer_lag", "dead_time")
     }
     length = values["turning_wheelbase"]
-    if told is None:
+    if given is None:
         changes["wheelbase"] = length
         errors["wheelbase"] = errors.pop("turning_wheelbase")
     else:
@@ -222,24 +222,24 @@ def _vehicle(
         changes["max_steer_rate"] = rate
         errors["max_steer_rate"] = found.errors["max_steer_rate"]
     changes["understeer"] = max(float(values["understeer"]), 0.0)
-    _place(told, point, drive, changes, errors, words)
-    base = Vehicle() if told is None else told
-    words += described(base if told is not None else None, found, point, fixed)
+    _place(given, point, drive, changes, errors, notes)
+    base = Vehicle() if given is None else given
+    notes += described(base if given is not None else None, found, point, fixed)
     steepest = float(np.max(np.abs(drive.commands)))
     if steepest > base.max_steer + 1e-3:
-        words.append(
+        notes.append(
             f"the log commands up to {steepest:.3g} rad, more than max_steer, {base.max_steer:g}"
         )
     return base.replace(**changes), errors
 
 
 def _place(
-    told: Vehicle | None,
+    given: Vehicle | None,
     point: Point,
     drive: PreparedLog,
     changes: dict[str, float | None],
     errors: dict[str, float],
-    words: list[str],
+    notes: list[str],
 ) -> None:
     """Say where the pose's point and the no-slip point lie."""
     rear, slip = point.values["rear_axle"], point.values["slip"]
@@ -248,23 +248,23 @@ def _place(
     slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > 0.05
     at_speed = point.error_at(drive.usual_speed)
     if at_speed > _SURE_POINT:
-        words.append(
+        notes.append(
             "the positions do not show where the pose's point lies on the car (rear_axle would be"
-            f" {sliding:.2f} ± {at_speed:.2f} m): it is left as told"
+            f" {sliding:.2f} ± {at_speed:.2f} m): it stays as given"
         )
         return
     if not slips and error > _SURE_POINT:
         rear, error = sliding, at_speed  # one speed: nothing slips that one could see
-    if told is None:
+    if given is None:
         changes["rear_axle"], errors["rear_axle"] = rear, error
         if slips and error <= _SURE_POINT:
             changes["no_slip_point"], errors["no_slip_point"] = sliding, at_speed
         return
-    own = told.rear_axle if told.no_slip_point is None else told.no_slip_point
+    own = given.rear_axle if given.no_slip_point is None else given.no_slip_point
     if abs(sliding - own) > max(2.0 * at_speed, 0.05):
         changes["no_slip_point"], errors["no_slip_point"] = sliding, at_speed
     else:
-        errors["no_slip_point" if told.no_slip_point is not None else "rear_axle"] = at_speed
+        errors["no_slip_point" if given.no_slip_point is not None else "rear_axle"] = at_speed
 
 
 def _outliers(drive: PreparedLog) -> list[str]:

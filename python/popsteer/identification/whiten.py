@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["choose_theta", "covariance", "size", "spread", "whitened"]
+__all__ = ["choose_theta", "clipped_mean_square", "covariance", "spread", "whitened"]
 
 THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
 """What is tried for theta."""
@@ -66,7 +66,7 @@ def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
 
 def choose_theta(error: Array, parts: Sequence[slice]) -> float:
     """Give the theta with the least innovations, which is the likeliest."""
-    return min(THETAS, key=lambda theta: size(whitened(error, parts, theta)))
+    return min(THETAS, key=lambda theta: clipped_mean_square(whitened(error, parts, theta)))
 
 
 def spread(values: Array) -> float:
@@ -74,8 +74,8 @@ def spread(values: Array) -> float:
     return float(1.4826 * np.median(np.abs(values - np.median(values))))
 
 
-def size(values: Array) -> float:
-    """Mean square without what lies beyond three deviations."""
+def clipped_mean_square(values: Array) -> float:
+    """Give the mean square, with each value clipped to three standard deviations."""
     deviation = spread(values)
     if deviation == 0.0:
         return float(np.mean(values**2))

@@ -53,7 +53,7 @@ def informed(controller: _C, plant: Vehicle) -> _C:
         given: Any = controller
         if not isinstance(controller, controllers.CONTROLLERS):
             return cast("_C", given.with_vehicle(plant))
-        # What makes an equal controller: adapting as it was told to, or as its kind does.
+        # What makes an equal controller: adapting as it was given, or as its kind does.
         (path, _, params), options = given.__getnewargs_ex__()
         return cast("_C", type(given)(path, plant, params, **options))
     given = believed(controller)

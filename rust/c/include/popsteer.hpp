@@ -172,7 +172,7 @@ private:
 /// The vehicle of popsteer_vehicle_default(); a field that is not known is popsteer::none.
 [[nodiscard]] inline Vehicle default_vehicle() noexcept { return popsteer_vehicle_default(); }
 
-/// How a controller adapts and watches unless it is told otherwise.
+/// How a controller adapts and watches unless other parameters are given.
 [[nodiscard]] inline Options default_options() noexcept { return popsteer_options_default(); }
 
 /// A path; several controllers may share one, and outlive it.

@@ -91,11 +91,11 @@ unsafe fn arrays<'a>(
     // SAFETY: the caller vouches for the arrays.
     unsafe {
         let vehicles = handle::items(vehicles, count, "vehicles")?;
-        let told = if reported.is_null() { 0 } else { count };
+        let given = if reported.is_null() { 0 } else { count };
         Ok((
             members,
             vehicles,
-            handle::items(reported, told, "reported")?,
+            handle::items(reported, given, "reported")?,
         ))
     }
 }

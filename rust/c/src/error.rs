@@ -139,7 +139,7 @@ pub(crate) struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// Room for `size` bytes at `buffer`, the last of them for the final NUL; none where that is
+    /// Room for `size` bytes at `buffer`, the last of them for the final NUL; None if that is
     /// NULL.
     ///
     /// # Safety

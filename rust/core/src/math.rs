@@ -51,8 +51,8 @@ pub fn saturate(value: f64, low: f64, high: f64) -> f64 {
     }
 }
 
-/// The lesser of two numbers; `b` where they are equal, or one is none: one instruction, where
-/// `f64::min` has to mind NaN.
+/// The lesser of two numbers; returns `b` on ties or NaN. It is one instruction, unlike `f64::min`,
+/// which has to treat NaN.
 #[inline]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -64,7 +64,7 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// What is left after `time` of what fades with a time constant: `exp(-time / time_constant)`,
+/// The share that remains after `time` of what fades with a time constant: `exp(-time / time_constant)`,
 /// nothing where the time constant is 0.
 ///
 /// # Examples

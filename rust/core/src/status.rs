@@ -67,7 +67,7 @@ impl Status {
         self.0
     }
 
-    /// The conditions of these bits; none where a bit stands for no condition.
+    /// The conditions of these bits; None if a bit stands for no condition.
     pub fn from_bits(bits: u32) -> Option<Self> {
         let known = Self::NAMES.iter().fold(0, |all, (each, _)| all | each.0);
         (bits & !known == 0).then_some(Self(bits))

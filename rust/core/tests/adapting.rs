@@ -1,4 +1,4 @@
-//! What controllers learn of their vehicle in the closed loop: forwards, backwards, across cusps,
+//! What controllers estimate of their vehicle in the closed loop: forwards, backwards, across cusps,
 //! through held input and after a hand-over.
 
 use std::f64::consts::PI;
@@ -108,7 +108,7 @@ fn test_slip_is_estimated_alike_forwards_and_backwards() {
         );
         assert!(known.slip.abs() < 0.005, "{reverse}: {known:?}");
         assert!(error < 0.03, "{reverse}: {error}");
-        // Nothing learnt, it stays off the path.
+        // Without an estimate it stays off the path.
         let law = PreviewPop::new(given, PreviewPopParams::DEFAULT).unwrap();
         let (_, blind) = drive(&Tracker::new(law, None).unwrap(), &real, reverse, 1200);
         assert!(blind > 2.0 * error, "{reverse}: {blind} {error}");

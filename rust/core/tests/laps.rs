@@ -121,7 +121,7 @@ fn test_stop_lies_across_the_seam() {
     }
 }
 
-/// What a step told of the path ahead is checked with a state that is restored.
+/// What a step answers of the path ahead is checked with a state that is restored.
 #[test]
 fn test_answer_of_no_path_is_refused() {
     let path = square();

@@ -176,7 +176,7 @@ fn check(track: &Track, closed: bool, limits: &SpeedLimits<'_>) -> Vec<Limit> {
             used.iter().any(|&(_, share)| share >= 1.0 - NEARLY),
             "nothing limits {v} m/s at {k}: {used:?}"
         );
-        // What is told has limited it, or has before rounding did.
+        // The limit that is named has limited it, or has before rounding did.
         assert!(
             used.iter()
                 .any(|&(by, share)| by == limit[k] && share >= 0.998),

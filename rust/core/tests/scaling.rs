@@ -1,5 +1,5 @@
 //! A vehicle k times as large, on a path k times as large, steers by the same angles: every default
-//! length, speed and gain per metre scales with the wheelbase, what is learnt included.
+//! length, speed and gain per metre scales with the wheelbase, the estimates included.
 
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,

@@ -248,10 +248,9 @@ impl PyPath {
     ///
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
     /// it, each that is no farther off than the one before it and nearer than the one after it is a
-    /// candidate; the one of least distance counts, each distance with up to `opposite_distance`
-    /// more the less the path leads along `yaw`. Other branches of the path are not searched, and
-    /// where it is driven in both directions neither is what lies beyond the place where the
-    /// vehicle turns round. All controllers find their place like this.
+    /// candidate. Of these it is the one of least distance plus a penalty that grows as the heading
+    /// turns away from the path, up to `opposite_distance`. Other branches of the path are not
+    /// searched, nor is what lies beyond a cusp. All controllers find their location like this.
     ///
     /// Parameters
     /// ----------

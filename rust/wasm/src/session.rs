@@ -104,7 +104,7 @@ impl Session {
         self.answer(done).is_some()
     }
 
-    /// Takes the room as a line drawn by hand. Whether the track made of it is closed; none where
+    /// Takes the room as a line drawn by hand. Whether the track made of it is closed; None if
     /// it is refused.
     pub fn draw(&mut self) -> Option<bool> {
         let made = smoothed(&self.points()).and_then(|(points, closed)| {

@@ -188,7 +188,7 @@ class Pilot:
         return speed
 
     def _drive(self, wanted: SpeedCommand, dt: float) -> DriveCommand:
-        """Make of the acceleration a speed, for vehicles that are given one."""
+        """Integrate the acceleration into a speed command, for vehicles that are given one."""
         sign = -1.0 if wanted.reverse else 1.0
         ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
         limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)

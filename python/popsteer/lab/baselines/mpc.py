@@ -119,8 +119,7 @@ class Mpc:
             Time since the last step, and until the next [s].
         reverse : bool, optional
             Whether the path is driven backwards where the rear axle is. Left out, the direction
-            stays: a controller that is not told does not pass a place where the vehicle turns
-            round.
+            stays: a controller without this information does not pass a cusp.
 
         Returns
         -------

@@ -37,7 +37,7 @@ _MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
 def choice_curves(result: Stability) -> dict[str, Choice]:
     """Compute the curves of the figure, each by what it shows.
 
-    There are none where the study lacks POP or preview POP.
+    There are no curves if the study lacks POP or preview POP.
     """
     pop, preview = result.params.get("pop"), result.params.get("preview-pop")
     if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):

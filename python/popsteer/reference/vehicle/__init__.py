@@ -16,7 +16,7 @@ __all__ = ["Vehicle"]
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(Checked):
-    """All that is true of a car-like vehicle, given once.
+    """All parameters of a car-like vehicle, in one immutable value.
 
     A *pose* is always that of the vehicle's point, wherever it is measured; the axles are given
     from there. One chain leads from a command to the motion of the vehicle::

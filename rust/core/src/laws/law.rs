@@ -36,7 +36,7 @@ pub trait LateralState {
     /// Forgets what was measured against the path, because the path changes its direction.
     fn leave_path(&mut self) {}
 
-    /// Notes a new path, to which the last error is `offset` [m] larger; none if that is unknown.
+    /// Notes a new path, to which the last error is `offset` [m] larger; None if that is unknown.
     fn change_path(&mut self, _offset: Option<f64>) {}
 
     /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.

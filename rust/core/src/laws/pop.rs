@@ -122,7 +122,7 @@ impl Pop {
         steer
     }
 
-    /// What the loop chooses, where that is certain; none where rounding could decide.
+    /// What the loop chooses, where that is certain; None if rounding could decide.
     ///
     /// With `range` and `bearing` of the target and `travel` of the vehicle, the squared distance
     /// of a candidate is `range^2 + travel^2 - 2 range travel cos(heading - bearing)`: the best

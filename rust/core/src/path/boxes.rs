@@ -48,7 +48,7 @@ impl Bounds {
     }
 }
 
-/// The boxes of a path with these waypoints; none where a scan is as quick.
+/// The boxes of a path with these waypoints; None if a scan is as quick.
 #[cfg(feature = "alloc")]
 pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>> {
     let segments = if closed {

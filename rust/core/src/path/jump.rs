@@ -228,7 +228,7 @@ impl SquaredDistances {
     }
 
     /// The fraction before which the segment, from outside, surely does not enter the circle of
-    /// this `radius`; none if it never does.
+    /// this `radius`; None if it never does.
     #[inline]
     fn entry(&self, radius: f64) -> Option<f64> {
         let widened = self.discriminant(radius) + self.slack;

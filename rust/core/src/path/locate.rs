@@ -56,7 +56,7 @@ pub fn locate(
 /// The stretch consists of whole segments, so it is longer than `reach` by up to a segment. It ends
 /// early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
 /// leap to another branch of the path: beyond the stretch there is no search, and within it the
-/// heading tells branches apart.
+/// heading distinguishes branches.
 #[cold]
 pub fn locate_by_scan(
     path: &PathView<'_>,

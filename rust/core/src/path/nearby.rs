@@ -11,7 +11,7 @@ use crate::math::sqrt;
 /// Bound of the rounding of a closest point or a waypoint within the bounds of coordinates [m].
 const MARGIN: f64 = 1e-6;
 
-/// What the scan finds, if that is certain; none if a place farther along the path could be as
+/// What the scan finds, if that is certain; None if a place farther along the path could be as
 /// good.
 #[inline]
 pub(super) fn locate_nearby(

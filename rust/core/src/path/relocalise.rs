@@ -39,11 +39,11 @@ pub fn relocalise_within(
 }
 
 /// The segment to start from after a jump to `position` with heading `yaw`: the one of least
-/// distance, which counts up to `opposite_distance` [m] more the less the vehicle would look along
-/// it; the first of several. Visits every segment.
+/// distance plus a penalty that grows as the heading turns away from the path, up to
+/// `opposite_distance` [m] against it; the first of several. Visits every segment.
 ///
-/// The heading thus tells branches apart that cross or lie alongside. Where the path is driven
-/// backwards the vehicle looks against it.
+/// The heading thus distinguishes branches that cross or lie alongside. Where the path is driven
+/// backwards, the heading of a vehicle on it is opposite to the path's.
 pub fn relocalise_by_scan(
     path: &PathView<'_>,
     position: Point,

@@ -11,7 +11,7 @@ use crate::math::{larger, saturate, smaller, sqrt};
 /// Reference speed and distance to the next stop, beside the rear axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead {
-    /// Reference speed [m/s], negative where the path is driven backwards; none where the path
+    /// Reference speed [m/s], negative where the path is driven backwards; None if the path
     /// has no speeds.
     pub reference_speed: Option<f64>,
     /// Distance along the path to the next cusp, or to the end [m]; negative past it, infinite

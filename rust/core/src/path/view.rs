@@ -157,7 +157,7 @@ impl<'a> PathView<'a> {
         }
     }
 
-    /// The waypoint after `index`; none after the last of an open path.
+    /// The waypoint after `index`; None after the last of an open path.
     #[inline]
     pub(crate) fn next(&self, index: usize) -> Option<usize> {
         if index + 1 < self.len() {
@@ -166,7 +166,7 @@ impl<'a> PathView<'a> {
         self.closed.then_some(0)
     }
 
-    /// The waypoint before `index`; none before the first of an open path.
+    /// The waypoint before `index`; None before the first of an open path.
     #[inline]
     pub(crate) fn previous(&self, index: usize) -> Option<usize> {
         if index > 0 {
@@ -242,13 +242,13 @@ impl<'a> PathView<'a> {
         }
     }
 
-    /// The segment after `index`; none after the last of an open path.
+    /// The segment after `index`; None after the last of an open path.
     #[inline]
     pub(crate) fn next_segment(&self, index: usize) -> Option<usize> {
         self.next(index).filter(|&next| next < self.segments())
     }
 
-    /// The segment after `index`; none if the path ends or a cusp lies between.
+    /// The segment after `index`; None if the path ends or a cusp lies between.
     #[inline]
     pub(crate) fn following(&self, index: usize) -> Option<usize> {
         self.next_segment(index)

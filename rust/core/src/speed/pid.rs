@@ -24,7 +24,7 @@ params! {
 pub struct SpeedPidState {
     /// The integral's share of the command, within -1 to 1.
     pub integral: f64,
-    /// The last speed error [m/s]; none before the first step.
+    /// The last speed error [m/s]; None before the first step.
     pub previous_error: Option<f64>,
 }
 

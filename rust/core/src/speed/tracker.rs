@@ -82,7 +82,7 @@ params! {
 /// What [`SpeedTracker`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeedTrackerState {
-    /// Where the segment beside the rear axle starts; none before the first step.
+    /// Where the segment beside the rear axle starts; None before the first step.
     pub waypoint: Option<usize>,
     /// The last command [m/s^2].
     pub acceleration: f64,
@@ -334,7 +334,7 @@ impl SpeedTracker {
         now.feedforward + params.kp * error + *integral
     }
 
-    /// The acceleration of a constant braking to the stop [m/s²], after the `last` command; none if
+    /// The acceleration of a constant braking to the stop [m/s²], after the `last` command; None if
     /// it is still gentle, if the vehicle creeps already, or without a stop.
     fn brake_for_stop(&self, now: &Situation, last: f64) -> Option<f64> {
         let &Situation { speed, delay, .. } = now;

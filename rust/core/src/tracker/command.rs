@@ -22,8 +22,8 @@ pub struct Command {
     pub target: Point,
     /// Whether the path is driven backwards here.
     pub reverse: bool,
-    /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; none
-    /// where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
+    /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
+    /// if the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
     /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stops before
     /// it.
     pub reference_speed: Option<f64>,

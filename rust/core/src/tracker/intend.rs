@@ -35,7 +35,7 @@ impl Predicted {
 
 impl<L: LateralLaw> Tracker<L> {
     /// Writes the trajectory from the last step of `state` on into `out`, an instant each `dt` [s],
-    /// the last step first. Tells how many were written: none before the first step.
+    /// the last step first. Returns how many were written: 0 before the first step.
     ///
     /// A copy of the controller drives the estimated vehicle at its present acceleration, and to
     /// the next stop at most. `state` is unchanged.

@@ -152,11 +152,11 @@ impl Answer {
 pub struct TrackerState<S> {
     /// What the controller remembers.
     pub law: S,
-    /// The segment of the last projection of the predicted vehicle; none before the first step.
+    /// The segment of the last projection of the predicted vehicle; None before the first step.
     pub waypoint: Option<usize>,
     /// The same of the measured vehicle, where there is a dead time.
     pub measured_waypoint: Option<usize>,
-    /// Where both were projected to; none before the first step and after a jump.
+    /// Where both were projected to; None before the first step and after a jump.
     pub place: Option<Place>,
     /// The angle last commanded [rad].
     pub steer: f64,
@@ -168,15 +168,15 @@ pub struct TrackerState<S> {
     pub held_time: f64,
     /// The time that the last step counted [s]; 0 before the first.
     pub period: f64,
-    /// The last answer; none before the first step.
+    /// The last answer; None before the first step.
     pub answer: Option<Answer>,
     /// Commands in flight, if the vehicle is modelled.
     pub in_flight: Option<InFlight>,
-    /// The wheels' recent angles; none before the first pose with an age.
+    /// The wheels' recent angles; None before the first pose with an age.
     pub past: Option<Past>,
     /// The estimator's state.
     pub estimator: Estimator,
-    /// What the monitor remembers; none before the first step.
+    /// What the monitor remembers; None before the first step.
     pub monitor: Option<MonitorState>,
 }
 

@@ -87,7 +87,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.law.vehicle()
     }
 
-    /// How it adapts; none if it does not.
+    /// How it adapts; None if it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
     }
@@ -398,7 +398,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(self)
     }
 
-    /// The thresholds of its monitor; none without a monitor.
+    /// The thresholds of its monitor; None without a monitor.
     pub fn monitor(&self) -> Option<&MonitorParams> {
         self.monitor.as_ref().map(Monitor::params)
     }

@@ -52,10 +52,10 @@ impl Vehicle {
     #[inline]
     fn approach(&self, wheel: f64, target: f64, time: f64) -> Moved {
         let kept = decay(time, self.steer_lag);
-        let excess = wheel - target;
+        let deviation = wheel - target;
         Moved {
-            wheel: target + excess * kept,
-            mean: target + excess * (self.steer_lag * (1.0 - kept) / time),
+            wheel: target + deviation * kept,
+            mean: target + deviation * (self.steer_lag * (1.0 - kept) / time),
         }
     }
 }

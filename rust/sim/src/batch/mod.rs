@@ -24,7 +24,7 @@ pub const CHUNK: usize = 256;
 /// A vehicle whose input is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchError {
-    /// Its place in the batch; none where `dt` is refused.
+    /// Its place in the batch; None if `dt` is refused.
     pub vehicle: Option<usize>,
     /// Why.
     pub error: InputError,

@@ -125,7 +125,7 @@ impl Episode {
         }
     }
 
-    /// The command; none where a law refuses the vehicle, whose numbers are none any more.
+    /// The command; None if a controller refuses the vehicle, whose numbers are no longer finite.
     fn control(&mut self, steer: f64, pedal: f64) -> Option<Control> {
         let reverse = self.simulation.reverse();
         let vehicle = self.simulation.vehicle();

@@ -28,7 +28,7 @@ const MAX_ACTION: f64 = 1e9;
 /// What all episodes of a batch have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
-    /// Who works the pedals; none where the learner does.
+    /// Who works the pedals; None if the learner does.
     pub longitudinal: Option<Longitudinal>,
     /// How far ahead along the path the points lie that are observed [m].
     pub preview: Vec<f64>,
@@ -101,7 +101,7 @@ impl Episodes {
         }
     }
 
-    /// The episodes in order; none where a vehicle has not begun one.
+    /// The episodes in order; None if a vehicle has not begun one.
     pub fn episodes(&self) -> impl ExactSizeIterator<Item = Option<&Episode>> {
         self.episodes.iter().map(Option::as_ref)
     }

@@ -167,8 +167,8 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         """
         lag = self.vehicle.steer_lag * at.vehicle.forward_speed()
         kept = decay(step, lag)
-        # A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
-        # farther ahead; in the mirrored vehicle ahead is behind.
+        # A slip of `slip_length` times the curvature acts as if the tracked point lay
+        # `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
         offset = at.mirror(belief.estimate.slip_length)
         drift = step * belief.estimate.slip
         here = at.closest.arc_length(path)

@@ -36,7 +36,7 @@ def transition(
 ) -> Array:
     """Return A, the model solved exactly over `step` [m].
 
-    The curvature follows over `lag` [m], of which the share `kept`, exp(-step / lag), remains;
+    The curvature responds with a first-order lag over `lag` [m]; `kept` is exp(-step / lag);
     errors are those of a point `offset` [m] ahead of the no-slip point. Within the step the path
     turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
 

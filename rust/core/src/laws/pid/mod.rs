@@ -41,9 +41,9 @@ const _: () = assert!(ErrorBuffer::CAPACITY == 500, "the most of `buffer_length`
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState {
-    /// The last cross-track error [m]; none before the first step.
+    /// The last cross-track error [m]; None before the first step.
     pub previous_error: Option<f64>,
-    /// Where the front axle was at the last step [m]; none before the first, and without a
+    /// Where the front axle was at the last step [m]; None before the first, and without a
     /// `smoothing_length`.
     pub previous_position: Option<Point>,
     /// The terms of the integral.

@@ -38,7 +38,7 @@ pub(super) struct Measured<'a> {
     pub(super) here: &'a Located,
     /// The vehicle by the pose of its own point.
     pub(super) vehicle: VehicleState,
-    /// Angle of the modelled wheels [rad]; none where they are not modelled.
+    /// Angle of the modelled wheels [rad]; None if they are not modelled.
     pub(super) wheel: Option<f64>,
     /// Control period [s].
     pub(super) dt: f64,

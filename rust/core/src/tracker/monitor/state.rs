@@ -11,9 +11,9 @@ use crate::vehicle::estimator::Estimator;
 pub struct MonitorState {
     /// Angle of the wheels by the vehicle's parameters [rad].
     pub wheel: f64,
-    /// The yaw last measured [rad]; none where the motion since shows nothing.
+    /// The yaw last measured [rad]; None if the motion since shows nothing.
     pub yaw: Option<f64>,
-    /// The turn measured in the last period less the one expected [rad]; none before there was one.
+    /// The turn measured in the last period less the one expected [rad]; None before there was one.
     pub residual: Option<f64>,
     /// Turns measured [rad].
     pub measured: f64,
@@ -25,7 +25,8 @@ pub struct MonitorState {
     pub rate: f64,
     /// Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards.
     pub reach: f64,
-    /// How much more the commands would turn the vehicle than in proportion to their angle [rad].
+    /// Turn by the tangent of the commanded angles beyond that by the angles themselves [rad]: how
+    /// much more than in proportion large angles turn the vehicle.
     pub excess: f64,
     /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME) [s].
     pub time: f64,
@@ -61,10 +62,10 @@ impl MonitorState {
     pub const NOISE_TIME: f64 = 2.0;
     /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
     const NOISE_PRIOR: (f64, f64) = (0.005, 0.05);
-    /// The share of the excess of large angles that is let pass: at commands that oscillate from
-    /// lock to lock, the tangent amplifies every error of the modelled wheels.
+    /// Tolerance for large angles, as a share of `excess`: at commands that oscillate from lock to
+    /// lock, the tangent amplifies every error of the modelled wheels.
     const EXCESS: f64 = 0.5;
-    /// How many standard deviations of the noise are let pass.
+    /// Noise tolerance, in standard deviations.
     const DEVIATIONS: f64 = 5.0;
     /// Nothing is concluded before the noise was measured for so long [s].
     pub(super) const LEAST_TIME: f64 = 0.2;
