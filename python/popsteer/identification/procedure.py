@@ -101,7 +101,6 @@ def identify(
     made, errors = _vehicle(vehicle, found, point, rate, fixed, drive, notes)
     values = found.values
     speed = drive.usual_speed
-    notes = (*log.remarks, *_outliers(drive), *notes)
     return Identification(
         vehicle=made,
         errors=errors,
@@ -111,7 +110,7 @@ def identify(
         turning_length_error=error_of(found, {"turning_wheelbase": 1.0, "understeer": speed**2}),
         speed=speed,
         lag_of=found.lag_of,
-        notes=notes,
+        notes=(*log.remarks, *_outliers(drive), *notes),
         noise={"yaw": found.noise, "position": point.noise},
         records=compared(
             log,

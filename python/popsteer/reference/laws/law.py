@@ -31,10 +31,10 @@ __all__ = ["Belief", "Decision", "LateralLaw", "LawState", "Params", "Tracked", 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a controller decides, for the vehicle as one that drives forward."""
+    """What a controller decides, for the mirrored vehicle: one that drives forward."""
 
     steer: float
-    """Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`."""
+    """Angle of the mirrored vehicle's front wheels that is wanted [rad], within `max_steer`."""
     target: Point
     """The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m]."""
     status: Status

@@ -10,10 +10,11 @@ use crate::path::view::PathView;
 use crate::status::Status;
 use crate::vehicle::{AdaptParams, Estimate, Vehicle};
 
-/// What a controller decides, for the vehicle as one that drives forward.
+/// What a controller decides, for the mirrored vehicle: one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
+    /// Angle of the mirrored vehicle's front wheels that is wanted [rad], within `max_steer`;
+    /// [`Located::mirror`] gives that of the real vehicle.
     pub steer: f64,
     /// The point aimed at: the lookahead point, or the projection onto the path [m].
     pub target: Point,
