@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
 from hypothesis import strategies as st
 
+from popsteer import reference
 from tests.parity.strategies import usually
 
 Range = tuple[float, float]
@@ -49,88 +50,63 @@ class Law:
         return st.fixed_dictionaries({}, optional=drawn)
 
 
-_FOLLOW: dict[str, tuple[Range, Range]] = {
-    "search_distance": ((0.0, 1e6), (0.0, 20.0)),
-    "lost_distance": ((1e-3, 1e9), (5.0, 60.0)),
+# Where a number usually is; one that is not named: from half of its default to twice that.
+_USUAL: dict[str, Range] = {
+    "search_distance": (0.0, 20.0),
+    "lost_distance": (5.0, 60.0),
+    "lookahead_gain": (0.0, 1.0),
+    "min_lookahead": (0.0, 12.0),
+    "lookahead_tolerance": (0.005, 0.5),
+    "window_ahead": (5.0, 40.0),
+    "grid_spacing": (0.01, 1.0),
+    "steer_span": (0.01, 0.5),
+    "steer_span_rate": (0.1, 3.0),
+    "horizon": (0.3, 3.0),
+    "heading_cost": (0.0, 10.0),
+    "steer_rate_cost": (0.05, 2.0),
+    "approach_angle": (0.05, 1.0),
+    "min_speed": (1.0, 10.0),
+    "smoothing_length": (0.0, 10.0),
+    **dict.fromkeys(("kp", "ki", "kd", "cross_track_gain", "speed_gain"), (0.0, 2.0)),
+    "softening": (1e-5, 1.0),
+    "cutoff": (0.3, 0.7),
+    "steer_limit": (0.3, 1.3),
+    "speed_limit": (5.0, 70.0),
 }
-_SEARCH: dict[str, tuple[Range, Range]] = {
-    "lookahead_gain": ((0.0, 1e3), (0.0, 1.0)),
-    "min_lookahead": ((0.0, 1e4), (0.0, 12.0)),
-    "lookahead_tolerance": ((1e-9, 1e3), (0.005, 0.5)),
-    "window_ahead": ((1e-3, 1e6), (5.0, 40.0)),
-    "grid_spacing": ((1e-6, 1e3), (0.01, 1.0)),
-}
-_SEARCHED = ("min_lookahead", "lookahead_tolerance", "window_ahead", "grid_spacing")
-_GAIN: tuple[Range, Range] = ((0.0, 1e6), (0.0, 2.0))
 
-POP = Law(
-    "Pop",
-    {**_SEARCH, "steer_span": ((1e-6, math.pi), (0.01, 0.5)), **_FOLLOW},
-    counts={"candidate_count": (3, 100_001)},
-    flags=("exact_lookahead",),
-    optional=(*_SEARCHED, *_FOLLOW),
-    searches=True,
-)
-PREVIEW_POP = Law(
-    "PreviewPop",
-    {
-        "steer_span_rate": ((1e-3, 1e6), (0.1, 3.0)),
-        "horizon": ((0.05, 100.0), (0.3, 3.0)),
-        "heading_cost": ((0.0, 1e3), (0.0, 10.0)),
-        "steer_rate_cost": ((1e-5, 1e3), (0.05, 2.0)),
-        "approach_angle": ((1e-3, 0.5 * math.pi), (0.05, 1.0)),
-        "min_speed": ((1e-3, 1e4), (1.0, 10.0)),
-        "smoothing_length": ((0.0, 1e3), (0.0, 10.0)),
-        **_FOLLOW,
-    },
-    optional=(
-        *("steer_span_rate", "heading_cost", "steer_rate_cost", "min_speed", "smoothing_length"),
-        *_FOLLOW,
-    ),
-    reads_belief=True,
-)
-PID = Law(
-    "Pid",
-    {
-        "kp": _GAIN,
-        "ki": _GAIN,
-        "kd": _GAIN,
-        "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
-        **_FOLLOW,
-    },
-    counts={"buffer_length": (1, 500)},
-    flags=("integral_with_dt",),
-    optional=("kp", "ki", "kd", "smoothing_length", *_FOLLOW),
-)
-PURE_PURSUIT = Law(
-    "PurePursuit",
-    {**_SEARCH, **_FOLLOW},
-    flags=("alpha_by_arccos", "exact_lookahead"),
-    optional=(*_SEARCHED, *_FOLLOW),
-    searches=True,
-)
-STANLEY = Law(
-    "Stanley",
-    {
-        "cross_track_gain": _GAIN,
-        "speed_gain": _GAIN,
-        "softening": ((1e-9, 1e6), (1e-5, 1.0)),
-        "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
-        **_FOLLOW,
-    },
-    flags=("heading_behind",),
-    optional=("softening", "smoothing_length", *_FOLLOW),
-)
-COUPLED = Law(
-    "CoupledLongitudinal",
-    {
-        "cutoff": ((0.0, 1.0), (0.3, 0.7)),
-        "steer_limit": ((1e-3, 1.57), (0.3, 1.3)),
-        "speed_limit": ((1e-3, 1e4), (5.0, 70.0)),
-    },
-)
-SPEED_PID = Law("SpeedPid", {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN})
 
+def _law(name: str, *, searches: bool = False, reads_belief: bool = False) -> Law:
+    """A law with the parameters that its reference declares."""
+    params = getattr(reference, f"{name}Params")()
+    declared = {each.name: each for each in dataclasses.fields(params)}
+    resolved = params.resolved(reference.Vehicle()) if hasattr(params, "resolved") else params
+    counts = {key: at for key, at in declared.items() if type(at.default) is int}
+    flags = tuple(key for key, at in declared.items() if type(at.default) is bool)
+    ranges = {}
+    for key in declared.keys() - counts - set(flags):
+        low, high = declared[key].metadata["range"]
+        default = getattr(resolved, key)
+        usual = max(low, 0.5 * default), min(high, 2.0 * default)
+        ranges[key] = (low, high), _USUAL.get(key, usual)
+    return Law(
+        name,
+        {key: ranges[key] for key in declared if key in ranges},
+        {key: at.metadata["range"] for key, at in counts.items()},
+        flags,
+        tuple(key for key, at in declared.items() if at.default is None),
+        searches=searches,
+        reads_belief=reads_belief,
+    )
+
+
+POP = _law("Pop", searches=True)
+PREVIEW_POP = _law("PreviewPop", reads_belief=True)
+PID = _law("Pid")
+PURE_PURSUIT = _law("PurePursuit", searches=True)
+STANLEY = _law("Stanley")
+COUPLED = _law("CoupledLongitudinal")
+SPEED_PID = _law("SpeedPid")
+# It has no reference.
 SPEED_TRACKER = Law(
     "SpeedTracker",
     {

@@ -76,7 +76,7 @@ def number(default: float, low: float, high: float) -> Any:  # noqa: ANN401 - wh
         check_in_range(name, value, low, high)
         return value
 
-    return field(default=default, metadata={"settled": settled})
+    return field(default=default, metadata={"settled": settled, "range": (low, high)})
 
 
 def optional(low: float, high: float, default: float | None = None) -> Any:  # noqa: ANN401 - what dataclasses.field gives
@@ -86,7 +86,7 @@ def optional(low: float, high: float, default: float | None = None) -> Any:  # n
     def unless_none(name: str, value: float | None) -> float | None:
         return None if value is None else settled(name, value)
 
-    return field(default=default, metadata={"settled": unless_none})
+    return field(default=default, metadata={"settled": unless_none, "range": (low, high)})
 
 
 def count(default: int, low: int, high: int, *, odd: bool = False) -> Any:  # noqa: ANN401 - what dataclasses.field gives
@@ -99,7 +99,7 @@ def count(default: int, low: int, high: int, *, odd: bool = False) -> Any:  # no
             raise errors.ConfigError(name, value, wanted(low, high))
         return value
 
-    return field(default=default, metadata={"settled": settled})
+    return field(default=default, metadata={"settled": settled, "range": (low, high)})
 
 
 def input_in_range(name: str, value: float, low: float, high: float) -> float:
