@@ -33,7 +33,7 @@ HELD = {
         )
     },
     "params.rs": f"{_TWINS}error.py",
-    "laws/params.rs": f"{_TWINS}laws/preview_pop/params.py",
+    "laws/params.rs": f"{_TWINS}laws/law.py",
     "path/best.rs": f"{_TWINS}path/relocalise.py",
     "laws/pid/mod.rs": f"{_TWINS}laws/pid.py",
     "laws/pid/error_buffer.rs": f"{_TWINS}laws/pid.py",

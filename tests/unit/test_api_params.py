@@ -146,15 +146,17 @@ def test_params_no_number_is_a_type_error(law: Law) -> None:
 
 def test_params_count_out_of_range_is_refused_by_name() -> None:
     even = (20, 2, 1, 0, -1, -21, 100_002, 100_003, 10**30, -(10**30))
-    bad = [(popsteer.PopParams, "candidate_count", "odd and in", count) for count in even]
-    beyond = (0, -1, 501, 10**30)
-    bad += [(popsteer.PidParams, "buffer_length", "a count in", count) for count in beyond]
-    for params, field, required, count in bad:
-        with pytest.raises(ConfigError, match=f"{field} must be {required}") as caught:
-            params(**{field: count})
-        assert caught.value.field == field
-        if abs(count) < 2**53:
-            assert caught.value.value == count
+    bad: list[tuple[Any, str, str, tuple[int, ...]]] = [
+        (popsteer.PopParams, "candidate_count", "odd and in", even),
+        (popsteer.PidParams, "buffer_length", "a count in", (0, -1, 501, 10**30)),
+    ]
+    for params, field, required, counts in bad:
+        for count in counts:
+            with pytest.raises(ConfigError, match=f"{field} must be {required}") as caught:
+                params(**{field: count})
+            assert caught.value.field == field
+            if abs(count) < 2**53:
+                assert caught.value.value == count
 
 
 def test_preview_params_resolved_take_the_rate_of_the_wheels() -> None:

@@ -34,8 +34,7 @@ from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.laws.pid import Pid, PidParams, PidState
 from popsteer.reference.laws.pop import Pop, PopParams, PopState
-from popsteer.reference.laws.preview_pop import PreviewPop, PreviewPopState
-from popsteer.reference.laws.preview_pop.params import PreviewPopParams
+from popsteer.reference.laws.preview_pop import PreviewPop, PreviewPopParams, PreviewPopState
 from popsteer.reference.laws.pure_pursuit import (
     PurePursuit,
     PurePursuitParams,
