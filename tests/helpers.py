@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
 
 from studies.layout import AUTHORS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,3 +39,32 @@ def long_drives() -> settings:
     """
     asked = settings().max_examples
     return settings(max_examples=40 if asked == 100 else asked)
+
+
+def looped(
+    names: str | tuple[str, ...], cases: Iterable[Any]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a test each case in turn, as one item: as `parametrize`, where ids would tell nothing.
+
+    A failure begins with the case that it is of. Not for tests that skip single cases.
+    """
+    keys = names.replace(" ", "").split(",") if isinstance(names, str) else list(names)
+    rows = [dict(zip(keys, case if len(keys) > 1 else (case,), strict=True)) for case in cases]
+    assert rows, "no case to test"
+
+    def decorate(test: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(test)
+        def loop(**fixtures: Any) -> None:
+            for row in rows:
+                try:
+                    test(**fixtures, **row)
+                except (Exception, pytest.fail.Exception) as error:  # noqa: PERF203 - names it
+                    raise AssertionError(f"case {row!r}") from error
+
+        signature = inspect.signature(test)
+        others = [each for name, each in signature.parameters.items() if name not in keys]
+        assert len(others) == len(signature.parameters) - len(keys), f"{test} takes no {keys}"
+        vars(loop)["__signature__"] = signature.replace(parameters=others)
+        return loop
+
+    return decorate
