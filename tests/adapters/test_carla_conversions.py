@@ -12,7 +12,7 @@ import pytest
 
 import popsteer
 from popsteer.adapters import carla as adapter
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,7 +79,7 @@ def test_pose_comes_back_from_its_transform(x: float, y: float, yaw: float) -> N
     assert back == pytest.approx((x, y, yaw), abs=1e-4)
 
 
-@pytest.mark.parametrize("yaw", [0.0, 60.0, -135.0])
+@looped("yaw", [0.0, 60.0, -135.0])
 def test_speed_is_signed_by_where_the_car_looks(yaw: float) -> None:
     transform = carla.Transform(carla.Location(), carla.Rotation(yaw=yaw))
     ahead = transform.get_forward_vector()
@@ -125,13 +125,13 @@ def test_controls_are_bounded_and_turn_the_other_way() -> None:
     assert (ackermann.steer_speed, ackermann.acceleration) == (0.5, 2.0)
 
 
-@pytest.mark.parametrize("lock", [0.0, 1.6, math.nan])
+@looped("lock", [0.0, 1.6, math.nan])
 def test_lock_out_of_its_range_is_refused_by_name(lock: float) -> None:
     with pytest.raises(popsteer.ConfigError, match="lock must be in"):
         adapter.Steering(lock=lock)
 
 
-@pytest.mark.parametrize("unit", [100.0, 1.0])
+@looped("unit", [100.0, 1.0])
 def test_vehicle_of_an_actor_has_its_axles_and_its_lock(unit: float) -> None:
     car = adapter.vehicle_of(Parked(HERE, wheels_at(HERE, unit)))
     assert car.wheelbase == pytest.approx(2.9, abs=1e-4)

@@ -12,6 +12,7 @@ import pytest
 import popsteer
 from popsteer import plants, sim, tracks
 from popsteer.errors import ConfigError, InputError, PathError
+from tests.helpers import looped
 
 gymnasium = pytest.importorskip("gymnasium", reason='the extra "gym" is not installed')
 
@@ -49,7 +50,7 @@ def test_environment_passes_the_check_of_gymnasium_without_a_warning(name: str) 
     env.close()
 
 
-@pytest.mark.parametrize("name", OPTIONS)
+@looped("name", OPTIONS)
 def test_made_vector_keeps_to_its_spaces_and_answers_with_new_arrays(name: str) -> None:
     envs = gymnasium.make_vec(ID, num_envs=3, max_episode_steps=8, **OPTIONS[name])
     assert isinstance(envs.unwrapped, TrackVectorEnv)
@@ -72,8 +73,8 @@ def test_made_vector_keeps_to_its_spaces_and_answers_with_new_arrays(name: str) 
     envs.close()
 
 
-@pytest.mark.parametrize("name", ["default", "drawn", "pedals", "closed", "mujoco"])
-@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+@looped("name", ["default", "drawn", "pedals", "closed", "mujoco"])
+@looped("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_vector_is_so_many_single_environments(name: str, mode: AutoresetMode) -> None:
     options = {**OPTIONS[name], "time_limit": 1.0}
     many = TrackVectorEnv(3, autoreset_mode=mode, **options)
@@ -116,7 +117,7 @@ def test_large_batch_is_that_of_single_ones_and_of_itself() -> None:
             assert reward == rewards[k]
 
 
-@pytest.mark.parametrize("plant", ["kinematic-bicycle", "carla-identified", "commonroad-st-2"])
+@looped("plant", ["kinematic-bicycle", "carla-identified", "commonroad-st-2"])
 def test_controller_in_the_environment_drives_as_in_the_simulation(plant: str) -> None:
     env = TrackEnv("slalom", plant, constant_speed=8.0, start_offset=(0.3, 0.3))
     pop = popsteer.PreviewPop(env.path, env.vehicle)
@@ -237,7 +238,7 @@ def test_plant_at_its_limit_ends_the_episode_and_says_which() -> None:
     assert len({id(plant) for plant in many._plants}) == 2
 
 
-@pytest.mark.parametrize("action", [[np.nan], [np.inf], ["left"], [0.0, 0.0], 0.0, None])
+@looped("action", [[np.nan], [np.inf], ["left"], [0.0, 0.0], 0.0, None])
 def test_action_that_is_none_is_refused_and_nothing_moves(action: Any) -> None:
     env, twin = TrackEnv("slalom"), TrackEnv("slalom")
     env.reset(seed=1)
@@ -287,7 +288,7 @@ def test_only_masked_vehicles_begin_anew_where_nothing_does_so_by_itself() -> No
         many.reset(options={"reset_mask": [1, 0, 1]})
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "error", "named"),
     [
         ({"track": "monaco"}, ConfigError, "monaco"),

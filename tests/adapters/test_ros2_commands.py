@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,7 +57,7 @@ sys.exit(any(name.startswith(parts) for name in sys.modules))
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize(
+@looped(
     ("arguments", "said"),
     [
         (["--domain", "233"], "domain must be a whole number from 0 to 232, got '233'"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import popsteer
+from tests.helpers import looped
 
 pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
@@ -53,7 +54,7 @@ def message(random: np.random.Generator, name: str) -> Any:
     return messages.make(name, **{field: drawn(random, *kind) for field, kind in fields})
 
 
-@pytest.mark.parametrize("name", messages.TYPES)
+@looped("name", messages.TYPES)
 def test_bytes_of_each_type_equal_those_of_rosbags_both_ways(name: str) -> None:
     random = np.random.default_rng(0)
     idl = idl_type(name).__idl__
@@ -88,7 +89,7 @@ def test_names_on_the_wire_are_those_of_ros() -> None:
     assert idl_type(messages.CONTROL).__idl_typename__ == "autoware_control_msgs.msg.dds_.Control_"
 
 
-@pytest.mark.parametrize("yaw", [-3.0, -0.5, 0.0, 1e-9, 2.0, math.pi])
+@looped("yaw", [-3.0, -0.5, 0.0, 1e-9, 2.0, math.pi])
 def test_odometry_there_and_back_is_the_same(yaw: float) -> None:
     data = messages.encode(
         ros2.odometry_message(1.5, -2.5, yaw, -3.0, 1_700_000_000_123_456_789, "/map", "base")
@@ -114,7 +115,7 @@ def test_yaw_of_a_tilted_vehicle_is_that_of_its_nose() -> None:
     assert ros2.yaw_of(tilted) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("place", "value", "said"),
     [
         ("pose.pose.position.x", math.nan, "x is nan"),
@@ -141,7 +142,7 @@ def test_path_with_a_point_twice_has_it_once_and_no_speeds() -> None:
     assert (len(path), path.speed, frame) == (2, None, "map")
 
 
-@pytest.mark.parametrize(
+@looped(
     ("x", "said"),
     [([], "2 waypoints|shape"), ([1.0], "at least 2"), ([1.0, math.nan], "got nan")],
 )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import popsteer
+from tests.helpers import looped
 
 pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
@@ -333,7 +334,7 @@ def test_refused_bytes_are_named_by_their_type(bench: Bench) -> None:
     assert bench.node.intake.odometry.reason.startswith("is no nav_msgs/msg/Odometry")
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "said"),
     [
         ({"rate": 0.5}, "rate must be in"),

@@ -8,6 +8,7 @@ import pytest
 import popsteer
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2.pilot import up_to_stand
+from tests.helpers import looped
 
 DT = 0.02
 
@@ -39,7 +40,7 @@ def driven(
     return places, speeds, pilot
 
 
-@pytest.mark.parametrize(
+@looped(
     ("speeds", "kept"),
     [
         ([1, 1, 0, 0, 0], 3),
@@ -73,7 +74,7 @@ def test_vehicle_stands_before_speeds_of_zero_and_stays() -> None:
     assert pilot.state is ros2.State.DRIVING
 
 
-@pytest.mark.parametrize(
+@looped(
     ("path", "end"),
     [
         (straight([0.0] + [5.0] * 9 + [0.0]), 50.0),

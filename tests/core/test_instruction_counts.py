@@ -10,6 +10,7 @@ import pytest
 
 from benches import instruction_counts
 from benches.instruction_counts import Unavailable, comparable, compare, count, count_all
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,7 +68,7 @@ def test_baseline_holds_every_call_and_what_it_hangs_on(baseline: dict[str, Any]
     assert baseline["toolchain"]["rustc"].startswith("rustc ")
 
 
-@pytest.mark.parametrize(
+@looped(
     ("counted", "lines"),
     [(100.0, 0), (103.0, 0), (103.1, 1), (50.0, 0), (math.nan, 1)],
 )

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import pytest
-
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 from tests.meta.imports import circles, python_graph, rust_graph, sources, upward
 
 if TYPE_CHECKING:
@@ -110,7 +108,7 @@ def _with(sources: dict[str, str], module: str, planted: str) -> dict[str, str]:
     return {**sources, module: f"{sources[module]}\n{planted}\n"}
 
 
-@pytest.mark.parametrize(
+@looped(
     "planted",
     [
         "use crate::laws::Command;",
@@ -128,7 +126,7 @@ def test_rust_import_upward_is_found(planted: str) -> None:
     assert upward(graph, RUST) == [f"{found}: popsteer_core.path may not know popsteer_core.laws"]
 
 
-@pytest.mark.parametrize(
+@looped(
     "planted",
     [
         "// use crate::laws::Command;",
@@ -141,7 +139,7 @@ def test_rust_words_and_tests_import_nothing(planted: str) -> None:
     assert graph == rust_graph(_SMALL_CORE)
 
 
-@pytest.mark.parametrize(
+@looped(
     "planted",
     ["use super::locate::locate;", "use super::{locate::OPPOSITE};", "use super::locate;"],
 )
@@ -151,7 +149,7 @@ def test_rust_circle_is_found(planted: str) -> None:
     assert circles(graph) == [["popsteer_core.path.locate", "popsteer_core.path.near"]]
 
 
-@pytest.mark.parametrize(
+@looped(
     "planted",
     [
         "from popsteer.reference.laws.command import Command",

@@ -5,9 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING
 
-import pytest
-
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 from tests.meta.imports import circles, python_graph, sources
 
 if TYPE_CHECKING:
@@ -107,7 +105,7 @@ def test_no_part_imports_one_of_its_own_layer_or_above() -> None:
     assert _upward(_sources()) == []
 
 
-@pytest.mark.parametrize(
+@looped(
     ("module", "planted"),
     [
         ("popsteer.tracks.track", "from popsteer.lab import compare"),
@@ -143,7 +141,7 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     assert circles(graph) == []
 
 
-@pytest.mark.parametrize(
+@looped(
     ("module", "planted", "circle"),
     [
         (

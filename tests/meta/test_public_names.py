@@ -9,11 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
-
-import pytest
+from typing import TYPE_CHECKING, Any
 
 import popsteer
+from tests.helpers import looped
+
+if TYPE_CHECKING:
+    import pytest
 
 PACKAGES = [
     "popsteer",
@@ -35,12 +37,12 @@ def test_packages_are_found() -> None:
     assert {"popsteer.lab.compare", "popsteer.sim", "popsteer.reference.speed"} <= set(PACKAGES)
 
 
-@pytest.mark.parametrize("name", PACKAGES)
+@looped("name", PACKAGES)
 def test_package_hides_none_of_its_modules(name: str) -> None:
     assert _hidden(importlib.import_module(name)) == []
 
 
-@pytest.mark.parametrize("name", [each for each in PACKAGES if each != "popsteer.cli"])
+@looped("name", [each for each in PACKAGES if each != "popsteer.cli"])
 def test_package_shows_no_constants(name: str) -> None:
     package = importlib.import_module(name)
     # What a figure is drawn with is no constant of a study.

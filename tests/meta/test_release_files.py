@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 from tests.meta.test_tree import _version
 
 yaml = pytest.importorskip("yaml", reason='the group "site", which reads YAML, is not installed')
@@ -41,7 +41,7 @@ def test_there_are_workflows_for_tests_wheels_and_site() -> None:
     assert NAMES == ["ci", "site", "wheels"]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_actions_are_pinned_to_commits(name: str) -> None:
     lines = (FORGE / "workflows" / f"{name}.yml").read_text(encoding="utf-8").splitlines()
     used = [line for line in lines if "uses:" in line]
@@ -58,7 +58,7 @@ def test_one_action_has_one_version() -> None:
     assert len({action for action, _ in used}) == len(used)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_jobs_may_read_and_no_more_but_where_they_publish(name: str) -> None:
     workflow = _read(name)
     assert workflow["permissions"] == {"contents": "read"}
@@ -67,7 +67,7 @@ def test_jobs_may_read_and_no_more_but_where_they_publish(name: str) -> None:
         assert what["timeout-minutes"] <= 90, job
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_commands_of_workflows_exist(name: str) -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     jobs = _read(name)["jobs"]
@@ -132,7 +132,7 @@ def test_citation_has_the_version_and_the_paper_of_the_page() -> None:
     assert paper["doi"] in page
 
 
-@pytest.mark.parametrize("form", ["bug", "tracking", "wish"])
+@looped("form", ["bug", "tracking", "wish"])
 def test_issue_form_has_what_a_forge_asks_for(form: str) -> None:
     text = (FORGE / "ISSUE_TEMPLATE" / f"{form}.yml").read_text(encoding="utf-8")
     found = yaml.safe_load(text)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import popsteer
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 
 # Doc comments of the binding are the docstrings of the Python classes, and no code to read.
 LONGEST = 500
@@ -70,7 +70,7 @@ def test_tracked_files_name_no_machine() -> None:
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize(
+@looped(
     "line",
     ["see /home/" + "ann/x", "cd /work/" + "main", "at 192.168" + ".0.7", "ssh box." + "internal"],
 )
@@ -78,7 +78,7 @@ def test_machine_pattern_sees_paths_and_hosts(line: str) -> None:
     assert _MACHINE.search(line)
 
 
-@pytest.mark.parametrize(
+@looped(
     "line", ["framework/x", "a /usr/bin/env", "threading.local()", "0.10.2", "hypothesis.internal"]
 )
 def test_machine_pattern_leaves_others_alone(line: str) -> None:

@@ -8,9 +8,7 @@ import sys
 import textwrap
 from typing import TYPE_CHECKING
 
-import pytest
-
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,7 +65,7 @@ def _names() -> list[str]:
     return sorted(file.name for file in EXAMPLES.iterdir() if file.name != "__pycache__")
 
 
-@pytest.mark.parametrize("name", _names())
+@looped("name", _names())
 def test_example_is_short(name: str) -> None:
     file = EXAMPLES / name
     source = file / "src" / "main.rs" if file.is_dir() else file

@@ -11,7 +11,7 @@ from docs.site import forge, pages
 from studies import figures
 from studies.choose import CHOICES, choose_lines, matrix, paper_lines
 from studies.layout import table
-from tests.helpers import ROOT, authors_data
+from tests.helpers import ROOT, authors_data, looped
 
 READ = [
     *sorted(ROOT.glob("*.md")),
@@ -38,12 +38,12 @@ def faults(page: str, text: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("page", NAMES)
+@looped("page", NAMES)
 def test_links_of_the_page_lead_to_files_and_headings(page: str) -> None:
     assert not faults(page, (ROOT / page).read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(
+@looped(
     ("text", "fault"),
     [
         ("[a](docs/none.md)", "docs/none.md: no such file"),
@@ -57,7 +57,7 @@ def test_link_that_leads_nowhere_is_found(text: str, fault: str) -> None:
     assert faults("README.md", text) == [fault]
 
 
-@pytest.mark.parametrize(
+@looped(
     ("heading", "anchor"),
     [
         ("Where to stop, which gear, how fast", "where-to-stop-which-gear-how-fast"),

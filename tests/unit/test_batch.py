@@ -17,6 +17,7 @@ import pytest
 
 import popsteer
 from popsteer import ConfigError, InputError, Status
+from tests.helpers import looped
 from tests.parity.laws import LATERAL, Law
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ NUMBERS = (
     "distance_to_stop",
 )
 
-each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+each_law = looped("law", LATERAL)
 
 
 def _paths() -> list[popsteer.Path]:
@@ -82,7 +83,7 @@ def _bits(array: Any) -> bytes:
 
 
 @each_law
-@pytest.mark.parametrize("count", [7, 600], ids=["on one thread", "on several"])
+@looped("count", [7, 600])
 def test_batch_of_each_law_gives_the_bits_of_single_steps(law: Law, count: int) -> None:
     controllers = _controllers(law, count)
     controllers[3].step(30.0, 1.0, 0.2, 6.0, DT)  # the present state goes along
@@ -134,7 +135,7 @@ def test_batch_of_copies_is_that_of_a_list() -> None:
     assert repr(copies) == "<Batch of 300 vehicles>"
 
 
-@pytest.mark.parametrize("vehicles", [[], (popsteer.Pop(_paths()[0]), 0)], ids=["list", "count"])
+@looped("vehicles", [[], (popsteer.Pop(_paths()[0]), 0)])
 def test_batch_of_none_answers_with_empty_arrays(vehicles: Any) -> None:
     batch = popsteer.Batch(*vehicles) if vehicles else popsteer.Batch([])
     assert len(batch) == 0
@@ -152,7 +153,7 @@ def _three() -> tuple[popsteer.Batch, dict[str, Any]]:
     return batch, arrays
 
 
-@pytest.mark.parametrize("field", FIELDS)
+@looped("field", FIELDS)
 def test_batch_array_of_another_kind_is_read_where_nothing_is_lost(field: str) -> None:
     batch, arrays = _three()
     arrays = {name: np.round(array) for name, array in arrays.items()}
@@ -173,8 +174,8 @@ def test_batch_array_of_another_kind_is_read_where_nothing_is_lost(field: str) -
         assert _bits(batch.steer(**{**arrays, field: same}, dt=DT)) == _bits(wanted)
 
 
-@pytest.mark.parametrize("field", FIELDS)
-@pytest.mark.parametrize(
+@looped("field", FIELDS)
+@looped(
     ("value", "requirement", "shown"),
     [
         (np.zeros(2), "of shape (3,)", (2,)),
@@ -204,7 +205,7 @@ def test_batch_array_of_wrong_shape_or_dtype_is_refused_by_name(
 
 
 @each_law
-@pytest.mark.parametrize("count", [7, 600])
+@looped("count", [7, 600])
 def test_batch_with_one_bad_vehicle_refuses_all_and_names_it(law: Law, count: int) -> None:
     batch = popsteer.Batch(_controllers(law, count))
     poses: dict[str, Any] = dict(zip(FIELDS, next(_drives(count, 1)), strict=True))
@@ -280,7 +281,7 @@ def test_batch_that_holds_answers_as_each_controller_that_holds(law: Law) -> Non
 
 
 @each_law
-@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda b: pickle.loads(pickle.dumps(b))])
+@looped("duplicate", [copy.deepcopy, lambda b: pickle.loads(pickle.dumps(b))])
 def test_batch_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None:
     controllers = _controllers(law, 7)
     first, second = _drives(7, 2)
@@ -354,8 +355,8 @@ def test_command_batch_of_unequal_columns_is_refused() -> None:
             popsteer.CommandBatch(**{**columns, name: column[:2]})
 
 
-@pytest.mark.parametrize("dt", [0.0, -0.05, float("nan"), 1e4, 10**400])
-@pytest.mark.parametrize("on_error", ["raise", "nan"])
+@looped("dt", [0.0, -0.05, float("nan"), 1e4, 10**400])
+@looped("on_error", ["raise", "nan"])
 def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> None:
     batch, arrays = _three()
     before = batch.states
@@ -385,7 +386,7 @@ def test_batch_of_mixed_or_foreign_controllers_names_the_first() -> None:
             popsteer.Batch(vehicles)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("count", [-1, 10_000_001, 10**30])
+@looped("count", [-1, 10_000_001, 10**30])
 def test_batch_with_bad_count_is_refused(count: int) -> None:
     pop = popsteer.Pop(_paths()[0])
     with pytest.raises(ConfigError, match=r"count must be a count in \[0, 10000000\]"):

@@ -27,6 +27,7 @@ from popsteer.lab.bench.calls import (
 from popsteer.lab.bench.latency import Percentiles
 from popsteer.lab.common import timing
 from popsteer.lab.common.timing import Driver, time_calls
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -298,7 +299,7 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
     assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
 
 
-@pytest.mark.parametrize(
+@looped(
     ("nanoseconds", "written"),
     [(23.4, "23 ns"), (999.0, "999 ns"), (4210.0, "4.21 µs"), (33_520.0, "33.5 µs"),
      (335_383.0, "335 µs"), (3.239e6, "3.24 ms"), (2.5e9, "2.50 s")],

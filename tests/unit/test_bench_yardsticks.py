@@ -12,7 +12,7 @@ from popsteer import PopsteerError, reference
 from popsteer.lab.bench import latency, states, yardsticks
 from popsteer.lab.bench.calls import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
 from popsteer.lab.common.timing import Drive
-from tests.helpers import ROOT, authors_data
+from tests.helpers import ROOT, authors_data, looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -90,7 +90,7 @@ def test_numba_step_gives_the_angles_of_the_reference_anywhere(closed: bool) -> 
     assert [driver.call(*state, DT) for state in jumps] == reference_angles(drive)
 
 
-@pytest.mark.parametrize(
+@looped(
     "arguments",
     [(math.nan, 0, 0, 1, DT), (0, 0, math.inf, 1, DT), (0, 0, 0, 2e4, DT), (0, 0, 0, 1, 0)],
 )

@@ -4,9 +4,8 @@ import copy
 import pickle
 from typing import TYPE_CHECKING
 
-import pytest
-
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError, in_range
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,13 +26,13 @@ def _pickled(error: PopsteerError, protocol: int) -> PopsteerError:
     return restored
 
 
-@pytest.mark.parametrize("kind", [ConfigError, InputError, PathError])
+@looped("kind", [ConfigError, InputError, PathError])
 def test_errors_of_each_kind_are_popsteer_and_value_errors(kind: type[Exception]) -> None:
     assert issubclass(kind, PopsteerError)
     assert issubclass(kind, ValueError)
 
 
-@pytest.mark.parametrize("kind", [ConfigError, InputError])
+@looped("kind", [ConfigError, InputError])
 def test_field_error_names_field_requirement_and_value(
     kind: type[ConfigError | InputError],
 ) -> None:
@@ -48,7 +47,7 @@ def test_config_error_for_unknown_name_lists_known_ones_in_their_order() -> None
     assert (error.field, error.value, error.requirement) == ("law", "foo", "one of pop, pid")
 
 
-@pytest.mark.parametrize("index", [None, 0, 7])
+@looped("index", [None, 0, 7])
 def test_path_error_keeps_message_and_index(index: int | None) -> None:
     error = PathError("no path", index)
     assert (str(error), error.index) == ("no path", index)
@@ -58,8 +57,8 @@ def test_path_error_without_index_has_none() -> None:
     assert PathError("no path").index is None
 
 
-@pytest.mark.parametrize("error", ERRORS, ids=repr)
-@pytest.mark.parametrize(
+@looped("error", ERRORS)
+@looped(
     "duplicate",
     [copy.copy, copy.deepcopy]
     + [lambda e, p=p: _pickled(e, p) for p in range(pickle.HIGHEST_PROTOCOL + 1)],
@@ -75,7 +74,7 @@ def test_error_copied_or_pickled_is_the_same(
     assert twin is not error
 
 
-@pytest.mark.parametrize(
+@looped(
     ("low", "high", "expected"),
     [
         (0.001, 1000.0, "in [0.001, 1000]"),

@@ -11,6 +11,7 @@ import pytest
 import popsteer
 from popsteer import presets
 from studies.cars_loop import CAR, bends, recorded
+from tests.helpers import looped
 
 LAWS: dict[str, Any] = {"stanley": popsteer.Stanley, "pid": popsteer.Pid}
 Step = tuple[float, float, float, float]
@@ -19,7 +20,7 @@ PARAMS: dict[str, Any] = {"stanley": popsteer.StanleyParams, "pid": popsteer.Pid
 # would be if the car, which backs up, were to drive forward.
 AHEAD = popsteer.Vehicle(rear_axle=-3.0, max_lateral_acceleration=None)
 ASTERN = AHEAD.replace(rear_axle=3.0)
-each_law = pytest.mark.parametrize("law", LAWS)
+each_law = looped("law", LAWS)
 
 
 def angles(law: str, path: popsteer.Path, steps: list[Step], **params: Any) -> list[float]:
@@ -45,7 +46,7 @@ def circle(spacing: float = 0.1, radius: float = 20.0) -> np.ndarray[Any, Any]:
 
 
 @each_law
-@pytest.mark.parametrize("speed", [5.0, -5.0], ids=["forward", "backwards"])
+@looped("speed", [5.0, -5.0])
 def test_heading_length_on_a_smooth_path_steers_as_its_segments_do(law: str, speed: float) -> None:
     points = circle()
     path = popsteer.Path(points, speed=speed * np.ones(len(points)))
@@ -77,7 +78,7 @@ def test_heading_length_ends_where_the_vehicle_turns_round(law: str) -> None:
 
 
 @each_law
-@pytest.mark.parametrize("closed", [False, True])
+@looped("closed", [False, True])
 def test_heading_length_longer_than_the_path_is_answered(law: str, closed: bool) -> None:
     path = popsteer.Path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], closed=closed)
     poses = [(0.5, 0.1, 0.0, 2.0), (0.6, 0.1, 0.0, 2.0)]
@@ -95,7 +96,7 @@ def test_heading_length_of_waypoints_with_noise_steers_calmly(law: str) -> None:
     assert np.abs(by_segment).max() > 0.15
 
 
-@pytest.mark.parametrize("preset", ["paper", "published-code", "reproduction"])
+@looped("preset", ["paper", "published-code", "reproduction"])
 @each_law
 def test_preset_of_the_paper_takes_the_heading_as_printed(law: str, preset: str) -> None:
     params: Any = presets.get(law, preset)

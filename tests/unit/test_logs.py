@@ -10,6 +10,7 @@ from popsteer import logs
 from popsteer.logs import Log, LogError
 from popsteer.logs.units import factor
 from tests.bags import START, write_bag
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,7 +64,7 @@ def test_log_of_unequal_columns_is_refused() -> None:
         Log(**columns)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("column", "unit", "expected"),
     [
         ("t", "ms", 1e-3),
@@ -78,7 +79,7 @@ def test_factor_of_a_unit_is_its_size(column: str, unit: str, expected: float) -
     assert factor(column, unit) == pytest.approx(expected, rel=1e-15)
 
 
-@pytest.mark.parametrize("unit", ["furlong", "", "deg/0", "nan", "0", "deg/x"])
+@looped("unit", ["furlong", "", "deg/0", "nan", "0", "deg/x"])
 def test_factor_of_an_unknown_unit_is_refused(unit: str) -> None:
     with pytest.raises(LogError, match="unit of steer must be rad, deg, a number"):
         factor("steer", unit)

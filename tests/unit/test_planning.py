@@ -13,6 +13,7 @@ import popsteer
 from popsteer import ConfigError, Path, PathError, Vehicle, planning, sim, tracks
 from popsteer.planning import SpeedLimits, speed_profile, speeds_along
 from popsteer.tracks import edges
+from tests.helpers import looped
 from tests.planned import closed_spline, excess, random_course, spacing_of
 
 TABLE = ((0.0, 3.0), (8.0, 2.0), (20.0, 0.5))
@@ -153,7 +154,7 @@ def test_course_is_driven_by_a_controller_of_speeds() -> None:
 STRAIGHT = Path([(float(x), 0.0) for x in range(21)])
 
 
-@pytest.mark.parametrize(
+@looped(
     ("limits", "car", "words"),
     [
         ({"max_speed": 20.0}, {"max_speed": 10.0}, "max_speed must be at most the vehicle's, 10.0"),

@@ -9,6 +9,7 @@ import pytest
 from popsteer import ConfigError, Path, PathError, PopsteerError, planning, tracks
 from popsteer.planning import SpeedLimits, smooth, speed_profile
 from popsteer.tracks import edges
+from tests.helpers import looped
 from tests.planned import spacing_of
 
 if TYPE_CHECKING:
@@ -47,8 +48,8 @@ def _distance(path: Path, line: Path) -> float:
     return worst
 
 
-@pytest.mark.parametrize("name", [n for n in tracks.names() if n != "racetrack"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@looped("name", [n for n in tracks.names() if n != "racetrack"])
+@looped("seed", [1, 2, 3])
 def test_smoothed_recording_stays_within_the_tolerance(name: str, seed: int) -> None:
     track = tracks.get(name)
     line = Path(track.xy, closed=track.closed)
@@ -92,7 +93,7 @@ def test_smooth_of_clean_waypoints_changes_little() -> None:
     assert _distance(path, Path(track.xy)) < 0.02
 
 
-@pytest.mark.parametrize(
+@looped(
     ("xy", "words"),
     [
         (np.zeros((5, 3)), "waypoints must be finite and of shape"),
@@ -104,7 +105,6 @@ def test_smooth_of_clean_waypoints_changes_little() -> None:
             "run back by .* negative speeds mark",
         ),
     ],
-    ids=["shape", "nan", "one place", "too few", "back"],
 )
 def test_bad_recordings_are_told(xy: NDArray[np.float64], words: str) -> None:
     with pytest.raises(PathError, match=words):

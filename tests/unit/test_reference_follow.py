@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 
-import pytest
-
 from popsteer.reference import Path
 from popsteer.reference.path.follow import Follow
 from popsteer.reference.vehicle.state import VehicleState
+from tests.helpers import looped
 
 
-@pytest.mark.parametrize("rear_axle", [0.0, -1.35, -4.0, 2.0])
-@pytest.mark.parametrize("reference_offset", [3.0, 0.0, -1.5])
+@looped("rear_axle", [0.0, -1.35, -4.0, 2.0])
+@looped("reference_offset", [3.0, 0.0, -1.5])
 def test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of(
     rear_axle: float, reference_offset: float
 ) -> None:

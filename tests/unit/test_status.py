@@ -18,7 +18,7 @@ import pytest
 import popsteer
 from popsteer import InputError, Status, Vehicle, controllers
 from popsteer.sim import Settings, Simulation
-from tests.helpers import ROOT
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from popsteer.controllers import Controller
@@ -105,15 +105,15 @@ def test_status_of_records_are_the_bits() -> None:
     assert [Status(bits) for bits in records["status"].tolist()] == statuses
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_near_the_path_is_ok(name: str) -> None:
     command = Case(20.0, 0.02, -0.01).step(controller(name))
     assert_sound(command)
     assert command.status is Status.OK
 
 
-@pytest.mark.parametrize("name", AIMING)
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@looped("name", AIMING)
+@looped("side", [1.0, -1.0])
 def test_status_farther_off_than_the_lookahead_aims_beside(name: str, side: float) -> None:
     law = controller(name)
     command = Case(20.0, 15.0 * side).step(law)
@@ -123,7 +123,7 @@ def test_status_farther_off_than_the_lookahead_aims_beside(name: str, side: floa
     assert command.steer * side < 0.0
 
 
-@pytest.mark.parametrize("name", AIMING)
+@looped("name", AIMING)
 def test_status_of_the_papers_search_aims_at_the_last_point_that_it_looks_at(name: str) -> None:
     law = controllers.get(name)
     params: Any = law.params(exact_lookahead=False)  # type: ignore[call-arg]
@@ -134,7 +134,7 @@ def test_status_of_the_papers_search_aims_at_the_last_point_that_it_looks_at(nam
     assert command.target == pytest.approx((45.0 if name == "pop" else 40.0, 0.0))
 
 
-@pytest.mark.parametrize("name", AIMING)
+@looped("name", AIMING)
 def test_status_on_a_closed_path_within_the_circle_aims_a_quarter_on(name: str) -> None:
     law = controllers.get(name)
     small = popsteer.Path([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)], closed=True)
@@ -149,8 +149,8 @@ _SATURATING: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@looped("name", NAMES)
+@looped("side", [1.0, -1.0])
 def test_status_where_more_is_wanted_than_the_limit_is_the_limit(name: str, side: float) -> None:
     law = controllers.get(name)
     params: Any = law.params(**_SATURATING.get(name, {}))
@@ -162,7 +162,7 @@ def test_status_where_more_is_wanted_than_the_limit_is_the_limit(name: str, side
     assert command.steer == -MAX_STEER * side
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_beyond_the_lateral_acceleration_is_limited_to_it(name: str) -> None:
     law = controller(name, max_lateral_acceleration=0.5)
     command = Case(20.0, 4.0, 0.4, speed=10.0).step(law, steps=20)
@@ -174,7 +174,7 @@ def test_status_beyond_the_lateral_acceleration_is_limited_to_it(name: str) -> N
     assert wheel == pytest.approx(-math.atan(3.0 * 0.5 / 10.0**2 / gain))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_of_slow_wheels_keeps_their_rate(name: str) -> None:
     law = controller(name, max_steer_rate=0.1)
     command = Case(20.0, 2.0, 0.1).step(law)
@@ -183,7 +183,7 @@ def test_status_of_slow_wheels_keeps_their_rate(name: str) -> None:
     assert command.steer == pytest.approx(-0.1 * 0.05)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_saturated_past_the_end_says_both(name: str) -> None:
     law = controller(name, max_steer_rate=0.001)
     Case(97.0, 0.5).step(law)
@@ -192,7 +192,7 @@ def test_status_saturated_past_the_end_says_both(name: str) -> None:
     assert command.status.level == "degraded"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_past_the_end_follows_the_last_segment_on(name: str) -> None:
     law = controller(name)
     Case(97.0, 0.5).step(law)
@@ -205,7 +205,7 @@ def test_status_past_the_end_follows_the_last_segment_on(name: str) -> None:
     assert command.target[0] > 103.9
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_beyond_the_lost_distance_is_off_path_and_found_anew(name: str) -> None:
     law = controller(name)
     Case(20.0, 0.0).step(law)
@@ -221,8 +221,8 @@ def test_status_beyond_the_lost_distance_is_off_path_and_found_anew(name: str) -
     assert far.cross_track_error == pytest.approx(31.0)
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@looped("name", NAMES)
+@looped("side", [1.0, -1.0])
 def test_status_beyond_the_deviation_limit_is_deviating_once_it_was_within(
     name: str, side: float
 ) -> None:
@@ -244,8 +244,8 @@ def test_status_beyond_the_deviation_limit_is_deviating_once_it_was_within(
     assert Status.DEVIATING not in Case(21.0, 1.6 * side).step(law).status
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@looped("name", NAMES)
+@looped("side", [1.0, -1.0])
 def test_status_deviating_where_the_vehicle_turns_round_is_so_on_its_way_back(
     name: str, side: float
 ) -> None:
@@ -262,8 +262,8 @@ def test_status_deviating_where_the_vehicle_turns_round_is_so_on_its_way_back(
         assert_sound(command)
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@looped("name", NAMES)
+@looped("side", [1.0, -1.0])
 def test_status_of_a_vehicle_that_turns_uncommanded_is_implausible_for_two_seconds(
     name: str, side: float
 ) -> None:
@@ -288,8 +288,8 @@ _BAD = [
 ]
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("dead_time", [0.0, 0.2])
+@looped("name", NAMES)
+@looped("dead_time", [0.0, 0.2])
 def test_status_of_refused_input_is_held_then_lost(name: str, dead_time: float) -> None:
     for place, value in _BAD:
         law = controller(name, dead_time=dead_time)
@@ -311,7 +311,7 @@ def test_status_of_refused_input_is_held_then_lost(name: str, dead_time: float) 
         assert law.state.held == 0
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_of_refused_input_on_the_way_back_holds_the_direction(name: str) -> None:
     path = popsteer.Path([(5.0 * k, 0.0) for k in range(21)], reverse=[True] * 21)
     law = controllers.get(name).controller(path, CAR)
@@ -324,7 +324,7 @@ def test_status_of_refused_input_on_the_way_back_holds_the_direction(name: str) 
     assert (held.steer, held.cross_track_error) == (before.steer, before.cross_track_error)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_status_of_any_hold_limit_is_held_or_lost(name: str) -> None:
     for limit, status in (
         (10**30, Status.INPUT_HELD),
@@ -339,7 +339,7 @@ def test_status_of_any_hold_limit_is_held_or_lost(name: str) -> None:
             controller(name).step_or_hold(0, 0, 0, 0, 0.05, no_count)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@looped("name", NAMES)
 def test_controller_stepped_by_two_threads_takes_whole_steps(name: str) -> None:
     steps = 2000
     shared, alone = controller(name), controller(name)

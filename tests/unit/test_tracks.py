@@ -12,6 +12,7 @@ from popsteer.errors import ConfigError, PathError
 from popsteer.tracks import Track
 from popsteer.tracks.build import FIRST_SPEED
 from popsteer.tracks.catalogue import _MAKERS
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,22 +70,21 @@ def _crossings(track: Track) -> int:
     return int(np.count_nonzero(inside))
 
 
-@pytest.fixture(params=NAMES)
-def track(request: pytest.FixtureRequest) -> Track:
-    return tracks.get(request.param)
+each_track = looped("track", map(tracks.get, NAMES))
 
 
 def test_names_are_the_shipped_tracks() -> None:
     assert tracks.names() == NAMES
 
 
-@pytest.mark.parametrize("name", ["monaco", "", "Racetrack", None, 3, []])
+@looped("name", ["monaco", "", "Racetrack", None, 3, []])
 def test_get_unknown_name_lists_the_known_ones(name: object) -> None:
     with pytest.raises(ConfigError) as caught:
         tracks.get(name)  # type: ignore[arg-type]
     assert str(caught.value) == f"unknown track {name!r}; known: {', '.join(NAMES)}"
 
 
+@each_track
 def test_track_describes_itself(track: Track) -> None:
     assert tracks.get(track.name) is track
     assert track.title
@@ -93,6 +93,7 @@ def test_track_describes_itself(track: Track) -> None:
     assert track.closed == (track.name in {"circle", "figure-eight"})
 
 
+@each_track
 def test_track_arrays_are_finite_doubles_that_cannot_be_written(track: Track) -> None:
     for array, shape in ((track.xy, (len(track.xy), 2)), (track.speed, (len(track.xy),))):
         assert array.shape == shape
@@ -103,6 +104,7 @@ def test_track_arrays_are_finite_doubles_that_cannot_be_written(track: Track) ->
             array[0] = 0.0
 
 
+@each_track
 def test_track_waypoints_are_a_metre_apart(track: Track) -> None:
     distances = np.hypot(*_steps(track).T)
     assert distances.min() >= 0.99
@@ -110,6 +112,7 @@ def test_track_waypoints_are_a_metre_apart(track: Track) -> None:
     assert track.length == pytest.approx(distances.sum(), abs=1e-9)
 
 
+@each_track
 def test_track_speeds_stay_within_the_limits_of_the_car(track: Track) -> None:
     curvature = _curvature(track)
     speed = track.speed if track.closed else track.speed[1:-1]
@@ -123,25 +126,28 @@ def test_track_speeds_stay_within_the_limits_of_the_car(track: Track) -> None:
     assert along.min() >= -BRAKING * 1.002
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if n not in ("circle", "figure-eight")])
+@looped("name", [n for n in NAMES if n not in ("circle", "figure-eight")])
 def test_track_open_path_sets_off_slowly(name: str) -> None:
     track = tracks.get(name)
     assert track.speed[0] == FIRST_SPEED
     assert (np.diff(track.speed[:20]) > 0).all()
 
 
+@each_track
 def test_track_made_again_is_the_same(track: Track) -> None:
     again = _MAKERS[track.name](track.name)
     assert again.xy.tobytes() == track.xy.tobytes()
     assert again.speed.tobytes() == track.speed.tobytes()
 
 
+@each_track
 def test_track_numbers_are_whole_micrometres_so_that_machines_agree(track: Track) -> None:
     for array in (track.xy, track.speed):
         assert np.array_equal(array, np.round(array, 6))
         assert not np.signbit(array[array == 0.0]).any()
 
 
+@each_track
 def test_track_exported_and_read_again_has_the_same_bits(track: Track, tmp_path: Path) -> None:
     file = tmp_path / "new folder" / "track.csv"
     track.to_csv(file)
@@ -155,6 +161,7 @@ def test_track_exported_and_read_again_has_the_same_bits(track: Track, tmp_path:
     assert head[2] == "# x [m], y [m], speed [m/s]"
 
 
+@each_track
 def test_track_pickled_is_the_same_and_still_read_only(track: Track) -> None:
     twin = pickle.loads(pickle.dumps(track))
     assert twin.xy.tobytes() == track.xy.tobytes()
@@ -176,7 +183,7 @@ def test_track_title_with_line_break_stays_in_its_comment(tmp_path: Path) -> Non
     assert len(read_waypoints(tmp_path / "own.csv")[0]) == 2
 
 
-@pytest.mark.parametrize(
+@looped(
     ("xy", "speed", "message", "index"),
     [
         ([[0, 0]], [1], "xy must have shape", None),

@@ -10,6 +10,7 @@ import popsteer
 from popsteer.errors import ConfigError
 from popsteer.tracks import edges
 from popsteer.tracks.cusps import CREEP, MANOEUVRING, SLOWING
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +40,7 @@ def test_edges_are_all_here() -> None:
     assert len(MAKERS) == 9
 
 
-@pytest.mark.parametrize("make", MAKERS)
+@looped("make", MAKERS)
 def test_edge_makes_a_path_of_finite_waypoints(make: Callable[[], Waypoints]) -> None:
     edge = make()
     path = popsteer.Path(edge.xy, speed=edge.speed, closed=edge.closed)
@@ -49,15 +50,15 @@ def test_edge_makes_a_path_of_finite_waypoints(make: Callable[[], Waypoints]) ->
     assert path.length == pytest.approx(_gaps(edge).sum())
 
 
-@pytest.mark.parametrize("make", SPACED)
-@pytest.mark.parametrize("spacing", [0.01, 0.1, 1.0, 10.0])
+@looped("make", SPACED)
+@looped("spacing", [0.01, 0.1, 1.0, 10.0])
 def test_edge_has_the_spacing_asked_for(make: Callable[..., Waypoints], spacing: float) -> None:
     gaps = _gaps(make(spacing=spacing))
     assert np.median(gaps) == pytest.approx(spacing, rel=0.09)
     assert gaps.max() <= 1.09 * spacing
 
 
-@pytest.mark.parametrize("make", [edges.out_and_back, edges.spiral, edges.touching])
+@looped("make", [edges.out_and_back, edges.spiral, edges.touching])
 def test_edge_at_a_hundred_metres_keeps_points_of_the_line(make: Callable[..., Waypoints]) -> None:
     long = {"turns": 40.0} if make is edges.spiral else {"length": 400.0}
     coarse, fine = make(spacing=100.0, **long), make(spacing=0.1, **long)
@@ -112,7 +113,7 @@ def test_near_duplicates_come_in_pairs() -> None:
     assert gaps[1::2].min() > 0.9
 
 
-@pytest.mark.parametrize("make", PARKING)
+@looped("make", PARKING)
 def test_parking_has_two_cusps_and_a_reverse_leg_between(make: Callable[[], Waypoints]) -> None:
     edge = make()
     signs = np.sign(edge.speed)
@@ -124,7 +125,7 @@ def test_parking_has_two_cusps_and_a_reverse_leg_between(make: Callable[[], Wayp
         assert cosine == pytest.approx(-1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("make", PARKING)
+@looped("make", PARKING)
 def test_parking_suits_a_car_of_three_metres_wheelbase(make: Callable[[], Waypoints]) -> None:
     for leg in _legs(make()):
         steps = np.diff(leg, axis=0)
@@ -139,7 +140,7 @@ def test_parking_suits_a_car_of_three_metres_wheelbase(make: Callable[[], Waypoi
         assert np.arctan(3.0 * curvature.max()) < 0.6
 
 
-@pytest.mark.parametrize("make", PARKING)
+@looped("make", PARKING)
 def test_parking_ends_on_a_straight_of_three_metres(make: Callable[[], Waypoints]) -> None:
     last = _legs(make())[-1]
     along = np.cumsum(np.hypot(*np.diff(last[::-1], axis=0).T))
@@ -150,7 +151,7 @@ def test_parking_ends_on_a_straight_of_three_metres(make: Callable[[], Waypoints
     assert np.hypot(*away[-1]) > 2.9
 
 
-@pytest.mark.parametrize("make", PARKING)
+@looped("make", PARKING)
 def test_parking_speed_falls_to_a_creep_at_cusps_and_ends(make: Callable[[], Waypoints]) -> None:
     edge = make()
     speed = np.abs(edge.speed)
@@ -173,7 +174,7 @@ def test_parallel_parking_ends_along_the_lane_in_the_slot() -> None:
     assert 0.0 < edge.xy[-1, 0] < 10.0
 
 
-@pytest.mark.parametrize(
+@looped(
     ("make", "wrong", "message"),
     [
         (edges.figure8, {"spacing": 100.0}, "spacing must be in"),

@@ -9,6 +9,7 @@ import popsteer
 from popsteer import sim, tracks
 from popsteer.errors import ConfigError
 from popsteer.tracks.manoeuvres import double_lane_change, obstacle_avoidance, step_steer
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,7 +52,7 @@ def test_step_steer_of_negative_radius_is_its_mirror_image() -> None:
     assert np.array_equal(left.speed, right.speed)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("make", "first", "second", "back", "third"),
     [
         # Beginnings and ends of the lanes, from the first on.
@@ -101,14 +102,14 @@ def test_obstacle_avoidance_offset_is_half_of_both_lanes_and_the_gap() -> None:
         assert top == pytest.approx(0.5 * sum(lanes) + gap, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["double-lane-change", "obstacle-avoidance"])
+@looped("name", ["double-lane-change", "obstacle-avoidance"])
 def test_lane_change_claims_no_conformance(name: str) -> None:
     track = tracks.get(name)
     assert "in the style of ISO 3888-" in track.title
     assert "No conformance with the standard is claimed" in track.description
 
 
-@pytest.mark.parametrize(
+@looped(
     ("make", "wrong", "message"),
     [
         (step_steer, {"radius": 0.0}, "radius must be in"),

@@ -12,11 +12,12 @@ from popsteer import sim
 from popsteer.errors import ConfigError
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.varied import draws, run_seed, usual, varied, varying
+from tests.helpers import looped
 
 PATH = popsteer.Path([(float(x), 0.0) for x in range(81)])
 
 
-@pytest.mark.parametrize(
+@looped(
     ("text", "quantiles"),
     [
         ("0.3", (0.3, 0.3, 0.3)),
@@ -41,7 +42,7 @@ def test_normal_distribution_is_finite_and_has_its_deviation() -> None:
     assert all(map(math.isfinite, (found.quantile(0.0), found.quantile(1.0))))
 
 
-@pytest.mark.parametrize(
+@looped(
     "text",
     [
         *("uniform(3,1)", "uniform(1)", "gamma(1,2)", "x", "", "uniform(1,nan)", "nan"),

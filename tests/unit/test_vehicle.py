@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import popsteer
 from popsteer import ConfigError, InputError, Vehicle, controllers, sim, vehicle_file, vehicles
-from tests.helpers import named
+from tests.helpers import looped, named
 
 # Of each field the range, the default, and whether it may be None.
 FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
@@ -54,7 +54,7 @@ VEHICLES = st.fixed_dictionaries(
     },
 ).map(_vehicle)
 
-each_field = pytest.mark.parametrize("field", FIELDS)
+each_field = looped("field", FIELDS)
 
 
 def test_vehicle_of_no_arguments_is_the_papers_car_with_a_limit() -> None:
@@ -89,7 +89,7 @@ def test_vehicle_number_out_of_range_is_refused_by_name(field: str) -> None:
 
 
 @each_field
-@pytest.mark.parametrize("value", ["1.0", [1.0], 1j, object()])
+@looped("value", ["1.0", [1.0], 1j, object()])
 def test_vehicle_no_number_is_a_type_error(field: str, value: Any) -> None:
     with pytest.raises(TypeError, match=named(field)):
         Vehicle(**{field: value})
@@ -273,8 +273,8 @@ def test_vehicles_by_name_are_the_papers_and_those_of_the_plants() -> None:
         vehicles.get("bus")
 
 
-@pytest.mark.parametrize("name", controllers.names())
-@pytest.mark.parametrize("reverse", [False, True])
+@looped("name", controllers.names())
+@looped("reverse", [False, True])
 def test_vehicle_measured_at_any_point_is_steered_alike(name: str, reverse: bool) -> None:
     count, sign = 200, -1.0 if reverse else 1.0
     path = popsteer.Path(

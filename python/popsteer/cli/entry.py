@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import sys
@@ -120,20 +121,28 @@ def _with_all_extras(error: MissingExtra, given: Sequence[str]) -> MissingExtra:
     return MissingExtra(error.what, *sorted({*error.extras, *absent}))
 
 
-def _run(given: list[str]) -> int:
-    """Run the command line; errors of its use come back as a status, all others as they are."""
+@functools.cache  # once a process: reading the options of all commands takes longer than most runs
+def _all_commands() -> Any:  # noqa: ANN401 - typer does not export what it makes
     import typer
 
     from popsteer.cli.app import app
+
+    return typer.main.get_command(app)
+
+
+def _run(given: list[str]) -> int:
+    """Run the command line; errors of its use come back as a status, all others as they are."""
+    import typer
 
     # What typer raises at wrong use; it does not export the class by name.
     wrong_use: Any = next(
         kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
     )
-    command = typer.main.get_command(app)
     try:
         # A report tells the command that made it.
-        status = command.main(args=given, prog_name="popsteer", standalone_mode=False, obj=given)
+        status = _all_commands().main(
+            args=given, prog_name="popsteer", standalone_mode=False, obj=given
+        )
     except wrong_use as error:
         return _refuse(_with_new_name(error.format_message()))
     except typer.Abort:  # older versions make this of Ctrl-C
