@@ -4,24 +4,31 @@
 use crate::math::{larger, smaller, sqrt};
 use crate::vehicle::Vehicle;
 
-/// Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to [`TURNS`]. With
-/// fewer, wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
+/// The least horizon of a vehicle with a `max_steer_rate` is
+///
+/// ```text
+/// LAGS steer_lag + TURNS sqrt(approach_angle length / (speed rate))
+/// ```
+///
+/// where the root is half the time in which wheels that turn out and back at their rate turn the
+/// vehicle by the approach angle. With fewer lags, wheels of 0.2 rad/s with 0.3 s of lag oscillate
+/// about a straight.
 const LAGS: f64 = 3.0;
 
-/// And in halves of the shortest time in which the vehicle can turn by the approach angle. 2 would
-/// be all of that time; less suffices, because the vehicle does not turn that far at once.
+/// 2 would be all of the time of that turn; less suffices, because the vehicle does not turn that
+/// far at once.
 const TURNS: f64 = 1.5;
 
 /// Longest horizon, as a multiple of the parameter `horizon`. Larger values make the steps longer
 /// and the commands coarser.
 const MOST_HORIZONS: f64 = 2.0;
 
-/// Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate. Smaller: a
+/// Share of `min_speed` above which wheels with a `max_steer_rate` turn at that rate. Smaller: a
 /// creeping vehicle joins its path sooner, and turns its wheels more in noise.
 pub(super) const FULL_RATE: f64 = 0.5;
 
-/// Reserve of an approach in steering lags: one to begin turning back, one to end it. With one
-/// alone, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
+/// Reserve of an approach in steering lags: one for the wheels to begin turning back, one to end.
+/// With one alone, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
 const LAGS_IN_HAND: f64 = 2.0;
 
 /// What limits how soon an approaching vehicle is straight again, per distance travelled.
@@ -87,8 +94,6 @@ impl Approach {
         if !self.rate_is_the_vehicles {
             return self.horizon;
         }
-        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
-        // the approach angle.
         let length = vehicle.turning_length(pace);
         let turn = sqrt(self.angle * length / (pace * self.rate));
         let needed = LAGS * vehicle.steer_lag + TURNS * turn;
