@@ -88,8 +88,9 @@ def join(case: Straight, *, inside: bool = True) -> Joined:
         if not inside:
             steer = max(-widest, min(steer, widest))
             steer = max(last - case.rate * DT, min(steer, last + case.rate * DT))
-            fields = controller.state.as_dict() | {"steer": steer, "previous_steer": steer}
-            controller.state = popsteer.PreviewPopState(**fields)
+            state = controller.state
+            law = state.law.replace(previous_steer=steer)
+            controller.state = state.replace(steer=steer, law=law)
         last = steer
         chain.advance(steer)
     far = [k for k, error in enumerate(errors) if abs(error) > 0.1]

@@ -43,27 +43,20 @@ from popsteer._core import (
     Path,
     Pid,
     PidParams,
-    PidState,
     Pop,
     PopParams,
-    PopState,
     PreviewPop,
     PreviewPopParams,
-    PreviewPopState,
     Projection,
     PurePursuit,
     PurePursuitParams,
-    PurePursuitState,
     SpeedCommand,
     SpeedPid,
     SpeedPidParams,
-    SpeedPidState,
     SpeedTracker,
     SpeedTrackerParams,
-    SpeedTrackerState,
     Stanley,
     StanleyParams,
-    StanleyState,
     Vehicle,
     __version__,
     build_profile,
@@ -72,6 +65,7 @@ from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.params_file import add_load_and_save
 from popsteer.prediction import Prediction
 from popsteer.signatures import spell_out
+from popsteer.state import State
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -104,29 +98,23 @@ __all__ = [
     "PathError",
     "Pid",
     "PidParams",
-    "PidState",
     "Pop",
     "PopParams",
-    "PopState",
     "PopsteerError",
     "Prediction",
     "PreviewPop",
     "PreviewPopParams",
-    "PreviewPopState",
     "Projection",
     "PurePursuit",
     "PurePursuitParams",
-    "PurePursuitState",
     "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
-    "SpeedPidState",
     "SpeedTracker",
     "SpeedTrackerParams",
-    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
-    "StanleyState",
+    "State",
     "Status",
     "Vehicle",
     "__version__",
@@ -137,8 +125,6 @@ __all__ = [
     "vehicles",
 ]
 
-spell_out(PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
-# Those of parameters.
 spell_out(*(kind for kind in vars(_core).values() if hasattr(kind, "replace") and callable(kind)))
 add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams)
 

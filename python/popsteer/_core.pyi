@@ -12,6 +12,7 @@ from typing_extensions import Self
 from popsteer.plants.protocol import PythonPlant
 from popsteer.prediction import Prediction
 from popsteer.sim.pedals import PedalMap
+from popsteer.state import State
 from popsteer.status import Status
 
 __all__ = [
@@ -31,29 +32,22 @@ __all__ = [
     "Path",
     "Pid",
     "PidParams",
-    "PidState",
     "Pop",
     "PopParams",
-    "PopState",
     "PreviewPop",
     "PreviewPopParams",
-    "PreviewPopState",
     "Projection",
     "PurePursuit",
     "PurePursuitParams",
-    "PurePursuitState",
     "Settings",
     "Simulation",
     "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
-    "SpeedPidState",
     "SpeedTracker",
     "SpeedTrackerParams",
-    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
-    "StanleyState",
     "Vehicle",
     "_EmptyCall",
     "_InFlight",
@@ -79,12 +73,7 @@ _Flags: TypeAlias = NDArray[np.bool_]
 _Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
 _Pose: TypeAlias = tuple[float, float, float]
 _Numbers: TypeAlias = tuple[float, float, float, float]
-_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
-_LastStep: TypeAlias = tuple[float, float | None, float | None]
-_Turns: TypeAlias = tuple[float, float, float, float, float, float]
-_Monitor: TypeAlias = tuple[_LastStep, _Turns, _Numbers, float, bool]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
-_State: TypeAlias = PopState | PreviewPopState | PidState | PurePursuitState | StanleyState
 _Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 
@@ -124,7 +113,6 @@ def run_many(
 ) -> dict[str, NDArray[Any]]: ...
 
 _ParamsT = TypeVar("_ParamsT")
-_StateT = TypeVar("_StateT")
 
 # What several classes have is written once, in private bases that exist for type checkers alone:
 # at run time each class has it itself.
@@ -152,114 +140,16 @@ class _LawParams(_Params):
     def save(self, file: str | os.PathLike[str]) -> None: ...
 
 @type_check_only
-class _LawState(_NamedValue):
-    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
-    def __new__(
-        cls,
-        *,
-        waypoint: int | None = None,
-        measured_waypoint: int | None = None,
-        place: _Numbers | None = None,
-        steer: float = 0.0,
-        handover_offset: float | None = None,
-        handover_remaining: float = 0.0,
-        held: int = 0,
-        held_time: float = 0.0,
-        period: float = 0.0,
-        wheel: float | None = None,
-        commands_in_flight: tuple[_Point, ...] = (),
-        past_angles: tuple[_Point, ...] = (),
-        past_wheel: float | None = None,
-        past_since: float = 0.0,
-        last_measured: _Numbers | None = None,
-        turn_turn: float = 0.0,
-        turn_offset: float = 0.0,
-        offset_offset: float = 0.0,
-        turn_measured: float = 0.0,
-        offset_measured: float = 0.0,
-        turn: float = 0.0,
-        change: float = 0.0,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        longer_dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-        answer: _Answer | None = None,
-        monitor: _Monitor | None = None,
-    ) -> Self: ...
+class _Stateful(Generic[_ParamsT]):
     @property
-    def waypoint(self) -> int | None: ...
-    @property
-    def measured_waypoint(self) -> int | None: ...
-    @property
-    def place(self) -> _Numbers | None: ...
-    @property
-    def steer(self) -> float: ...
-    @property
-    def handover_offset(self) -> float | None: ...
-    @property
-    def handover_remaining(self) -> float: ...
-    @property
-    def held(self) -> int: ...
-    @property
-    def held_time(self) -> float: ...
-    @property
-    def period(self) -> float: ...
-    @property
-    def wheel(self) -> float | None: ...
-    @property
-    def commands_in_flight(self) -> tuple[_Point, ...]: ...
-    @property
-    def past_angles(self) -> tuple[_Point, ...]: ...
-    @property
-    def past_wheel(self) -> float | None: ...
-    @property
-    def past_since(self) -> float: ...
-    @property
-    def last_measured(self) -> _Numbers | None: ...
-    @property
-    def turn_turn(self) -> float: ...
-    @property
-    def turn_offset(self) -> float: ...
-    @property
-    def offset_offset(self) -> float: ...
-    @property
-    def turn_measured(self) -> float: ...
-    @property
-    def offset_measured(self) -> float: ...
-    @property
-    def turn(self) -> float: ...
-    @property
-    def change(self) -> float: ...
-    @property
-    def gain(self) -> float: ...
-    @property
-    def steer_offset(self) -> float: ...
-    @property
-    def longer_dead_time(self) -> float: ...
-    @property
-    def slip(self) -> float: ...
-    @property
-    def slip_length(self) -> float: ...
-    @property
-    def acceleration(self) -> float: ...
-    @property
-    def answer(self) -> _Answer | None: ...
-    @property
-    def monitor(self) -> _Monitor | None: ...
-
-@type_check_only
-class _Stateful(Generic[_ParamsT, _StateT]):
-    @property
-    def state(self) -> _StateT: ...
+    def state(self) -> State: ...
     @state.setter
-    def state(self, state: _StateT) -> None: ...
+    def state(self, state: State) -> None: ...
     @property
     def params(self) -> _ParamsT: ...
 
 @type_check_only
-class _Controller(_Stateful[_ParamsT, _StateT]):
+class _Controller(_Stateful[_ParamsT]):
     def __new__(
         cls,
         path: Path,
@@ -512,198 +402,20 @@ class Estimate(_NamedValue):
     def acceleration(self) -> float: ...
 
 @final
-class PopState(_LawState):
-    def __new__(
-        cls,
-        *,
-        previous_steer: float = 0.0,
-        waypoint: int | None = None,
-        measured_waypoint: int | None = None,
-        place: _Numbers | None = None,
-        steer: float = 0.0,
-        handover_offset: float | None = None,
-        handover_remaining: float = 0.0,
-        held: int = 0,
-        held_time: float = 0.0,
-        period: float = 0.0,
-        wheel: float | None = None,
-        commands_in_flight: tuple[_Point, ...] = (),
-        past_angles: tuple[_Point, ...] = (),
-        past_wheel: float | None = None,
-        past_since: float = 0.0,
-        last_measured: _Numbers | None = None,
-        turn_turn: float = 0.0,
-        turn_offset: float = 0.0,
-        offset_offset: float = 0.0,
-        turn_measured: float = 0.0,
-        offset_measured: float = 0.0,
-        turn: float = 0.0,
-        change: float = 0.0,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        longer_dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-        answer: _Answer | None = None,
-        monitor: _Monitor | None = None,
-    ) -> Self: ...
-    @property
-    def previous_steer(self) -> float: ...
+@final
+class Pop(_Controller[PopParams]): ...
 
 @final
-class PreviewPopState(_LawState):
-    def __new__(
-        cls,
-        *,
-        previous_steer: float = 0.0,
-        reached_limits: int = 0,
-        waypoint: int | None = None,
-        measured_waypoint: int | None = None,
-        place: _Numbers | None = None,
-        steer: float = 0.0,
-        handover_offset: float | None = None,
-        handover_remaining: float = 0.0,
-        held: int = 0,
-        held_time: float = 0.0,
-        period: float = 0.0,
-        wheel: float | None = None,
-        commands_in_flight: tuple[_Point, ...] = (),
-        past_angles: tuple[_Point, ...] = (),
-        past_wheel: float | None = None,
-        past_since: float = 0.0,
-        last_measured: _Numbers | None = None,
-        turn_turn: float = 0.0,
-        turn_offset: float = 0.0,
-        offset_offset: float = 0.0,
-        turn_measured: float = 0.0,
-        offset_measured: float = 0.0,
-        turn: float = 0.0,
-        change: float = 0.0,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        longer_dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-        answer: _Answer | None = None,
-        monitor: _Monitor | None = None,
-    ) -> Self: ...
-    @property
-    def previous_steer(self) -> float: ...
-    @property
-    def reached_limits(self) -> int: ...
+class PreviewPop(_Controller[PreviewPopParams]): ...
 
 @final
-class PidState(_LawState):
-    def __new__(
-        cls,
-        *,
-        previous_error: float | None = None,
-        previous_position: tuple[float, float] | None = None,
-        terms: tuple[float, ...] = (),
-        next: int = 0,
-        sum: float = 0.0,
-        waypoint: int | None = None,
-        measured_waypoint: int | None = None,
-        place: _Numbers | None = None,
-        steer: float = 0.0,
-        handover_offset: float | None = None,
-        handover_remaining: float = 0.0,
-        held: int = 0,
-        held_time: float = 0.0,
-        period: float = 0.0,
-        wheel: float | None = None,
-        commands_in_flight: tuple[_Point, ...] = (),
-        past_angles: tuple[_Point, ...] = (),
-        past_wheel: float | None = None,
-        past_since: float = 0.0,
-        last_measured: _Numbers | None = None,
-        turn_turn: float = 0.0,
-        turn_offset: float = 0.0,
-        offset_offset: float = 0.0,
-        turn_measured: float = 0.0,
-        offset_measured: float = 0.0,
-        turn: float = 0.0,
-        change: float = 0.0,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        longer_dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-        answer: _Answer | None = None,
-        monitor: _Monitor | None = None,
-    ) -> Self: ...
-    @property
-    def previous_error(self) -> float | None: ...
-    @property
-    def previous_position(self) -> tuple[float, float] | None: ...
-    @property
-    def terms(self) -> tuple[float, ...]: ...
-    @property
-    def next(self) -> int: ...
-    @property
-    def sum(self) -> float: ...
+class Pid(_Controller[PidParams]): ...
 
 @final
-class PurePursuitState(_LawState):
-    def __new__(
-        cls,
-        *,
-        previous_alpha: float = 0.0,
-        waypoint: int | None = None,
-        measured_waypoint: int | None = None,
-        place: _Numbers | None = None,
-        steer: float = 0.0,
-        handover_offset: float | None = None,
-        handover_remaining: float = 0.0,
-        held: int = 0,
-        held_time: float = 0.0,
-        period: float = 0.0,
-        wheel: float | None = None,
-        commands_in_flight: tuple[_Point, ...] = (),
-        past_angles: tuple[_Point, ...] = (),
-        past_wheel: float | None = None,
-        past_since: float = 0.0,
-        last_measured: _Numbers | None = None,
-        turn_turn: float = 0.0,
-        turn_offset: float = 0.0,
-        offset_offset: float = 0.0,
-        turn_measured: float = 0.0,
-        offset_measured: float = 0.0,
-        turn: float = 0.0,
-        change: float = 0.0,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        longer_dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-        answer: _Answer | None = None,
-        monitor: _Monitor | None = None,
-    ) -> Self: ...
-    @property
-    def previous_alpha(self) -> float: ...
+class PurePursuit(_Controller[PurePursuitParams]): ...
 
 @final
-class StanleyState(_LawState): ...
-
-@final
-@final
-class Pop(_Controller[PopParams, PopState]): ...
-
-@final
-class PreviewPop(_Controller[PreviewPopParams, PreviewPopState]): ...
-
-@final
-class Pid(_Controller[PidParams, PidState]): ...
-
-@final
-class PurePursuit(_Controller[PurePursuitParams, PurePursuitState]): ...
-
-@final
-class Stanley(_Controller[StanleyParams, StanleyState]): ...
+class Stanley(_Controller[StanleyParams]): ...
 
 @final
 @final
@@ -779,17 +491,9 @@ class Batch:
     ) -> None: ...
     def reset(self) -> None: ...
     @property
-    def states(self) -> list[_State]: ...
+    def states(self) -> list[State]: ...
     def __len__(self) -> int: ...
-    def __setstate__(self, kept: tuple[list[_State], list[Path | None]]) -> None: ...
-
-@final
-class SpeedPidState(_NamedValue):
-    def __new__(cls, *, integral: float = 0.0, previous_error: float | None = None) -> Self: ...
-    @property
-    def integral(self) -> float: ...
-    @property
-    def previous_error(self) -> float | None: ...
+    def __setstate__(self, kept: tuple[list[State], list[Path | None]]) -> None: ...
 
 @final
 class CoupledLongitudinal:
@@ -799,22 +503,10 @@ class CoupledLongitudinal:
     def params(self) -> CoupledLongitudinalParams: ...
 
 @final
-class SpeedPid(_Stateful[SpeedPidParams, SpeedPidState]):
+class SpeedPid(_Stateful[SpeedPidParams]):
     def __new__(cls, params: SpeedPidParams | None = None) -> Self: ...
     def step(self, speed: float, target_speed: float, dt: float) -> tuple[float, float]: ...
     def reset(self) -> None: ...
-
-@final
-class SpeedTrackerState(_NamedValue):
-    def __new__(
-        cls, *, waypoint: int | None = None, acceleration: float = 0.0, integral: float = 0.0
-    ) -> Self: ...
-    @property
-    def waypoint(self) -> int | None: ...
-    @property
-    def acceleration(self) -> float: ...
-    @property
-    def integral(self) -> float: ...
 
 @final
 class SpeedCommand(_Value):
@@ -839,7 +531,7 @@ class SpeedCommand(_Value):
     def standing(self) -> bool: ...
 
 @final
-class SpeedTracker(_Stateful[SpeedTrackerParams, SpeedTrackerState]):
+class SpeedTracker(_Stateful[SpeedTrackerParams]):
     def __new__(
         cls, path: Path, vehicle: Vehicle | None = None, params: SpeedTrackerParams | None = None
     ) -> Self: ...

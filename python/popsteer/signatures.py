@@ -42,9 +42,9 @@ def spell_out(*classes: type[Any]) -> None:
     Examples
     --------
     >>> import inspect
-    >>> import popsteer
-    >>> inspect.signature(popsteer.PopState).parameters["commands_in_flight"].default
-    ()
+    >>> import popsteer.sim
+    >>> inspect.signature(popsteer.sim.Noise).parameters["yaw"].default
+    0.0
     """
     for kind in classes:
         kind.__signature__ = _Shown()

@@ -85,19 +85,19 @@ def test_same_path_at_every_step_changes_nothing(
 def test_local_paths_are_tracked_as_the_whole_course(name: str, hz: int, behind: float) -> None:
     run = local(name, hz, behind)
     assert run.mean <= 1.1 * whole(name).mean + 0.005
-    assert run.controller.state.handover_remaining == 0.0
+    assert run.controller.state.handover is None
 
 
 @each_law
 def test_local_path_of_the_same_course_makes_no_hand_over(name: str) -> None:
-    lefts: list[float] = []
+    handovers: list[object] = []
 
     def step(controller: Any, seen: Any, dt: float) -> Any:
-        lefts.append(controller.state.handover_remaining)
+        handovers.append(controller.state.handover)
         return controller.step(*seen, dt)
 
     replanned(name, Planner(COURSE, seed=1, noise=0.02), 20, step=step)
-    assert set(lefts) == {0.0}
+    assert set(handovers) == {None}
 
 
 @each_tracking
@@ -139,8 +139,7 @@ def test_hand_over_to_paths_elsewhere_ends_in_its_time(name: str, hz: int) -> No
     if name == "pid":  # its integral has gone on
         wanted = pytest.approx(wanted, abs=0.02)
     assert seen[-1] == wanted
-    assert controller.state.handover_remaining == 0.0
-    assert controller.state.handover_offset is None
+    assert controller.state.handover is None
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -176,8 +175,9 @@ def test_integral_carries_on_across_paths() -> None:
     pid = popsteer.Pid(COURSE.whole(), CAR)
     planner = Planner(COURSE, seed=5)
     run = drive(pid, 100, course=COURSE, replan=lambda _k, s: planner.path(s))
-    assert len(pid.state.terms) == 100
-    assert pid.state.sum == pytest.approx(float(np.sum(pid.state.terms)), abs=1e-12)
+    buffer = pid.state.law.buffer
+    assert len(buffer.terms) == 100
+    assert buffer.sum == pytest.approx(float(np.sum(buffer.terms)), abs=1e-12)
     assert len(run.errors) == 100
 
 
@@ -192,7 +192,7 @@ def test_plan_that_starts_ahead_of_the_vehicle_is_followed(name: str) -> None:
         pose = (0.4 * k, 0.1, 0.0, SPEED)
         a, b = swapped.step(*pose, DT), still.step(*pose, DT)
         assert a.steer == pytest.approx(b.steer, abs=1e-9)
-        assert swapped.state.handover_remaining == 0.0
+        assert swapped.state.handover is None
 
 
 @each_law
@@ -229,7 +229,7 @@ def test_path_driven_the_other_way_is_begun_anew(name: str) -> None:
     controller.set_path(back)
     assert controller.step(23.0, 0.2, 0.0, 2.0, DT).reverse
     if name == "pid":
-        assert len(controller.state.terms) <= 1
+        assert len(controller.state.law.buffer.terms) <= 1
 
 
 @each_law

@@ -58,8 +58,7 @@ def test_shadow_answers_depend_on_the_log_alone(name: str, car: popsteer.Vehicle
     # Both have seen the same once; one of them would have commanded something else.
     for controller in (clean, spoilt):
         controller.step(*log[0][0])
-    fields = spoilt.state.as_dict()
-    spoilt.state = type(spoilt.state)(**{**fields, "steer": 0.55})
+    spoilt.state = spoilt.state.replace(steer=0.55)
     for (inputs, _), steer in zip(log[1:], (steer for _, steer in log), strict=False):
         answers = [each.step(*inputs, applied_steer=steer) for each in (clean, spoilt)]
         assert answers[0] == answers[1]
@@ -95,7 +94,7 @@ def test_shadow_of_another_controller_knows_the_vehicle_as_that_does(name: str) 
     assert shadow.estimate.steer_offset == pytest.approx(driver.estimate.steer_offset, abs=1e-12)
     assert shadow.estimate.gain == pytest.approx(driver.estimate.gain, abs=1e-12)
     assert driver.estimate.gain == pytest.approx(2.7 / 3.1, abs=0.02)
-    assert shadow.state.commands_in_flight == driver.state.commands_in_flight
+    assert shadow.state.in_flight.commands == driver.state.in_flight.commands
 
 
 @each_controller

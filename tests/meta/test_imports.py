@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # What each part may import, beside itself. A part is a module with all below it; of several that
 # hold a module the longest counts. Another package or crate is added with its parts here.
-_GROUND = ("math", "geometry", "bounds", "error", "params", "status")
+_GROUND = ("math", "geometry", "bounds", "error", "params", "row", "status")
 
 
 def _core(root: str) -> dict[str, set[str]]:
@@ -24,6 +24,7 @@ def _core(root: str) -> dict[str, set[str]]:
         "math": (),
         "bounds": (),
         "error": (),
+        "row": (),
         "status": (),
         "geometry": ("math",),
         "params": ("math", "error"),

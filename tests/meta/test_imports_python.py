@@ -18,6 +18,7 @@ LAYERS = (
     ("_core", "errors"),
     ("ranges", "extras"),
     (
+        "state",
         "status",
         "files",
         "csv_file",

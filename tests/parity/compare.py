@@ -61,17 +61,20 @@ def _plain(value: Any) -> Any:
 def _remembered(state: Any, like: reference.TrackerState[Any]) -> dict[str, Any]:
     """What a state has of what the reference's tracker remembers."""
     tracked = ("waypoint", "measured_waypoint", "steer")
-    if state is not like:
-        has = state.as_dict()
-        names = (*vars(like.law), *tracked, "wheel", "commands_in_flight")
-        return {name: has[name] for name in names}
-    in_flight = like.in_flight
+    in_flight = state.in_flight
     return {
-        **vars(like.law),
-        **{name: getattr(like, name) for name in tracked},
+        **(vars(like.law) if state is like else _own(state, like.law)),
+        **{name: getattr(state, name) for name in tracked},
         "wheel": None if in_flight is None else in_flight.wheel,
-        "commands_in_flight": () if in_flight is None else in_flight.commands,
+        "commands": () if in_flight is None else in_flight.commands,
     }
+
+
+def _own(state: popsteer.State, like: Any) -> dict[str, Any]:
+    """What the core's controller remembers itself, by the names that its reference has."""
+    law = state.law.as_dict()
+    law.update(law.pop("buffer", {}))
+    return {name: law[name] for name in vars(like)}
 
 
 def bits(part: Any) -> Any:
@@ -209,7 +212,9 @@ class Controller(Pair):
             path.rust, vehicle.rust, params.rust, adapt=None, monitor=None
         )
         if estimate:
-            made.state = type(made.state)(**{**made.state.as_dict(), **estimate})
+            estimator = made.state.estimator
+            known = estimator.estimate.replace(**estimate)
+            made.state = made.state.replace(estimator=estimator.replace(estimate=known))
         return made
 
     def anew(self) -> Controller:
@@ -224,17 +229,17 @@ class Controller(Pair):
 
     def follow_rust(self) -> None:
         """Let the reference go on from the state of the Rust core."""
-        state = self.rust.state.as_dict()
-        law = self.twin.law.STATE(**{name: state[name] for name in vars(self.twin.state.law)})
+        state = self.rust.state
+        law = self.twin.law.STATE(**_own(state, self.twin.state.law))
         if hasattr(law, "terms"):
             law.terms = list(law.terms)
-        wheel = state["wheel"]
+        in_flight = state.in_flight
         self.twin.state = reference.TrackerState(
             law,
-            state["waypoint"],
-            state["measured_waypoint"],
-            state["steer"],
-            None if wheel is None else InFlight(state["commands_in_flight"], wheel),
+            state.waypoint,
+            state.measured_waypoint,
+            state.steer,
+            None if in_flight is None else InFlight(in_flight.commands, in_flight.wheel),
         )
 
     def step(self, *inputs: Any) -> Pair | None:

@@ -206,7 +206,7 @@ def test_pop_choice_between_candidates_matches_reference_edges(
     car = _tracking_the_pose("Pop", max_steer=max_steer)
     pair = Controller("Pop", path, car, params, {})
     before = pair.rust.state
-    pair.rust.state = type(before)(**{**before.as_dict(), "previous_steer": previous})
+    pair.rust.state = before.replace(law=before.law.replace(previous_steer=previous))
     pair.follow_rust()
     dt = 0.1 if travel >= 1e-5 else 1e-4
     for method in ("step", "steer"):

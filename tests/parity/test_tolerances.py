@@ -155,11 +155,12 @@ def test_limits_that_hold_another_plan_differ() -> None:
     pair = controller(PREVIEW_POP, path, {}, vehicle={"max_steer_rate": 0.2})
     pair.step(5.0, 1.0, 0.0, 10.0, 0.05)
     state = pair.state()
-    assert state.rust.reached_limits != 0
+    law = state.rust.law
+    assert law.reached_limits != 0
     rng = random.Random(1)
     for _ in range(20):
         code = sum(rng.choice(list(MoveLimit)) << 3 * k for k in range(19))
         pair.twin.state.law.reached_limits = code
-        pair.rust.state = type(state.rust)(**{**state.rust.as_dict(), "reached_limits": code ^ 1})
+        pair.rust.state = state.rust.replace(law=law.replace(reached_limits=code ^ 1))
         with pytest.raises(Apart, match="reached_limits"):
             pair.get("state")

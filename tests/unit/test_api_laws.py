@@ -152,7 +152,7 @@ def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
     assert controller.estimate == popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
     for k in range(40):
         controller.step(10.0 + 0.25 * k, 0.1, 0.02 * math.sin(0.3 * k), 5.0, 0.05)
-    estimate, state = controller.estimate, controller.state
+    estimate, state = controller.estimate, controller.state.estimator.estimate
     assert estimate != popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
     assert estimate.as_dict() == {
         "gain": state.gain,

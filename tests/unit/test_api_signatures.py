@@ -34,7 +34,7 @@ VALUES = {
 
 def test_enumeration_of_signatures_finds_the_essential_ones() -> None:
     assert len(SHOWN) > 150
-    wanted = {"PopParams", "PidState", "Vehicle", "AdaptParams", "SpeedPidParams"}
+    wanted = {"PopParams", "Vehicle", "AdaptParams", "SpeedPidParams"}
     assert {f"popsteer.{name}" for name in wanted} <= set(VALUES)
     assert {"popsteer.sim.Settings", "popsteer.sim.CarlaIdentified"} <= set(VALUES)
 
@@ -69,7 +69,6 @@ def test_documented_number_is_no_none_in_the_signature(name: str) -> None:
 def test_help_shows_the_defaults() -> None:
     assert "adapt='auto', monitor='auto'" in pydoc.render_doc(popsteer.Pop)
     assert "lookahead_gain=0.2" in pydoc.render_doc(popsteer.PopParams)
-    assert "commands_in_flight=()" in pydoc.render_doc(popsteer.PreviewPopState)
     assert "dt=0.05, substeps=" in pydoc.render_doc(sim.Settings)
     assert "wheelbase=3.0" in pydoc.render_doc(popsteer.Vehicle).replace(
         "wheelbase: 'float' = ", ""

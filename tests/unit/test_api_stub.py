@@ -171,17 +171,17 @@ def _values() -> list[Any]:
     for name in LAWS:
         params = getattr(popsteer, f"{name}Params")()
         controller = getattr(popsteer, name)(path, late, params, adapt=popsteer.AdaptParams())
-        values += [params, params.resolved(late), controller, controller.state]
+        values += [params, params.resolved(late), controller]
         controller.reset(steer=0.1)
         for k in range(3):
             command = controller.step(0.3 * k, 0.5, 0.0, 5.0, 0.05, pose_age=0.1)
-        values += [controller.state, controller.estimate, command]
+        values += [controller.estimate, command]
     batch = popsteer.Batch(popsteer.Pop(path), 2)
     values += [batch, batch.step([0.0, 1.0], [0.5, 0.5], [0.0, 0.0], [5.0, 5.0], 0.05)]
     speed, tracker = popsteer.SpeedPid(), popsteer.SpeedTracker(path, late)
     speed.step(1.0, 2.0, 0.05)
-    values += [tracker.step(1.0, 0.5, 0.0, 4.0, 0.05), tracker, tracker.state, tracker.params]
-    values += [speed, speed.state, speed.params, popsteer.CoupledLongitudinal()]
+    values += [tracker.step(1.0, 0.5, 0.0, 4.0, 0.05), tracker, tracker.params]
+    values += [speed, speed.params, popsteer.CoupledLongitudinal()]
     simulation = _core.Simulation(path, "kinematic-bicycle", start=(0.0, 0.0, 0.0))
     simulation.drive(popsteer.Pop(path, late))
     values += [popsteer.CoupledLongitudinalParams(), simulation, simulation.settings]
@@ -203,7 +203,7 @@ def wrong_types(stub: Stub) -> list[str]:
                 continue
             said = ast.unparse(node.returns)
             # A controller's own classes are those of its base's brackets.
-            own = {"_ParamsT": f"{name}Params", "_StateT": f"{name}State"}.get(said, said)
+            own = f"{name}Params" if said == "_ParamsT" else said
             real = getattr(value, each)
             if not _fits(real, ast.parse(own, mode="eval").body, stub):
                 found.append(f"{name}.{each}: {own}, not {real!r}")
@@ -235,8 +235,8 @@ def test_stub_has_the_classes_and_functions_of_the_module() -> None:
     assert {type(value).__name__ for value in VALUES} >= set(stub.classes) - {"Episodes"}
     assert len(stub.classes) > 30
     assert len(stub.functions) > 5
-    assert sum(1 for _ in _defaults(stub)) > 350
-    assert sum(1 for name in stub.classes for _ in stub.members(name)) > 500
+    assert sum(1 for _ in _defaults(stub)) > 200
+    assert sum(1 for name in stub.classes for _ in stub.members(name)) > 400
 
 
 @pytest.mark.parametrize("check", [wrong_names, wrong_defaults, wrong_types, wrong_setters])
@@ -249,21 +249,18 @@ def test_stub_is_that_of_the_module(check: Any) -> None:
     [
         (wrong_defaults, "lookahead_gain: float = 0.2,", "lookahead_gain: float = 0.3,"),
         (wrong_defaults, "substeps: int = 10", "substeps: int = ..."),
-        (wrong_defaults, "in_flight: tuple[_Point, ...] = ()", "in_flight: tuple[()] = (0,)"),
         (wrong_defaults, "candidate_count: int = 21", "candidate_count: float = 21.0"),
         (wrong_defaults, "hold_limit: int = 10,", "hold_limit: int = 9,"),
-        (wrong_names, "held: int = 0,\n        held_time: float = 0.0,", "held_time: float = 0.0,"),
         (wrong_names, "def predict(", "def foresee("),
         (wrong_names, "def lost_distance(", "def gone_distance("),
         (wrong_names, "params: _ParamsT | None = None,", "tuning: _ParamsT | None = None,"),
-        (wrong_types, "def turn_turn(self) -> float", "def turn_turn(self) -> int"),
-        (wrong_types, "def waypoint(self) -> int | None", "def waypoint(self) -> float | None"),
-        (wrong_types, "def state(self) -> _StateT", "def state(self) -> _ParamsT"),
+        (wrong_types, "def candidate_count(self) -> int", "def candidate_count(self) -> float"),
+        (wrong_types, "def state(self) -> State", "def state(self) -> _ParamsT"),
         (wrong_types, "def reverse(self) -> bool", "def reverse(self) -> float"),
         (wrong_types, "def tracked_point(self) -> float", "def tracked_point(self) -> _Point"),
         (
             wrong_setters,
-            "    @state.setter\n    def state(self, state: _StateT) -> None: ...\n",
+            "    @state.setter\n    def state(self, state: State) -> None: ...\n",
             "",
         ),
         (wrong_setters, GETTER, GETTER + SETTER),

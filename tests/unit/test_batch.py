@@ -222,8 +222,8 @@ def test_batch_with_one_bad_vehicle_refuses_all_and_names_it(law: Law, count: in
     assert batch.states == before
 
 
-def _without_time(state: Any) -> dict[str, Any]:
-    return {**state.as_dict(), "held_time": 0.0}
+def _without_time(state: popsteer.State) -> popsteer.State:
+    return state.replace(held_time=0.0)
 
 
 @each_law
@@ -341,7 +341,7 @@ def test_batch_is_given_as_many_states_as_vehicles() -> None:
     before = batch.states
     with pytest.raises(ValueError, match="3 vehicles has 3 states, got 2"):
         batch.__setstate__((before[:2], []))
-    wrong = [*before[:2], popsteer.PopState(steer=9.0)]
+    wrong = [*before[:2], before[2].replace(steer=9.0)]
     with pytest.raises(InputError, match="steer must be"):
         batch.__setstate__((wrong, []))
     assert batch.states == before

@@ -60,16 +60,16 @@ def _controller(
 def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> list[float]:
     """How near to each limit of the vehicle the command is: 0 where it is there."""
     car, state = controller.vehicle, controller.state
-    steer = state.steer
+    steer, estimate = state.steer, state.estimator.estimate
     wheel = popsteer.paper.saturate(
-        steer + (car.steer_offset + state.steer_offset), -car.max_steer, car.max_steer
+        steer + (car.steer_offset + estimate.steer_offset), -car.max_steer, car.max_steer
     )
     left = [car.max_steer - abs(steer), car.max_steer - abs(wheel)]
     if car.max_steer_rate is not None:
         left.append(car.max_steer_rate * dt - abs(steer - before))
     if car.max_lateral_acceleration is not None:
         length = car.turning_length(speed)
-        square = speed * speed * state.gain
+        square = speed * speed * estimate.gain
         most = math.atan2(car.max_lateral_acceleration * length, square)
         left.append(most - abs(wheel))
     return left
@@ -205,12 +205,12 @@ def test_pop_any_step_turns_by_at_most_its_span(
     pop = _controller(POP, path, params, {**vehicle, **UNLIMITED}, adapt=None)
     span = pop.params.steer_span
     for spot in spots:
-        previous = pop.state.previous_steer
+        previous = pop.state.law.previous_steer
         steer = pop.steer(*spot.at(path))
         # The sum of angle and offset is rounded once, the difference taken here once more.
         rounding = EPSILON * max(abs(previous), abs(steer), span)
         assert abs(steer - previous) <= span + rounding
-        assert pop.state.previous_steer == steer
+        assert pop.state.law.previous_steer == steer
 
 
 @given(
@@ -234,7 +234,8 @@ def test_pop_at_rest_or_rolling_back_keeps_its_angle(
     pop = _controller(POP, path, params, {**vehicle, **UNLIMITED}, adapt=None)
     x, y, yaw, _, dt = spot.at(path)
     angle = previous * pop.vehicle.max_steer
-    pop.state = popsteer.PopState(previous_steer=angle, steer=angle)
+    state = pop.state
+    pop.state = state.replace(steer=angle, law=state.law.replace(previous_steer=angle))
     for _ in range(3):
         assert pop.steer(x, y, yaw, speed, dt) == angle
 
@@ -261,10 +262,10 @@ def test_pid_integral_is_bounded_by_its_buffer(
         summed = (0 if lost else summed) + (spot.speed > 0.0)
         weight = spot.dt if pid.params.integral_with_dt else 1.0
         largest = max(largest, abs(command.predicted_cross_track_error * weight))
-        state = pid.state
-        assert len(state.terms) == min(summed, pid.params.buffer_length)
-        assert all(abs(term) <= largest for term in state.terms)
+        buffer = pid.state.law.buffer
+        assert len(buffer.terms) == min(summed, pid.params.buffer_length)
+        assert all(abs(term) <= largest for term in buffer.terms)
         # Each of the additions since the sum was last taken anew may have rounded.
-        rounding = 2 * taken * EPSILON * largest * len(state.terms)
-        assert abs(state.sum) <= len(state.terms) * largest + rounding
-        assert abs(state.sum - math.fsum(state.terms)) <= 4 * rounding
+        rounding = 2 * taken * EPSILON * largest * len(buffer.terms)
+        assert abs(buffer.sum) <= len(buffer.terms) * largest + rounding
+        assert abs(buffer.sum - math.fsum(buffer.terms)) <= 4 * rounding

@@ -49,17 +49,22 @@ SHAPES = shapes(most=20)
 CARS = st.none() | CALM_VEHICLES | VEHICLES
 # Bad poses, and where among x, y and yaw.
 BAD_POSES = [(place, value) for place, value in BAD_STEPS if place < 3]
-# What each law remembers itself, and what all of them do beside their places.
-REMEMBERED = {
-    "Pop": "previous_steer",
-    "PreviewPop": "previous_steer",
-    "Pid": "previous_error",
-    "PurePursuit": "previous_alpha",
-}
+# What the controllers remember, by its place, besides their places on the path.
 MADE_UP = (
-    *("measured_waypoint", "steer", "handover_offset", "handover_remaining", "wheel", "gain"),
-    *("steer_offset", "longer_dead_time", "slip", "slip_length", "acceleration", "change"),
+    *("steer", "handover.offset", "handover.remaining", "in_flight.wheel", "estimator.change"),
+    *(f"estimator.estimate.{name}" for name in ("gain", "steer_offset", "longer_dead_time")),
+    *(f"estimator.estimate.{name}" for name in ("slip", "slip_length", "acceleration")),
+    *("law.previous_steer", "law.previous_error", "law.previous_alpha"),
 )
+
+
+def _edited(state: Any, place: str, value: float) -> Any:
+    """The state with another value at a place, where it has that place."""
+    name, _, rest = place.partition(".")
+    inner = getattr(state, name, None)
+    if not rest:
+        return state.replace(**{name: value}) if name in state.as_dict() else state
+    return state if inner is None else state.replace(**{name: _edited(inner, rest, value)})
 
 
 class Life(RuleBasedStateMachine):
@@ -233,8 +238,8 @@ class Life(RuleBasedStateMachine):
         if not first:
             assert self._bits() == bits(before.as_dict())
         # Of a hand-over that has begun less than all of its time remains.
-        remaining = min(before.handover_remaining, 1.0 - 1e-6)
-        assert after.handover_remaining in (0.0, 1.0, before.handover_remaining, remaining)
+        now, then = (each.handover.remaining if each.handover else 0.0 for each in (after, before))
+        assert now in (0.0, 1.0, then, min(then, 1.0 - 1e-6))
 
     @rule()
     def reset(self) -> None:
@@ -299,21 +304,16 @@ class Life(RuleBasedStateMachine):
     @rule(
         waypoint=st.integers(0, 30),
         value=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308]),
-        part=st.none() | st.sampled_from(MADE_UP),
+        part=st.none() | st.sampled_from(["measured_waypoint", *MADE_UP]),
     )
     def restore_made_up(self, waypoint: int, value: float, part: str | None) -> None:
-        first = self._made_anew().state
-        field = REMEMBERED.get(self.law.name)
-        fields: dict[str, Any] = {"waypoint": waypoint}
+        state = self._made_anew().state.replace(waypoint=waypoint)
         if part == "measured_waypoint":
-            fields[part] = 30 - waypoint
+            state = state.replace(measured_waypoint=30 - waypoint)
         elif part is not None:
-            fields[part] = value
-        elif field is not None:
-            fields[field] = value
-        state = type(first)(**{**first.as_dict(), **fields})
+            state = _edited(state, part, value)
         if not self._take(state):
-            assert not self._is_on_path(state) or value in fields.values()
+            assert not self._is_on_path(state) or part is not None
 
     @invariant()
     def state_is_accepted(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, PreviewPopParams, PreviewPopState, Status, Vehicle
+from popsteer import AdaptParams, PreviewPop, PreviewPopParams, Status, Vehicle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,7 +80,14 @@ def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
     # As wheels that are on their way to the angle commanded look, after a step with no news.
     wheel = math.atan(0.01 * length)
     before = steer + (wheel - steer) / math.exp(-DT / vehicle.steer_lag)
-    law.state = PreviewPopState(previous_steer=steer, steer=steer, wheel=before, slip_length=offset)
+    state = law.state
+    estimate = state.estimator.estimate.replace(slip_length=offset)
+    law.state = state.replace(
+        law=state.law.replace(previous_steer=steer),
+        steer=steer,
+        in_flight=state.in_flight.replace(wheel=before),
+        estimator=state.estimator.replace(estimate=estimate),
+    )
     # The pose's point lies ahead of the tracked one.
     x, y = x + 0.6 * math.cos(heading), y + 0.6 * math.sin(heading)
     command = law.step(x, y, heading, speed, DT)

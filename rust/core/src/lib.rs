@@ -70,6 +70,8 @@ pub mod laws;
 pub mod math;
 pub mod params;
 pub mod path;
+#[cfg(feature = "serde")]
+mod row;
 pub mod speed;
 pub mod status;
 pub mod tracker;

@@ -69,10 +69,10 @@ fn test_past_that_no_wheels_can_have_is_refused() {
     };
     assert!(restored(0.1, 0.2, 0.1, 0.05).is_ok());
     for (angle, time, wheel, since, field) in [
-        (1.6, 0.2, 0.1, 0.05, "past_angles"),
-        (0.1, -0.2, 0.1, 0.05, "past_angles"),
-        (0.1, 0.2, -1.6, 0.05, "past_wheel"),
-        (0.1, 0.2, 0.1, -0.1, "past_since"),
+        (1.6, 0.2, 0.1, 0.05, "past.angles"),
+        (0.1, -0.2, 0.1, 0.05, "past.angles"),
+        (0.1, 0.2, -1.6, 0.05, "past.wheel"),
+        (0.1, 0.2, 0.1, -0.1, "past.since"),
     ] {
         let refused = restored(angle, time, wheel, since).unwrap_err();
         assert_eq!(refused.field, field);

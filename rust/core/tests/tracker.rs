@@ -257,10 +257,10 @@ fn test_check_state_refuses_commands_in_flight_to_another_vehicle() {
     };
     let state = dead(0.2).initial_state();
     assert_eq!(check(&dead(0.2), state), Ok(()));
-    assert_eq!(check(&dead(0.3), state), Err(("commands_in_flight", 0.2)));
+    assert_eq!(check(&dead(0.3), state), Err(("in_flight.commands", 0.2)));
     assert_eq!(check(&dead(0.0), state), Ok(()));
     let without = dead(0.0).initial_state();
-    assert_eq!(check(&dead(0.2), without), Err(("commands_in_flight", 0.0)));
+    assert_eq!(check(&dead(0.2), without), Err(("in_flight.commands", 0.0)));
 }
 
 #[test]

@@ -38,6 +38,7 @@ mod records;
 mod settings;
 mod sim;
 mod speed_tracker;
+mod state;
 mod vehicle;
 mod vehicles;
 mod waypoints;
@@ -61,13 +62,12 @@ mod _core {
         },
         in_flight::PyInFlight,
         lateral::{
-            PyMonitorParams, PyPid, PyPidParams, PyPidState, PyPop, PyPopParams, PyPopState,
-            PyPreviewPop, PyPreviewPopParams, PyPreviewPopState, PyPurePursuit,
-            PyPurePursuitParams, PyPurePursuitState, PyStanley, PyStanleyParams, PyStanleyState,
+            PyMonitorParams, PyPid, PyPidParams, PyPop, PyPopParams,
+            PyPreviewPop, PyPreviewPopParams, PyPurePursuit,
+            PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
         longitudinal::{
             PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
-            PySpeedPidState,
         },
         many::run_many,
         path::PyPath,
@@ -77,7 +77,7 @@ mod _core {
         settings::{PyNoise, PySettings},
         sim::PySimulation,
         speed_tracker::{
-            PySpeedCommand, PySpeedTracker, PySpeedTrackerParams, PySpeedTrackerState,
+            PySpeedCommand, PySpeedTracker, PySpeedTrackerParams,
         },
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
     };

@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 
 use crate::errors::{OrRaise, argument_error};
 use crate::params::params;
-use crate::record::record;
 use crate::speed_tracker::PySpeedTracker;
+use crate::state;
 
 popsteer_core::CoupledLongitudinalParams! { params {
     /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.
@@ -92,16 +92,6 @@ impl PyCoupledLongitudinal {
     }
 }
 
-record! {
-    /// What `SpeedPid` remembers from one step to the next.
-    PySpeedPidState(SpeedPidState) named "SpeedPidState",
-    integral: f64 = 0.0, "float, default 0.0",
-        "The integral's share of the command, within -1 to 1.";
-    previous_error: Option<f64> = None, "float, optional",
-        "The last speed error [m/s]; None before the first step.";
-    @shown as "(*, integral=0.0, previous_error=None)", with as_dict;
-}
-
 /// PID that tracks a reference speed.
 ///
 /// ``command = kp e + ki integral(e) + kd de/dt`` on ``e = target_speed - speed``; throttle where
@@ -178,14 +168,15 @@ impl PySpeedPid {
 
     /// What the controller remembers; a copy, which can be compared, saved and set again.
     #[getter]
-    fn state(&self) -> PySpeedPidState {
-        PySpeedPidState(self.state)
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        state::shown(py, "SpeedPid", &self.state)
     }
 
     #[setter]
-    fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, PySpeedPidState>) -> PyResult<()> {
-        self.law.check_state(&state.0).or_raise(py)?;
-        self.state = state.0;
+    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let restored = state::restored("SpeedPid", state)?;
+        self.law.check_state(&restored).or_raise(state.py())?;
+        self.state = restored;
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use crate::errors::OrRaise;
 use crate::params::{Number, params};
 use crate::path::PyPath;
 use crate::record::record;
+use crate::state;
 use crate::vehicle::PyVehicle;
 
 popsteer_core::SpeedTrackerParams! { params {
@@ -32,18 +33,6 @@ impl PySpeedTracker {
             pedals: map,
         }
     }
-}
-
-record! {
-    /// What `SpeedTracker` remembers from one step to the next.
-    PySpeedTrackerState(SpeedTrackerState) named "SpeedTrackerState",
-    waypoint: Option<usize> = None, "int, optional",
-        "Where the segment beside the rear axle starts; None before the first step.";
-    acceleration: f64 = 0.0, "float, default 0.0",
-        "The last command [m/s^2].";
-    integral: f64 = 0.0, "float, default 0.0",
-        "The integral's share of the command [m/s^2].";
-    @shown as "(*, waypoint=None, acceleration=0.0, integral=0.0)", with as_dict;
 }
 
 record! {
@@ -199,15 +188,16 @@ impl PySpeedTracker {
 
     /// What the controller remembers; a copy, which can be compared, saved and set again.
     #[getter]
-    fn state(&self) -> PySpeedTrackerState {
-        PySpeedTrackerState(self.state)
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        state::shown(py, "SpeedTracker", &self.state)
     }
 
     #[setter]
-    fn set_state(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
-        let path = self.path.view();
-        self.law.check_state(&path, &state.0).or_raise(py)?;
-        self.state = state.0;
+    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let restored = state::restored("SpeedTracker", state)?;
+        let checked = self.law.check_state(&self.path.view(), &restored);
+        checked.or_raise(state.py())?;
+        self.state = restored;
         Ok(())
     }
 
@@ -239,12 +229,12 @@ impl PySpeedTracker {
         (self.path(), self.vehicle(), self.params())
     }
 
-    fn __getstate__(&self) -> PySpeedTrackerState {
-        self.state()
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.state(py)
     }
 
-    fn __setstate__(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
-        self.set_state(py, state)
+    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_state(state)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -6,12 +6,10 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
-use crate::errors::{IntoPyErr, entry_error};
-use crate::lateral::{
-    PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop, PyPreviewPopState, PyPurePursuit,
-    PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
-};
+use crate::errors::{IntoPyErr, OrRaise, entry_error};
+use crate::lateral::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley};
 use crate::pool;
+use crate::state;
 
 /// The vehicles, of one controller each time: a batch of mixed ones would be as wide as the widest
 /// state.
@@ -40,15 +38,15 @@ impl Recipe {
     }
 }
 
-/// The same expression for the batch of any controller, and with the class of its states.
+/// The same expression for the batch of any controller, whose name is `$name`.
 macro_rules! each {
-    ($vehicles:expr, $batch:ident $(of $state:ident)? => $body:expr) => {
+    ($vehicles:expr, $batch:ident $(named $name:ident)? => $body:expr) => {
         match $vehicles {
-            Vehicles::Pop($batch) => { $(type $state = PyPopState;)? $body }
-            Vehicles::PreviewPop($batch) => { $(type $state = PyPreviewPopState;)? $body }
-            Vehicles::Pid($batch) => { $(type $state = PyPidState;)? $body }
-            Vehicles::PurePursuit($batch) => { $(type $state = PyPurePursuitState;)? $body }
-            Vehicles::Stanley($batch) => { $(type $state = PyStanleyState;)? $body }
+            Vehicles::Pop($batch) => { $(let $name = "Pop";)? $body }
+            Vehicles::PreviewPop($batch) => { $(let $name = "PreviewPop";)? $body }
+            Vehicles::Pid($batch) => { $(let $name = "Pid";)? $body }
+            Vehicles::PurePursuit($batch) => { $(let $name = "PurePursuit";)? $body }
+            Vehicles::Stanley($batch) => { $(let $name = "Stanley";)? $body }
         }
     };
 }
@@ -101,9 +99,11 @@ impl Vehicles {
 
     /// The states, in order.
     pub(crate) fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        each!(self, batch of State => {
-            PyList::new(py, batch.states().map(|state| State::from_core(&state)))
-        })
+        let states = PyList::empty(py);
+        each!(self, batch named name => for state in batch.states() {
+            states.append(state::shown(py, name, &state)?)?;
+        });
+        Ok(states)
     }
 
     /// Puts all states, in order, or none.
@@ -114,11 +114,12 @@ impl Vehicles {
             let words = format!("a batch of {wanted} vehicles has {wanted} states, got {given}");
             return Err(PyValueError::new_err(words));
         }
-        each!(self, batch of State => {
+        each!(self, batch named name => {
             let mut restored = Vec::with_capacity(batch.len());
             for (member, state) in batch.members().zip(states) {
-                let state: PyRef<'_, State> = state.extract()?;
-                restored.push(state.restored(py, &member.tracker, &member.path.view())?);
+                let state = state::restored(name, &state)?;
+                member.tracker.check_state(&member.path.view(), &state).or_raise(py)?;
+                restored.push(state);
             }
             batch.set_states(restored);
         });

@@ -116,7 +116,7 @@ class Pilot:
         self.controller.set_path(path)
         before, self._tracker = self._tracker, _tracker(path, self.vehicle)
         now, was = self._tracker.state, before.state
-        self._tracker.state = type(now)(acceleration=was.acceleration, integral=was.integral)
+        self._tracker.state = now.replace(acceleration=was.acceleration, integral=was.integral)
 
     def reset(self) -> None:
         """Start again from the present angle, after a jump of time or of position."""

@@ -220,11 +220,9 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
     return _own(log, ahead)[0]
 
 
-def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - each has a state of its own
+def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of several classes
     """Give a controller its waypoint: where laps overlap, it could find the wrong one."""
-    state = controller.state
-    known = {**state.as_dict(), "waypoint": waypoint, "measured_waypoint": waypoint}
-    controller.state = type(state)(**known)
+    controller.state = controller.state.replace(waypoint=waypoint, measured_waypoint=waypoint)
 
 
 def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:

@@ -31,6 +31,7 @@ law_params! {
 
 /// What [`Pop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
@@ -229,7 +230,7 @@ impl LateralLaw for Pop {
 
     fn check_state(&self, state: &PopState) -> Result<(), InputError> {
         let most = self.vehicle().max_steer;
-        check_steer("previous_steer", state.previous_steer, most)
+        check_steer("law.previous_steer", state.previous_steer, most)
     }
 }
 

@@ -33,6 +33,7 @@ law_params! {
 
 /// What [`PurePursuit`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PurePursuitState {
     /// The last bearing `alpha` [rad], the substitute where its arc cosine is not defined; 0
     /// without `alpha_by_arccos`.
@@ -131,6 +132,6 @@ impl LateralLaw for PurePursuit {
     }
 
     fn check_state(&self, state: &PurePursuitState) -> Result<(), InputError> {
-        check_steer("previous_alpha", state.previous_alpha, PI)
+        check_steer("law.previous_alpha", state.previous_alpha, PI)
     }
 }

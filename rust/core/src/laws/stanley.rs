@@ -32,6 +32,7 @@ law_params! {
 
 /// What [`Stanley`] remembers: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StanleyState {}
 
 /// Heading and cross-track error at the front axle:

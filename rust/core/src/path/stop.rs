@@ -10,6 +10,7 @@ use crate::math::{larger, saturate, smaller, sqrt};
 
 /// Reference speed and distance to the next stop, beside the rear axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ahead {
     /// Reference speed [m/s], negative where the path is driven backwards; None if the path
     /// has no speeds.

@@ -21,6 +21,7 @@ params! {
 
 /// What [`SpeedPid`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpeedPidState {
     /// The integral's share of the command, within -1 to 1.
     pub integral: f64,

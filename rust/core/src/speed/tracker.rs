@@ -81,6 +81,7 @@ params! {
 
 /// What [`SpeedTracker`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpeedTrackerState {
     /// Where the segment beside the rear axle starts; None before the first step.
     pub waypoint: Option<usize>,

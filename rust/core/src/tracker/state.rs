@@ -16,6 +16,7 @@ pub const HANDOVER_TIME: f64 = 1.0;
 
 /// A hand-over: the difference to the angle that was taken over [rad], and its remaining time [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Handover {
     /// None before the first step.
     pub offset: Option<f64>,
@@ -25,6 +26,7 @@ pub struct Handover {
 
 /// Errors of the last step, which are repeated while an input is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Deviation {
     /// Cross-track error [m].
     pub cross_track_error: f64,
@@ -69,6 +71,7 @@ impl Deviation {
 
 /// The projections of the last step, by which the place is found on another path.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Place {
     /// That of the predicted vehicle [m].
     pub predicted: Point,
@@ -89,6 +92,7 @@ impl Place {
 
 /// The last step's command besides its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Answer {
     /// The measured vehicle.
     pub measured: Deviation,
@@ -149,6 +153,7 @@ impl Answer {
 
 /// What a [`Tracker`](super::Tracker) remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TrackerState<S> {
     /// What the controller remembers.
     pub law: S,

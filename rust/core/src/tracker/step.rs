@@ -195,8 +195,8 @@ impl<L: LateralLaw> Tracker<L> {
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
-            check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)?;
+            check_steer("handover.offset", offset.unwrap_or(0.0), widest)?;
+            input_in_range("handover.remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
         if let Some(place) = state.place {
             place.checked()?;
@@ -225,7 +225,7 @@ impl<L: LateralLaw> Tracker<L> {
             }
             // Without a command in flight nothing could be predicted.
             (true, None) => Err(InputError {
-                field: "commands_in_flight",
+                field: "in_flight.commands",
                 value: 0.0,
                 requirement: Requirement::CountInRange(1, InFlight::CAPACITY),
             }),

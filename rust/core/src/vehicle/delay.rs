@@ -13,9 +13,10 @@ use crate::math::{from_count, saturate};
 
 /// The commands that are given but have not reached the wheels, oldest first, and the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct InFlight {
     /// Angle [rad] and how long it was commanded [s].
-    commands: Timed<{ Self::CAPACITY }>,
+    commands: Timed<{ InFlight::CAPACITY }>,
     /// Angle of the wheels by the vehicle's parameters, without an estimated offset [rad].
     wheel: f64,
 }
@@ -62,7 +63,7 @@ impl InFlight {
         longer: f64,
     ) -> Result<Self, InputError> {
         let in_flight = Self {
-            commands: Timed::restore("commands_in_flight", commands)?,
+            commands: Timed::restore("in_flight.commands", commands)?,
             wheel,
         };
         in_flight.check(vehicle, longer)?;
@@ -77,17 +78,17 @@ impl InFlight {
     /// durations that do not add up to the dead time.
     pub fn check(&self, vehicle: &Vehicle, longer: f64) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
-        input_within("wheel", self.wheel, limit)?;
+        input_within("in_flight.wheel", self.wheel, limit)?;
         let dead_time = vehicle.dead_time + longer;
         let slack = 1e-9 * (1.0 + dead_time);
         let mut total = 0.0;
         for (steer, duration) in self.commands() {
-            input_within("commands_in_flight", steer, limit)?;
-            input_in_range("commands_in_flight", duration, 0.0, dead_time + slack)?;
+            input_within("in_flight.commands", steer, limit)?;
+            input_in_range("in_flight.commands", duration, 0.0, dead_time + slack)?;
             total += duration;
         }
         let (least, most) = (dead_time - slack, dead_time + slack);
-        input_in_range("commands_in_flight", total, least, most).map(|_| ())
+        input_in_range("in_flight.commands", total, least, most).map(|_| ())
     }
 
     /// The commands in flight, oldest first: angle [rad] and duration [s].

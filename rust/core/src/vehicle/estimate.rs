@@ -23,6 +23,7 @@ params! {
 
 /// The estimates: corrections to the vehicle's parameters, its slip and its acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimate {
     /// Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
     /// vehicle without a dead time.

@@ -65,6 +65,7 @@ use crate::math::{cos, exp, saturate, sin, smaller, wrap};
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give. The
 /// symbols are those of the [module](self).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimator {
     /// State of the no-slip point when it was last measured; None if the motion since then must
     /// not be used.

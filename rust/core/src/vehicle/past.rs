@@ -15,9 +15,10 @@ pub const MAX_POSE_AGE: f64 = 1.0;
 
 /// The angles of the wheels by the vehicle's parameters over the last second, oldest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Past {
     /// Mean angle [rad] and for how long [s].
-    angles: Timed<{ Self::CAPACITY }>,
+    angles: Timed<{ Past::CAPACITY }>,
     wheel: f64,
     since: f64,
 }
@@ -56,7 +57,7 @@ impl Past {
         since: f64,
     ) -> Result<Self, InputError> {
         let past = Self {
-            angles: Timed::restore("past_angles", angles)?,
+            angles: Timed::restore("past.angles", angles)?,
             wheel,
             since,
         };
@@ -71,11 +72,11 @@ impl Past {
     /// [`InputError`] where it is not: an angle beyond a quarter turn, a duration that is negative.
     pub fn check(&self) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
-        input_within("past_wheel", self.wheel, limit)?;
-        input_in_range("past_since", self.since, 0.0, Self::MAX_SINCE)?;
+        input_within("past.wheel", self.wheel, limit)?;
+        input_in_range("past.since", self.since, 0.0, Self::MAX_SINCE)?;
         for (angle, duration) in self.angles() {
-            input_within("past_angles", angle, limit)?;
-            input_in_range("past_angles", duration, 0.0, Self::MAX_SINCE)?;
+            input_within("past.angles", angle, limit)?;
+            input_in_range("past.angles", duration, 0.0, Self::MAX_SINCE)?;
         }
         Ok(())
     }

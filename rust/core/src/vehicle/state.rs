@@ -9,6 +9,7 @@ use crate::math::{cos, saturate, sin, wrap};
 // The order of the fields is fixed: arrays of these come from C.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VehicleState {
     /// Position along x [m].
     pub x: f64,

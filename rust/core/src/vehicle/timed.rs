@@ -2,6 +2,8 @@
 
 use crate::error::{InputError, Requirement};
 use crate::math::{from_count, smaller};
+#[cfg(feature = "serde")]
+use crate::row::Row;
 
 /// The first `time` [s] of angles that last for so long each; the last of them is cut short.
 #[inline]
@@ -22,6 +24,11 @@ pub fn clipped(
 
 /// At most `N` angles [rad], oldest first, and how long each lasts [s]: a ring.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Row<(f64, f64), N>", into = "Row<(f64, f64), N>")
+)]
 pub struct Timed<const N: usize> {
     entries: [(f64, f64); N],
     first: usize,
@@ -149,6 +156,25 @@ impl<const N: usize> Timed<N> {
         if let Some(kept) = self.entries.get_mut(place) {
             *kept = entry;
         }
+    }
+}
+
+/// As data a ring is the row of its angles, oldest first.
+#[cfg(feature = "serde")]
+impl<const N: usize> From<Timed<N>> for Row<(f64, f64), N> {
+    fn from(timed: Timed<N>) -> Self {
+        timed.iter().collect()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<const N: usize> From<Row<(f64, f64), N>> for Timed<N> {
+    fn from(row: Row<(f64, f64), N>) -> Self {
+        let mut timed = Self::EMPTY;
+        for &(angle, duration) in row.entries() {
+            timed.push(angle, duration);
+        }
+        timed
     }
 }
 

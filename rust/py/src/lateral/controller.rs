@@ -30,7 +30,7 @@ macro_rules! controller {
     (
         $(#[doc = $about:literal])+
         $class:ident($core:ident) named $name:literal,
-        params $params:ident, state $state:ident,
+        params $params:ident,
         examples { $(#[doc = $example:literal])+ }
     ) => {
         $(#[doc = $about])+
@@ -405,13 +405,15 @@ macro_rules! controller {
 
             /// What the controller remembers; a copy, which can be compared, saved and set again.
             #[getter]
-            fn state(&self) -> $state {
-                $state::from_core(&self.state)
+            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                state::shown(py, $name, &self.state)
             }
 
             #[setter]
-            fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
-                self.state = state.restored(py, &self.law, &self.path.view())?;
+            fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                let restored = state::restored($name, state)?;
+                self.law.check_state(&self.path.view(), &restored).or_raise(state.py())?;
+                self.state = restored;
                 Ok(())
             }
 
@@ -485,12 +487,12 @@ macro_rules! controller {
                 Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
             }
 
-            fn __getstate__(&self) -> $state {
-                self.state()
+            fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                self.state(py)
             }
 
-            fn __setstate__(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
-                self.set_state(py, state)
+            fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                self.set_state(state)
             }
         }
     };

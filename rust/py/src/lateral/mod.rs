@@ -4,16 +4,10 @@ mod controller;
 mod monitor;
 mod params;
 mod prediction;
-mod state;
-mod state_class;
-mod tail;
 
 pub(crate) use monitor::PyMonitorParams;
 pub(crate) use params::{
     PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams,
-};
-pub(crate) use state::{
-    PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState, StateClass,
 };
 
 use std::sync::Arc;
@@ -32,6 +26,7 @@ use crate::command::PyCommand;
 use crate::errors::OrRaise;
 use crate::params::{Count, NewArgs, Number};
 use crate::path::PyPath;
+use crate::state;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
 /// The optional inputs of a step.
@@ -48,7 +43,7 @@ controller! {
     /// Of the angles in the neighbourhood of the last one, chooses the angle whose predicted
     /// location (Equation 6) lies closest to the lookahead point. The last angle wins ties, so a
     /// vehicle at rest keeps its wheels still. Tracked point: the front axle.
-    PyPop(Pop) named "Pop", params PyPopParams, state PyPopState,
+    PyPop(Pop) named "Pop", params PyPopParams,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
@@ -70,7 +65,7 @@ controller! {
     /// that plan leaves the neighbourhood or breaks a limit of the vehicle, at any step, the best
     /// plan within them takes its place. By default it adapts to its vehicle. Tracked point: the
     /// no-slip point.
-    PyPreviewPop(PreviewPop) named "PreviewPop", params PyPreviewPopParams, state PyPreviewPopState,
+    PyPreviewPop(PreviewPop) named "PreviewPop", params PyPreviewPopParams,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.15, dead_time=0.15)
@@ -86,7 +81,7 @@ controller! {
     ///
     /// ``steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)``, the sum over the last
     /// `buffer_length` steps. Tracked point: the front axle.
-    PyPid(Pid) named "Pid", params PyPidParams, state PyPidState,
+    PyPid(Pid) named "Pid", params PyPidParams,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> popsteer.Pid(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
@@ -100,7 +95,7 @@ controller! {
     /// ``steer = atan(2 wheelbase sin(alpha) / lookahead)`` with ``lookahead =
     /// max(min_lookahead, lookahead_gain speed)`` and ``alpha`` the bearing of the lookahead
     /// point off the heading. Tracked point: the rear axle.
-    PyPurePursuit(PurePursuit) named "PurePursuit", params PyPurePursuitParams, state PyPurePursuitState,
+    PyPurePursuit(PurePursuit) named "PurePursuit", params PyPurePursuitParams,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> round(popsteer.PurePursuit(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
@@ -113,7 +108,7 @@ controller! {
     ///
     /// ``steer = -(heading_error + atan(cross_track_gain cross_track_error / (softening +
     /// speed_gain speed)))``. Tracked point: the front axle.
-    PyStanley(Stanley) named "Stanley", params PyStanleyParams, state PyStanleyState,
+    PyStanley(Stanley) named "Stanley", params PyStanleyParams,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> round(popsteer.Stanley(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)

@@ -2,6 +2,8 @@
 
 use crate::error::{InputError, Requirement, input_within};
 use crate::math::from_count;
+#[cfg(feature = "serde")]
+use crate::row::Row;
 
 /// Bound of errors, terms and their sums [m], [m s], which no valid input reaches.
 pub(super) const BOUND: f64 = 1e16;
@@ -11,6 +13,11 @@ pub(super) const BOUND: f64 = 1e16;
 /// The sum is carried along, and taken anew each time the buffer comes round, so that rounding
 /// cannot build up over a long run.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Saved", into = "Saved")
+)]
 pub struct ErrorBuffer {
     terms: [f64; Self::CAPACITY],
     length: usize,
@@ -74,44 +81,55 @@ impl ErrorBuffer {
         next: usize,
         sum: f64,
     ) -> Result<Self, InputError> {
-        let mut buffer = Self::new(length);
-        let length = buffer.length;
-        let count = terms.len();
-        if count > buffer.length {
-            return Err(InputError {
-                field: "terms",
-                value: from_count(count),
-                requirement: Requirement::CountInRange(0, buffer.length),
-            });
-        }
-        let (low, high) = if count < buffer.length {
-            (count, count)
-        } else {
-            (0, buffer.length - 1)
+        let length = length.clamp(1, Self::CAPACITY);
+        let buffer = Self::of(length, terms, next, sum);
+        buffer.check()?;
+        Ok(buffer)
+    }
+
+    /// The same, which may be none that could have been.
+    fn of(length: usize, terms: &[f64], next: usize, sum: f64) -> Self {
+        let mut buffer = Self {
+            terms: [0.0; Self::CAPACITY],
+            length,
+            count: terms.len(),
+            next,
+            sum,
         };
-        if next < low || next > high {
-            return Err(InputError {
-                field: "next",
-                value: from_count(next),
-                requirement: Requirement::CountInRange(low, high),
-            });
-        }
-        for &term in terms {
-            input_within("terms", term, BOUND)?;
-        }
-        input_within("sum", sum, BOUND)?;
-        let start = if count == buffer.length { next } else { 0 };
+        let start = if buffer.count == length { next } else { 0 };
         for (k, &term) in terms.iter().enumerate() {
-            if let Some(place) = buffer.terms.get_mut(Self::around(start + k, length)) {
+            let place = Self::around(start.saturating_add(k), length);
+            if let Some(place) = buffer.terms.get_mut(place) {
                 *place = term;
             }
         }
-        Ok(Self {
-            count,
-            next,
-            sum,
-            ..buffer
-        })
+        buffer
+    }
+
+    /// Whether it is a buffer that so many terms can have been pushed to.
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        let (count, length) = (self.count, self.length);
+        let (low, high) = if count < length {
+            (count, count)
+        } else {
+            (0, length.saturating_sub(1))
+        };
+        for (field, value, low, high) in [
+            ("law.buffer.terms", count, 0, length),
+            ("law.buffer.next", self.next, low, high),
+        ] {
+            if value < low || value > high {
+                return Err(InputError {
+                    field,
+                    value: from_count(value),
+                    requirement: Requirement::CountInRange(low, high),
+                });
+            }
+        }
+        for term in self.terms() {
+            input_within("law.buffer.terms", term, BOUND)?;
+        }
+        input_within("law.buffer.sum", self.sum, BOUND).map(|_| ())
     }
 
     /// A place in a buffer of this length, counted round its end at most once.
@@ -154,6 +172,36 @@ impl ErrorBuffer {
     }
 }
 
+/// A buffer as data.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Saved {
+    length: usize,
+    /// Oldest first.
+    terms: Row<f64, { ErrorBuffer::CAPACITY }>,
+    next: usize,
+    sum: f64,
+}
+
+#[cfg(feature = "serde")]
+impl From<ErrorBuffer> for Saved {
+    fn from(buffer: ErrorBuffer) -> Self {
+        Self {
+            length: buffer.length,
+            terms: buffer.terms().collect(),
+            next: buffer.next,
+            sum: buffer.sum,
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Saved> for ErrorBuffer {
+    fn from(saved: Saved) -> Self {
+        Self::of(saved.length, saved.terms.entries(), saved.next, saved.sum)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,22 +225,19 @@ mod tests {
             let restored = ErrorBuffer::restore(3, &terms, buffer.next(), buffer.sum());
             assert_eq!(restored, Ok(buffer));
         }
-        assert_eq!(
-            ErrorBuffer::restore(3, &[0.0; 4], 0, 0.0)
-                .unwrap_err()
-                .field,
-            "terms"
-        );
-        assert_eq!(
-            ErrorBuffer::restore(3, &[0.0; 2], 0, 0.0)
-                .unwrap_err()
-                .field,
-            "next"
-        );
-        assert_eq!(
-            ErrorBuffer::restore(3, &[], 0, f64::NAN).unwrap_err().field,
-            "sum"
-        );
+        let long = [0.0; ErrorBuffer::CAPACITY + 1];
+        for (terms, next, sum, field) in [
+            (&long[..4], 0, 0.0, "law.buffer.terms"),
+            (&long, 0, 0.0, "law.buffer.terms"),
+            (&[f64::NAN], 1, 0.0, "law.buffer.terms"),
+            (&long[..2], 0, 0.0, "law.buffer.next"),
+            (&long[..2], usize::MAX, 0.0, "law.buffer.next"),
+            (&long[..3], 3, 0.0, "law.buffer.next"),
+            (&[], 0, f64::NAN, "law.buffer.sum"),
+        ] {
+            let refused = ErrorBuffer::restore(3, terms, next, sum).unwrap_err();
+            assert_eq!(refused.field, field);
+        }
     }
 
     #[test]

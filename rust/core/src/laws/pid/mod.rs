@@ -40,6 +40,7 @@ const _: () = assert!(ErrorBuffer::CAPACITY == 500, "the most of `buffer_length`
 
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidState {
     /// The last cross-track error [m]; None before the first step.
     pub previous_error: Option<f64>,
@@ -168,16 +169,16 @@ impl LateralLaw for Pid {
 
     fn check_state(&self, state: &PidState) -> Result<(), InputError> {
         if let Some(error) = state.previous_error {
-            input_within("previous_error", error, BOUND)?;
+            input_within("law.previous_error", error, BOUND)?;
         }
         if let Some(position) = state.previous_position {
             let most = 4.0 * MAX_COORDINATE;
-            input_within("previous_position", position.x, most)?;
-            input_within("previous_position", position.y, most)?;
+            input_within("law.previous_position", position.x, most)?;
+            input_within("law.previous_position", position.y, most)?;
         }
         if state.buffer.length() != self.params.buffer_length {
             return Err(InputError {
-                field: "buffer_length",
+                field: "law.buffer.length",
                 value: from_count(state.buffer.length()),
                 requirement: Requirement::CountInRange(
                     self.params.buffer_length,
@@ -185,6 +186,6 @@ impl LateralLaw for Pid {
                 ),
             });
         }
-        Ok(())
+        state.buffer.check()
     }
 }

@@ -70,6 +70,7 @@ law_params! {
 
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad]: that of the wheels, the command plus the steering offset.
     pub previous_steer: f64,
@@ -472,6 +473,6 @@ impl LateralLaw for PreviewPop {
 
     fn check_state(&self, state: &PreviewPopState) -> Result<(), InputError> {
         let most = self.vehicle().max_steer;
-        check_steer("previous_steer", state.previous_steer, most)
+        check_steer("law.previous_steer", state.previous_steer, most)
     }
 }

@@ -8,6 +8,7 @@ use crate::vehicle::estimator::Estimator;
 
 /// The monitor's state; the turns are sums with exponential forgetting.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MonitorState {
     /// Angle of the wheels by the vehicle's parameters [rad].
     pub wheel: f64,
