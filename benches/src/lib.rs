@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use popsteer_core::math::from_count;
 use popsteer_core::tracker::TrackerState;
-use popsteer_core::{LateralLaw, Path, PathError, Tracker, Vehicle, VehicleState};
+use popsteer_core::{LateralLaw, Path, PathError, Reported, Tracker, Vehicle, VehicleState};
 
 /// The control period of the paper [s].
 pub const DT: f64 = 0.05;
@@ -152,7 +152,13 @@ impl<'a, L: LateralLaw> LapRunner<'a, L> {
     pub fn steer(&mut self) -> f64 {
         let vehicle = self.vehicle();
         self.tracker
-            .steer(&self.course.path.view(), &mut self.state, vehicle, DT)
+            .steer(
+                &self.course.path.view(),
+                &mut self.state,
+                vehicle,
+                DT,
+                Reported::NOTHING,
+            )
             .unwrap_or(f64::NAN)
     }
 
@@ -161,7 +167,13 @@ impl<'a, L: LateralLaw> LapRunner<'a, L> {
     pub fn step(&mut self) -> Option<popsteer_core::Command> {
         let vehicle = self.vehicle();
         self.tracker
-            .step(&self.course.path.view(), &mut self.state, vehicle, DT)
+            .step(
+                &self.course.path.view(),
+                &mut self.state,
+                vehicle,
+                DT,
+                Reported::NOTHING,
+            )
             .ok()
     }
 

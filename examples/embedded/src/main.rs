@@ -13,7 +13,7 @@ mod panic;
 
 use popsteer_core::laws::{Pop, PopParams, PreviewPop, PreviewPopParams};
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{LateralLaw, PathView, Tracker, Vehicle, VehicleState, math};
+use popsteer_core::{LateralLaw, PathView, Reported, Tracker, Vehicle, VehicleState, math};
 
 const WAYPOINTS: usize = 200;
 const DT: f64 = 0.05; // the control period [s]
@@ -52,7 +52,7 @@ fn follow<L: LateralLaw>(tracker: &Tracker<L>, path: &PathView<'_>, command: &mu
     let mut state = tracker.initial_state();
     let mut vehicle = START; // your localisation
     for _ in 0..100 {
-        let answer = tracker.step_or_hold(path, &mut state, vehicle, DT, 10);
+        let answer = tracker.step_or_hold(path, &mut state, vehicle, DT, 10, Reported::NOTHING);
         command(answer.steer);
         vehicle = kinematic_bicycle(vehicle, answer.steer, 0.0, CAR.wheelbase, DT);
     }

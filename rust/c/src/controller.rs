@@ -88,7 +88,7 @@ impl Controller {
     ) -> Result<Command, InputError> {
         let path = &self.path.view();
         each!(&mut self.steering, tracker, state => {
-            tracker.step_reported(path, state, vehicle, dt, reported)
+            tracker.step(path, state, vehicle, dt, reported)
         })
     }
 
@@ -102,7 +102,7 @@ impl Controller {
     ) -> Command {
         let path = &self.path.view();
         each!(&mut self.steering, tracker, state => {
-            tracker.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
+            tracker.step_or_hold(path, state, vehicle, dt, hold_limit, reported)
         })
     }
 

@@ -21,14 +21,14 @@
 //!
 //! ```
 //! use popsteer_core::laws::{Pop, PopParams};
-//! use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+//! use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 //!
 //! let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 0.0], None, false)?;
 //! let car = Vehicle { wheelbase: 2.7, rear_axle: -1.35, ..Vehicle::DEFAULT };
 //! let controller = Tracker::of(Pop::new(car, PopParams::DEFAULT)?);
 //! let mut state = controller.initial_state();
 //! let vehicle = VehicleState { x: 0.0, y: 0.5, yaw: 0.0, speed: 5.0 };
-//! let command = controller.step(&path.view(), &mut state, vehicle, 0.05)?;
+//! let command = controller.step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)?;
 //! assert!(command.steer < 0.0); // left of the path: steer right
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -84,5 +84,5 @@ pub use laws::{LateralLaw, LateralState};
 pub use path::Path;
 pub use path::PathView;
 pub use status::Status;
-pub use tracker::{Command, Tracker};
+pub use tracker::{Command, Reported, Tracker};
 pub use vehicle::{Vehicle, VehicleState};

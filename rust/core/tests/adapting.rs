@@ -7,7 +7,7 @@ use popsteer_core::laws::{PreviewPop, PreviewPopParams, PreviewPopState, Stanley
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::vehicle::{AdaptParams, Estimate, InFlight};
-use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{LateralLaw, Path, Reported, Tracker, Vehicle, VehicleState};
 
 /// S-bends of at least 20 m radius, driven forwards or backwards.
 fn bends(reverse: bool) -> Path {
@@ -46,7 +46,7 @@ fn drive<L: LateralLaw>(
     let (mut sum, mut count) = (0.0, 0.0);
     for step in 0..steps {
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         if step > steps - steps / 4 {
             sum += command.cross_track_error.abs();
@@ -130,7 +130,9 @@ fn before_the_cusp(tracker: &Tracker<PreviewPop>) -> (Path, TrackerState<Preview
             yaw: 0.0,
             speed: 10.0,
         };
-        tracker.step(&path.view(), &mut state, here, 0.05).unwrap();
+        tracker
+            .step(&path.view(), &mut state, here, 0.05, Reported::NOTHING)
+            .unwrap();
     }
     (path, state)
 }
@@ -154,7 +156,7 @@ fn test_nothing_is_estimated_across_a_cusp() {
         speed: -1.0,
     };
     let command = tracker
-        .step(&path.view(), &mut state, beyond, 0.05)
+        .step(&path.view(), &mut state, beyond, 0.05, Reported::NOTHING)
         .unwrap();
     assert!(command.reverse);
     let after = tracker.estimate(&state);
@@ -177,7 +179,9 @@ fn test_nothing_is_estimated_from_the_motion_through_held_input() {
     };
     for n in 0..20_u32 {
         let here = at(5.0 + 0.4 * f64::from(n));
-        tracker.step(&path.view(), &mut state, here, 0.05).unwrap();
+        tracker
+            .step(&path.view(), &mut state, here, 0.05, Reported::NOTHING)
+            .unwrap();
     }
     let before = tracker.estimate(&state);
     let lost = VehicleState {
@@ -185,14 +189,16 @@ fn test_nothing_is_estimated_from_the_motion_through_held_input() {
         ..at(0.0)
     };
     for _ in 0..9 {
-        tracker.step_or_hold(&path.view(), &mut state, lost, 0.05, 20);
+        tracker.step_or_hold(&path.view(), &mut state, lost, 0.05, 20, Reported::NOTHING);
     }
     // Ten periods later the vehicle looks elsewhere and rolls slower.
     let seen = VehicleState {
         speed: 2.0,
         ..at(18.0)
     };
-    tracker.step(&path.view(), &mut state, seen, 0.05).unwrap();
+    tracker
+        .step(&path.view(), &mut state, seen, 0.05, Reported::NOTHING)
+        .unwrap();
     assert_eq!(tracker.estimate(&state), before);
 }
 
@@ -216,7 +222,7 @@ fn test_a_vehicle_taken_over_in_a_bend_is_known_to_turn() {
     };
     for _ in 0..4 {
         tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         vehicle = advance(vehicle, 0.25, 0.31_f64.tan() / 3.0, 0.0);
     }

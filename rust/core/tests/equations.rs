@@ -6,6 +6,7 @@ use popsteer_core::laws::{
     LateralLaw, Pid, PidParams, PidState, Pop, PopParams, PurePursuit, PurePursuitParams,
     PurePursuitState, Stanley, StanleyParams,
 };
+use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
 use straight::{CAR, assert_close, beside, straight};
@@ -16,7 +17,7 @@ fn angles<L: LateralLaw>(law: L, places: &[VehicleState]) -> Vec<f64> {
     let mut state = tracker.initial_state();
     let path = straight();
     let step = |&place| {
-        let command = tracker.step(&path.view(), &mut state, place, 0.1);
+        let command = tracker.step(&path.view(), &mut state, place, 0.1, Reported::NOTHING);
         command.unwrap().steer
     };
     places.iter().map(step).collect()
@@ -202,7 +203,7 @@ fn test_rate_of_a_pid_is_none_at_a_constant_distance_from_a_bend() {
             speed: 19.5,
         };
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.1)
+            .step(&path.view(), &mut state, vehicle, 0.1, Reported::NOTHING)
             .unwrap();
         assert!((command.cross_track_error - 0.5).abs() < 1e-3);
         assert!(command.steer.abs() < 0.02, "{k}: {command:?}");

@@ -5,7 +5,7 @@ use popsteer_core::path::follow::Follow;
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::stop::Ahead;
 use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
-use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 
 /// A square of 40 m, a waypoint each metre; at waypoint `k` a speed of `1 + k / 10` m/s.
 fn square() -> Path {
@@ -70,7 +70,7 @@ fn test_speed_is_that_beside_the_rear_axle_also_before_the_seam() {
         };
         let mut state = tracker.initial_state();
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         // Squares of the speeds are linear between waypoints.
         let squared = |k: f64| (1.0 + 0.1 * k).powi(2);
@@ -114,7 +114,7 @@ fn test_stop_lies_across_the_seam() {
         assert_eq!(command.reverse, reverse);
         let mut state = steering.initial_state();
         let command = steering
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         assert!(close(command.distance_to_stop, left), "{command:?}");
         assert_eq!(command.reverse, reverse);
@@ -135,7 +135,7 @@ fn test_answer_of_no_path_is_refused() {
         speed: 1.0,
     };
     tracker
-        .step(&path.view(), &mut state, vehicle, 0.05)
+        .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
         .unwrap();
     let mut check = |speed: Option<f64>, distance: f64| {
         let answer = state.answer.as_mut().unwrap();

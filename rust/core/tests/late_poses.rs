@@ -155,7 +155,7 @@ fn test_late_pose_is_rolled_to_the_present_and_on_to_where_the_vehicle_will_be()
             };
             let pose = truth.ago(age);
             let command = tracker
-                .step_reported(&path.view(), &mut state, pose, DT, reported)
+                .step(&path.view(), &mut state, pose, DT, reported)
                 .unwrap();
             let (here, now) = (state.answer.unwrap().vehicle, truth.now());
             let off = (here.x - now.x).hypot(here.y - now.y);
@@ -237,7 +237,7 @@ fn test_late_poses_show_the_vehicle_as_fresh_ones_do() {
             };
             let pose = truth.ago(age);
             let steer = tracker
-                .steer_reported(&path.view(), &mut state, pose, DT, reported)
+                .steer(&path.view(), &mut state, pose, DT, reported)
                 .unwrap();
             tracker.check_state(&path.view(), &state).unwrap();
             truth.drive(steer);

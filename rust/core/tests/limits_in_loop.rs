@@ -5,7 +5,7 @@ use popsteer_core::laws::{PreviewPop, PreviewPopParams};
 use popsteer_core::status::Status;
 use popsteer_core::vehicle::InFlight;
 use popsteer_core::vehicle::bicycle::advance;
-use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 
 /// The bicycle of the straight: 2.7 m, lag 0.15 s.
 fn car(rate: f64) -> Vehicle {
@@ -42,7 +42,9 @@ fn drive(path: &Path, car: &Vehicle, start: VehicleState, dt: f64, time: f64) ->
     let mut left = time;
     while left > 0.0 {
         left -= dt;
-        let command = tracker.step(&path.view(), &mut state, vehicle, dt).unwrap();
+        let command = tracker
+            .step(&path.view(), &mut state, vehicle, dt, Reported::NOTHING)
+            .unwrap();
         all.push((command.cross_track_error, command.steer, command.status));
         for _ in 0..10 {
             in_flight.elapse(car, command.steer, 0.1 * dt, 0.0);
@@ -169,7 +171,7 @@ fn test_vehicle_that_has_become_too_fast_unwinds_at_the_full_rate() {
             speed: 15.0,
         };
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         assert!(
             (before - command.steer - 0.02).abs() < 1e-12,
@@ -195,7 +197,13 @@ fn test_largest_curvature_is_reached_at_the_full_rate() {
     let most = (4.0 * 2.7 / 625.0_f64).atan();
     for (dt, reached) in [(0.05, most), (0.02, most), (0.01, 0.01)] {
         let mut state = tracker.initial_state();
-        let command = tracker.step(&straight().view(), &mut state, heading, dt);
+        let command = tracker.step(
+            &straight().view(),
+            &mut state,
+            heading,
+            dt,
+            Reported::NOTHING,
+        );
         let command = command.unwrap();
         assert!((command.steer - reached).abs() < 1e-9, "{dt} {command:?}");
         assert_eq!(command.status, Status::SATURATED);
@@ -214,7 +222,7 @@ fn test_wheels_of_a_told_rate_turn_at_all_of_it_down_to_half_the_min_speed() {
             yaw: -0.35,
             ..beside(-1.0, speed)
         };
-        let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
+        let command = tracker.step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING);
         let command = command.unwrap();
         assert!(
             (command.steer - share * 0.02).abs() < 1e-12,
@@ -255,8 +263,12 @@ fn test_limits_that_do_not_bind_change_no_bit() {
             yaw: 0.2,
             speed: 8.0,
         };
-        let first = loose.steer(&path.view(), &mut a, vehicle, 0.05).unwrap();
-        let second = none.steer(&path.view(), &mut b, vehicle, 0.05).unwrap();
+        let first = loose
+            .steer(&path.view(), &mut a, vehicle, 0.05, Reported::NOTHING)
+            .unwrap();
+        let second = none
+            .steer(&path.view(), &mut b, vehicle, 0.05, Reported::NOTHING)
+            .unwrap();
         assert_eq!(first.to_bits(), second.to_bits());
     }
 }
@@ -284,7 +296,7 @@ fn test_wheels_at_their_stop_are_held_by_the_angle_whatever_the_last_plan_reache
         let mut state = tracker.state_from(0.25).unwrap();
         state.law.reached_limits = (0..20).fold(0, |bits, _| bits << 3 | code);
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         assert!((command.steer - 0.25).abs() < 1e-12, "{code} {command:?}");
         assert_eq!(command.status, Status::SATURATED, "{code}");
@@ -317,7 +329,9 @@ fn test_wheels_turn_at_the_neighbourhoods_rate_in_every_control_period() {
                 yaw: -1.5,
                 speed: 5.0,
             };
-            let command = tracker.step(&path.view(), &mut state, vehicle, dt).unwrap();
+            let command = tracker
+                .step(&path.view(), &mut state, vehicle, dt, Reported::NOTHING)
+                .unwrap();
             let moved = command.steer - before;
             assert!((moved - 0.5 * dt).abs() < 1e-12, "{dt} {before} {moved}");
             before = command.steer;

@@ -1,7 +1,7 @@
 //! What a person reads of a refusal: it names the thing, the bound and the value.
 
 use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams};
-use popsteer_core::{Path, PathError, Status, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, PathError, Reported, Status, Tracker, Vehicle, VehicleState};
 
 fn refused(x: &[f64], y: &[f64]) -> PathError {
     Path::new(x, y, None, false).unwrap_err()
@@ -52,7 +52,7 @@ fn test_refused_parameters_and_inputs_say_why() {
         speed: 1e5,
     };
     let error = tracker
-        .step(&path.view(), &mut state, fast, 0.05)
+        .step(&path.view(), &mut state, fast, 0.05, Reported::NOTHING)
         .unwrap_err();
     assert_eq!(
         error.to_string(),

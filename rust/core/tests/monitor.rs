@@ -29,7 +29,7 @@ fn deviates(params: MonitorParams, places: &[f64]) -> Vec<bool> {
             yaw: 0.0,
             speed: 1.0,
         };
-        let command = tracker.step(&path.view(), &mut state, vehicle, DT);
+        let command = tracker.step(&path.view(), &mut state, vehicle, DT, Reported::NOTHING);
         command.unwrap().status.contains(Status::DEVIATING)
     };
     places.iter().map(at).collect()
@@ -71,7 +71,9 @@ fn implausible(yaw: f64, left: f64, dt: f64, steps: u32, alarm: Option<f64>) -> 
             yaw,
             speed: 5.0,
         };
-        let command = tracker.step(&path.view(), &mut state, vehicle, dt).unwrap();
+        let command = tracker
+            .step(&path.view(), &mut state, vehicle, dt, Reported::NOTHING)
+            .unwrap();
         all.push(command.status.contains(Status::IMPLAUSIBLE));
         if let (0, Some(alarm), Some(monitor)) = (k, alarm, &mut state.monitor) {
             monitor.alarm = alarm;
@@ -126,7 +128,13 @@ fn test_modelled_wheels_begin_where_they_stand_at_the_command_0() {
         speed: 5.0,
     };
     tracker
-        .step(&straight(0.0).view(), &mut state, vehicle, DT)
+        .step(
+            &straight(0.0).view(),
+            &mut state,
+            vehicle,
+            DT,
+            Reported::NOTHING,
+        )
         .unwrap();
     let wheel = state.monitor.unwrap().wheel;
     assert!((wheel - 0.1).abs() < 1e-3, "{wheel}");
@@ -163,7 +171,7 @@ fn test_vehicle_that_deviates_at_a_cusp_deviates_after_it() {
         let found = places.map(|(x, y, speed)| {
             let yaw = 0.0;
             let vehicle = VehicleState { x, y, yaw, speed };
-            let command = tracker.step(&path.view(), &mut state, vehicle, DT);
+            let command = tracker.step(&path.view(), &mut state, vehicle, DT, Reported::NOTHING);
             command.unwrap().status.contains(Status::DEVIATING)
         });
         assert_eq!(found, expected, "{left}");
@@ -201,7 +209,7 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
                 pose_age: 0.0,
             };
             tracker
-                .step_reported(&path.view(), &mut state, vehicle, DT, reported)
+                .step(&path.view(), &mut state, vehicle, DT, reported)
                 .unwrap();
             let monitor = state.monitor.unwrap();
             let wheel = wheels[wheels.len() - 1];
@@ -247,7 +255,9 @@ fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
             speed: 8.0,
         };
         let before = state.monitor;
-        tracker.step(&path.view(), &mut state, vehicle, DT).unwrap();
+        tracker
+            .step(&path.view(), &mut state, vehicle, DT, Reported::NOTHING)
+            .unwrap();
         let monitor = state.monitor.unwrap();
         let Some(before) = before else { continue };
         let time = (before.time + DT).min(2.0);

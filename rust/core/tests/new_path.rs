@@ -5,6 +5,7 @@ use popsteer_core::laws::{
     StanleyParams,
 };
 use popsteer_core::path::locate::locate_by_scan;
+use popsteer_core::tracker::Reported;
 use popsteer_core::tracker::{Place, Predicted};
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::{Path, Point, Tracker, Vehicle, VehicleState};
@@ -88,7 +89,7 @@ fn driven<L: LateralLaw>(law: L, window: bool) -> Vec<f64> {
         }
         let path = if window { &part } else { &whole };
         let steer = tracker
-            .steer(&path.view(), &mut state, vehicle, DT)
+            .steer(&path.view(), &mut state, vehicle, DT, Reported::NOTHING)
             .unwrap();
         angles.push(steer);
         vehicle = advance(vehicle, vehicle.speed * DT, steer.tan() / 3.0, 0.0);
@@ -130,13 +131,21 @@ fn changed(new: &Path) -> (f64, Vec<f64>, f64) {
     let mut state = tracker.initial_state();
     // Off the heading, so that the angle is not 0.
     let vehicle = at_40(0.0, 0.1);
-    let before = tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
+    let before = tracker
+        .steer(&old.view(), &mut state, vehicle, DT, Reported::NOTHING)
+        .unwrap();
     tracker.set_path(&mut state, &old.view(), &new.view());
     let angles = (0..12)
-        .map(|_| tracker.steer(&new.view(), &mut state, vehicle, DT).unwrap())
+        .map(|_| {
+            tracker
+                .steer(&new.view(), &mut state, vehicle, DT, Reported::NOTHING)
+                .unwrap()
+        })
         .collect();
     let mut fresh = tracker.initial_state();
-    let wanted = tracker.steer(&new.view(), &mut fresh, vehicle, DT).unwrap();
+    let wanted = tracker
+        .steer(&new.view(), &mut fresh, vehicle, DT, Reported::NOTHING)
+        .unwrap();
     (before, angles, wanted)
 }
 
@@ -181,13 +190,19 @@ fn test_path_that_changes_again_keeps_the_end_of_the_hand_over() {
     let wanted = |path: &Path| {
         let mut fresh = tracker.initial_state();
         tracker
-            .steer(&path.view(), &mut fresh, at_40(0.0, 0.0), DT)
+            .steer(
+                &path.view(),
+                &mut fresh,
+                at_40(0.0, 0.0),
+                DT,
+                Reported::NOTHING,
+            )
             .unwrap()
     };
     let mut state = tracker.initial_state();
     let steer = |state: &mut _, path: &Path| {
         tracker
-            .steer(&path.view(), state, at_40(0.0, 0.0), DT)
+            .steer(&path.view(), state, at_40(0.0, 0.0), DT, Reported::NOTHING)
             .unwrap()
     };
     steer(&mut state, &paths[0]);
@@ -216,7 +231,9 @@ fn test_new_path_that_comes_back_beside_itself_is_driven_on_the_right_branch() {
         let old = line(0.0, 0.0, backwards);
         let mut state = tracker.initial_state();
         let vehicle = at_40(0.0, if backwards { std::f64::consts::PI } else { 0.0 });
-        tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
+        tracker
+            .steer(&old.view(), &mut state, vehicle, DT, Reported::NOTHING)
+            .unwrap();
         // Back first, 0.1 m beside the vehicle, then round and there, 0.2 m beside it.
         let back = (0..80).map(|k| (80.0 - f64::from(k), 0.1));
         let there = (0..80).map(|k| (f64::from(k), -0.2));
@@ -247,10 +264,14 @@ fn test_pid_sees_no_jump_of_a_path_that_moves_aside() {
     let (old, new) = (line(0.0, 0.0, false), line(0.2, 0.0, false));
     let mut state = tracker.initial_state();
     let vehicle = at_40(0.05, 0.0);
-    let before = tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
+    let before = tracker
+        .steer(&old.view(), &mut state, vehicle, DT, Reported::NOTHING)
+        .unwrap();
     assert!((before + 0.2 * 0.05 + 0.05 * 0.05 * DT).abs() < 1e-12);
     tracker.set_path(&mut state, &old.view(), &new.view());
-    let after = tracker.steer(&new.view(), &mut state, vehicle, DT).unwrap();
+    let after = tracker
+        .steer(&new.view(), &mut state, vehicle, DT, Reported::NOTHING)
+        .unwrap();
     let sum = (0.05 - 0.15) * DT;
     assert!((after - 0.2 * 0.15 + 0.05 * sum).abs() < 1e-12, "{after}");
 }
@@ -271,7 +292,7 @@ fn predicted<L: LateralLaw>(law: L, count: usize) {
     let mut out = vec![Predicted::DEFAULT; count];
     assert_eq!(tracker.predict(&path.view(), &state, STEP, &mut out), Ok(0));
     let steer = tracker
-        .steer(&path.view(), &mut state, start, STEP)
+        .steer(&path.view(), &mut state, start, STEP, Reported::NOTHING)
         .unwrap();
     let before = state.clone();
     let written = tracker
@@ -299,7 +320,9 @@ fn predicted<L: LateralLaw>(law: L, count: usize) {
             "{k}"
         );
         // ... and the controller answers there as it will.
-        let steer = tracker.steer(&path.view(), &mut state, to, STEP).unwrap();
+        let steer = tracker
+            .steer(&path.view(), &mut state, to, STEP, Reported::NOTHING)
+            .unwrap();
         assert!((next.steer - steer).abs() <= 0.0, "{k}");
     }
     let last = out[count - 1].vehicle;
@@ -381,7 +404,13 @@ fn test_path_that_moves_twice_before_a_step_starts_no_hand_over() {
     let lines = [0.0, 0.25, 0.5].map(|left| line(left, 0.0, false));
     let mut state = tracker.initial_state();
     tracker
-        .steer(&lines[0].view(), &mut state, at_40(0.0, 0.0), DT)
+        .steer(
+            &lines[0].view(),
+            &mut state,
+            at_40(0.0, 0.0),
+            DT,
+            Reported::NOTHING,
+        )
         .unwrap();
     tracker.set_path(&mut state, &lines[0].view(), &lines[1].view());
     tracker.set_path(&mut state, &lines[1].view(), &lines[2].view());

@@ -16,7 +16,7 @@ use popsteer_core::speed::{
 use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{LateralLaw, Path, Status, Vehicle, VehicleState};
+use popsteer_core::{LateralLaw, Path, Reported, Status, Vehicle, VehicleState};
 
 thread_local! {
     /// Allocations of this thread: the test harness has threads of its own.
@@ -96,9 +96,13 @@ fn drive<L: LateralLaw>(tracker: &Tracker<L>) {
                     x: f64::NAN,
                     ..vehicle
                 };
-                assert!(tracker.step(&path.view(), &mut state, bad, 0.05).is_err());
+                assert!(
+                    tracker
+                        .step(&path.view(), &mut state, bad, 0.05, Reported::NOTHING)
+                        .is_err()
+                );
             }
-            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
+            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING);
             let command = command.unwrap();
             steered += command.steer.abs();
             vehicle = kinematic_bicycle(vehicle, command.steer, 0.0, 3.0, 0.05);
@@ -126,7 +130,8 @@ fn drive_and_hold<L: LateralLaw>(tracker: &Tracker<L>) {
                 ..vehicle
             };
             let dt = if k % 7 == 0 { 0.001 } else { 0.05 };
-            let command = tracker.step_or_hold(&path.view(), &mut state, seen, dt, 3);
+            let command =
+                tracker.step_or_hold(&path.view(), &mut state, seen, dt, 3, Reported::NOTHING);
             held += usize::from(command.status.contains(Status::INPUT_HELD));
             steered += command.steer.abs();
             vehicle = kinematic_bicycle(vehicle, command.steer, 0.0, 3.0, dt);

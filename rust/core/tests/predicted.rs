@@ -2,7 +2,7 @@
 
 use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::tracker::intend::Predicted;
-use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 use std::f64::consts::PI;
 
 #[test]
@@ -25,7 +25,9 @@ fn test_prediction_drives_on_to_the_next_stop_either_way() {
             speed,
         };
         let view = path.view();
-        tracker.step(&view, &mut state, vehicle, 0.1).unwrap();
+        tracker
+            .step(&view, &mut state, vehicle, 0.1, Reported::NOTHING)
+            .unwrap();
         let mut out = [Predicted::DEFAULT; 12];
         assert_eq!(tracker.predict(&view, &state, 0.1, &mut out), Ok(12));
         for (k, instant) in (0..12).zip(&out) {

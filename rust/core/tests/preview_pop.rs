@@ -2,7 +2,7 @@
 
 use popsteer_core::laws::{PreviewPop, PreviewPopParams};
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 use proptest::prelude::*;
 
 /// Usual values, and those towards the ends of a range.
@@ -68,7 +68,7 @@ proptest! {
         let mut state = law.initial_state();
         for ((&speed, &(x, y, yaw)), &dt) in speeds.iter().zip(&spots).zip(&periods) {
             let vehicle = VehicleState { x, y, yaw, speed };
-            let command = law.step(&view, &mut state, vehicle, dt).unwrap();
+            let command = law.step(&view, &mut state, vehicle, dt, Reported::NOTHING).unwrap();
             prop_assert!(command.steer.abs() <= limits.0, "{command:?}");
             prop_assert!(command.cross_track_error.is_finite(), "{command:?}");
             prop_assert!(command.predicted_cross_track_error.is_finite(), "{command:?}");

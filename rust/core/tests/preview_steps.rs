@@ -10,6 +10,7 @@ use instance::{Instance, Random};
 use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use popsteer_core::laws::preview_pop::limited::PlanLimits;
 use popsteer_core::laws::{PreviewPop, PreviewPopParams};
+use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::{AdaptParams, Estimate};
 use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
@@ -105,7 +106,13 @@ impl Scene {
             speed: self.speed,
         };
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, self.dt)
+            .step(
+                &path.view(),
+                &mut state,
+                vehicle,
+                self.dt,
+                Reported::NOTHING,
+            )
             .unwrap();
         (command.steer, command.status)
     }
@@ -295,7 +302,9 @@ fn test_wheels_held_by_a_limit_stand_at_it() {
             };
             let mut command = None;
             for _ in 0..20 {
-                command = tracker.step(&path.view(), &mut state, vehicle, 0.05).ok();
+                command = tracker
+                    .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
+                    .ok();
             }
             let command = command.unwrap();
             assert!((command.steer - side * left).abs() < 1e-9, "{command:?}");

@@ -8,7 +8,7 @@ use popsteer_core::laws::{
 use popsteer_core::path::Follow;
 use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::{AdaptParams, InFlight};
-use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{LateralLaw, Path, Reported, Tracker, Vehicle, VehicleState};
 
 /// A car whose every length is `k` times the usual one.
 fn car(k: f64) -> Vehicle {
@@ -55,7 +55,7 @@ fn drive<L: LateralLaw>(k: f64, make: impl Fn(Vehicle) -> L) -> (Vec<f64>, Vec<f
     let (mut angles, mut errors) = (Vec::new(), Vec::new());
     for step in 0..1000_u32 {
         let command = tracker
-            .step(&path.view(), &mut state, vehicle, 0.05)
+            .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         angles.push(command.steer);
         errors.push(command.cross_track_error);

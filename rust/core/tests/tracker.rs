@@ -6,7 +6,7 @@ use popsteer_core::laws::{
     Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::{Command, Path, Status, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Command, Path, Reported, Status, Tracker, Vehicle, VehicleState};
 
 fn straight() -> Path {
     Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()
@@ -31,12 +31,12 @@ fn test_handover_starts_from_the_angle_and_fades() {
     let tracker = stanley(Vehicle::PAPER);
     let mut bare = tracker.initial_state();
     let wanted = tracker
-        .steer(&path.view(), &mut bare, beside(), 0.1)
+        .steer(&path.view(), &mut bare, beside(), 0.1, Reported::NOTHING)
         .unwrap();
     let mut state = tracker.state_from(0.3).unwrap();
     let mut steer = || {
         tracker
-            .steer(&path.view(), &mut state, beside(), 0.1)
+            .steer(&path.view(), &mut state, beside(), 0.1, Reported::NOTHING)
             .unwrap()
     };
     assert!((steer() - 0.3).abs() < 1e-15);
@@ -58,7 +58,7 @@ fn test_handover_pop_goes_on_from_the_angle() {
     let tracker = Tracker::of(law);
     let mut state = tracker.state_from(0.3).unwrap();
     let steer = tracker
-        .steer(&path.view(), &mut state, beside(), 0.05)
+        .steer(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING)
         .unwrap();
     assert!((steer - 0.3).abs() <= PopParams::DEFAULT.steer_span + 1e-15);
 }
@@ -75,7 +75,7 @@ fn test_pop_at_rest_keeps_its_angle() {
         speed: 0.0,
     };
     for _ in 0..100 {
-        let steer = law.steer(&path.view(), &mut state, vehicle, 0.05);
+        let steer = law.steer(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING);
         assert_eq!(steer, Ok(0.125));
     }
 }
@@ -96,7 +96,7 @@ fn test_limits_of_the_vehicle_are_kept_and_said() {
         let tracker = stanley(vehicle);
         let mut state = tracker.initial_state();
         let command = tracker
-            .step(&path.view(), &mut state, beside(), 0.05)
+            .step(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING)
             .unwrap();
         assert!((command.steer - limit).abs() < 1e-15, "{command:?}");
         assert_eq!(command.status, Status::SATURATED);
@@ -114,12 +114,14 @@ fn test_conditions_stand_side_by_side_in_a_status() {
         yaw: -1.5,
         speed: 5.0,
     };
-    let command = tracker.step(&path.view(), &mut state, lost, 0.05).unwrap();
+    let command = tracker
+        .step(&path.view(), &mut state, lost, 0.05, Reported::NOTHING)
+        .unwrap();
     let all = Status::OFF_PATH | Status::END_OF_PATH;
     assert_eq!(command.status, all);
     let turned = VehicleState { yaw: 1.5, ..lost };
     let command = tracker
-        .step(&path.view(), &mut state, turned, 0.05)
+        .step(&path.view(), &mut state, turned, 0.05, Reported::NOTHING)
         .unwrap();
     assert_eq!(command.status, all | Status::SATURATED);
 }
@@ -134,7 +136,7 @@ fn test_told_steering_offset_is_taken_off_the_command() {
     let step = |vehicle| {
         let tracker = stanley(vehicle);
         let mut state = tracker.initial_state();
-        let command = tracker.step(&path.view(), &mut state, beside(), 0.05);
+        let command = tracker.step(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING);
         command.unwrap().steer
     };
     assert!((step(Vehicle::PAPER) - 0.02 - step(given)).abs() < 1e-15);
@@ -182,7 +184,11 @@ fn test_any_point_of_the_vehicle_gives_the_same_angles() {
                     for pose in &poses {
                         let pose = pose.ahead(-rear_axle);
                         let view = path.view();
-                        all.push(tracker.steer(&view, &mut state, pose, 0.05).unwrap());
+                        all.push(
+                            tracker
+                                .steer(&view, &mut state, pose, 0.05, Reported::NOTHING)
+                                .unwrap(),
+                        );
                     }
                 };
             }
@@ -211,7 +217,7 @@ fn test_errors_are_those_of_the_measured_vehicle() {
     });
     let mut state = tracker.initial_state();
     let command = tracker
-        .step(&path.view(), &mut state, beside(), 0.05)
+        .step(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING)
         .unwrap();
     let front = 1.0 + 3.0 * popsteer_core::math::sin(0.1);
     assert!((command.cross_track_error - front).abs() < 1e-12);
@@ -235,7 +241,7 @@ fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
         // The faster of the speeds is taken for an acceleration that goes on.
         for (x, y, speed) in [(1e9, -1e9, 9e3), (-1e9, 1e9, 1e4), (1e9, 1e9, -1e4)] {
             let vehicle = VehicleState { x, y, yaw, speed };
-            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
+            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING);
             assert!(command.unwrap().status.contains(Status::OFF_PATH));
             assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
         }
@@ -276,7 +282,9 @@ fn test_handover_across_the_largest_angle_and_an_offset_is_a_state() {
         yaw: 1.0,
         ..beside()
     };
-    tracker.step(&path.view(), &mut state, right, 0.05).unwrap();
+    tracker
+        .step(&path.view(), &mut state, right, 0.05, Reported::NOTHING)
+        .unwrap();
     assert_eq!(state.handover.unwrap().offset, Some(1.1));
     assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
 }
@@ -299,7 +307,7 @@ fn test_estimate_of_another_vehicle_does_not_count_where_nothing_is_modelled() {
         restored.estimator.estimate.gain = 2.0;
         restored.measured_waypoint = Some(0);
         assert_eq!(tracker.check_state(&path.view(), &restored), Ok(()));
-        let step = |state| tracker.steer(&path.view(), state, beside(), 0.05);
+        let step = |state| tracker.steer(&path.view(), state, beside(), 0.05, Reported::NOTHING);
         assert_eq!(step(&mut restored), step(&mut state));
         assert_eq!(restored.measured_waypoint, None);
     }
@@ -318,14 +326,23 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
         ..beside()
     };
     let good = tracker
-        .step(&path.view(), &mut state, backing, 0.05)
+        .step(&path.view(), &mut state, backing, 0.05, Reported::NOTHING)
         .unwrap();
     assert!(good.reverse && good.cross_track_error > 0.5);
     let bad = VehicleState {
         x: f64::NAN,
         ..backing
     };
-    let mut held = |vehicle| tracker.step_or_hold(&path.view(), &mut state, vehicle, 0.05, 2);
+    let mut held = |vehicle| {
+        tracker.step_or_hold(
+            &path.view(),
+            &mut state,
+            vehicle,
+            0.05,
+            2,
+            Reported::NOTHING,
+        )
+    };
     for status in [Status::INPUT_HELD, Status::INPUT_HELD, Status::INPUT_LOST] {
         assert_eq!(held(bad), Command { status, ..good });
     }

@@ -62,9 +62,8 @@ mod _core {
         },
         in_flight::PyInFlight,
         lateral::{
-            PyMonitorParams, PyPid, PyPidParams, PyPop, PyPopParams,
-            PyPreviewPop, PyPreviewPopParams, PyPurePursuit,
-            PyPurePursuitParams, PyStanley, PyStanleyParams,
+            PyMonitorParams, PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop,
+            PyPreviewPopParams, PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
         longitudinal::{
             PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
@@ -76,9 +75,7 @@ mod _core {
         projection::{PyLookahead, PyProjection},
         settings::{PyNoise, PySettings},
         sim::PySimulation,
-        speed_tracker::{
-            PySpeedCommand, PySpeedTracker, PySpeedTrackerParams,
-        },
+        speed_tracker::{PySpeedCommand, PySpeedTracker, PySpeedTrackerParams},
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
     };
 

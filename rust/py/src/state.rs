@@ -116,9 +116,7 @@ impl Refusal {
                 if field.is_empty() {
                     field.push_str("state");
                 }
-                let value = value
-                    .map_or_else(|| py.None(), |value| value)
-                    .into_bound(py);
+                let value = value.unwrap_or_else(|| py.None()).into_bound(py);
                 argument_error(py, &field, value, &requirement)
             }
         }

@@ -1,7 +1,9 @@
 //! The one closed loop: a driver, the pedals and a simulation.
 
 use popsteer_core::tracker::TrackerState;
-use popsteer_core::{InputError, LateralLaw, PathView, Point, Status, Tracker, VehicleState};
+use popsteer_core::{
+    InputError, LateralLaw, PathView, Point, Reported, Status, Tracker, VehicleState,
+};
 
 use crate::longitudinal::{Longitudinal, Pedalling};
 use crate::noise::Perception;
@@ -67,7 +69,9 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
         dt: f64,
         _reverse: bool,
     ) -> Result<Option<DriverAnswer>, InputError> {
-        let command = self.tracker.step(path, &mut self.state, vehicle, dt)?;
+        let command = self
+            .tracker
+            .step(path, &mut self.state, vehicle, dt, Reported::NOTHING)?;
         Ok(Some(DriverAnswer {
             steer: command.steer,
             reverse: command.reverse,

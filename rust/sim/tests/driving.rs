@@ -177,7 +177,7 @@ fn test_batch_that_changes_steps_as_its_vehicles_alone() {
     let mut batch = Batch::new([member()]);
     batch.add(member(), 2);
     assert_eq!(batch.len(), 3);
-    let mut states = [tracker.initial_state(); 3];
+    let mut states = vec![tracker.initial_state(); 3];
     let mut paths = [&old, &old, &old];
     let mut angles = [0.0; 3];
     let reported = [0.0, 0.1, 0.0].map(|steer: f64| Reported {
@@ -202,7 +202,7 @@ fn test_batch_that_changes_steps_as_its_vehicles_alone() {
         for (n, state) in states.iter_mut().enumerate() {
             let path = paths[n].view();
             let expected = tracker
-                .steer_reported(&path, state, vehicle, 0.05, reported[n])
+                .steer(&path, state, vehicle, 0.05, reported[n])
                 .unwrap();
             assert!((angles[n] - expected).abs() <= 0.0, "{k} {n}");
         }

@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use crate::scene::{dt, vehicle};
 use crate::subject::Subject;
-use popsteer_core::{Command, Path, Tracker, Vehicle};
+use popsteer_core::{Command, Path, Reported, Tracker, Vehicle};
 use std::f64::consts::PI;
 
 /// Backing up is driving forward with the heading turned round, the axles mirrored about the pose's
@@ -42,10 +42,10 @@ pub(crate) fn check_backwards<L: Subject>(
     back.set_waypoint(start);
     for _ in 0..8 {
         let (mut vehicle, dt) = (vehicle(bytes, &view), dt(bytes));
-        let backed = backing.step(&turned.view(), &mut back, vehicle, dt);
+        let backed = backing.step(&turned.view(), &mut back, vehicle, dt, Reported::NOTHING);
         vehicle.yaw += PI;
         vehicle.speed = -vehicle.speed;
-        let driven = driving.step(&view, &mut ahead, vehicle, dt);
+        let driven = driving.step(&view, &mut ahead, vehicle, dt, Reported::NOTHING);
         // Of two places as good after a jump, rounding decides.
         let same_place = ahead.waypoint == back.waypoint;
         let (true, Ok(driven), Ok(backed)) = (same_place, driven, backed) else {

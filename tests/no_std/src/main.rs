@@ -10,9 +10,10 @@ use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
 use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
-use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
-use popsteer_core::tracker::Tracker;
-use popsteer_core::speed::{CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState};
+use popsteer_core::laws::{
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
+};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::lookahead::{
     get_crossing, get_lookahead_point, get_lookahead_point_index,
@@ -21,11 +22,15 @@ use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::path::{locate, projection};
+use popsteer_core::speed::{
+    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+};
+use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::bicycle::{
     get_predicted_location, kinematic_bicycle, state_transition,
 };
 use popsteer_core::vehicle::{AdaptParams, Estimate, InFlight};
-use popsteer_core::{LateralLaw, PathView, Point, Status, Vehicle, VehicleState, math};
+use popsteer_core::{LateralLaw, PathView, Point, Reported, Status, Vehicle, VehicleState, math};
 
 #[link(name = "c")]
 unsafe extern "C" {
@@ -66,20 +71,21 @@ fn steps<L: LateralLaw>(tracker: &Tracker<L>, path: &PathView<'_>, vehicle: Vehi
     let mut state = black_box(tracker.initial_state());
     let dt = black_box(0.05);
     let mut sum = tracker
-        .step(path, &mut state, black_box(vehicle), dt)
+        .step(path, &mut state, black_box(vehicle), dt, Reported::NOTHING)
         .map_or(0.0, |c| c.steer + c.cross_track_error);
     sum += tracker
         .relocalise(path, &mut state, vehicle.x, vehicle.y, vehicle.yaw)
         .map_or(0.0, |()| 1.0);
     sum += tracker
-        .steer(path, &mut state, black_box(vehicle), dt)
+        .steer(path, &mut state, black_box(vehicle), dt, Reported::NOTHING)
         .unwrap_or(0.0);
     if let Ok(taken_over) = tracker.state_from(black_box(0.1)) {
         state = taken_over;
     }
     for x in black_box([0.0, f64::NAN, 0.1]) {
         let seen = VehicleState { x, ..vehicle };
-        let command = tracker.step_or_hold(path, &mut state, seen, dt, black_box(1));
+        let command =
+            tracker.step_or_hold(path, &mut state, seen, dt, black_box(1), Reported::NOTHING);
         let known = Status::from_bits(command.status.bits());
         sum += known.map_or(0.0, |status| math::from_count(status.names().count()));
         sum += command.steer + tracker.estimate(&state).gain;
@@ -246,7 +252,7 @@ fn drive<L: LateralLaw>(
 ) -> bool {
     let mut state = tracker.initial_state();
     for _ in 0..1000 {
-        let Ok(command) = tracker.step(path, &mut state, vehicle, 0.05) else {
+        let Ok(command) = tracker.step(path, &mut state, vehicle, 0.05, Reported::NOTHING) else {
             return false;
         };
         // SAFETY: the format asks for one double and gets one.

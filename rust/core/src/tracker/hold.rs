@@ -21,22 +21,9 @@ impl<L: LateralLaw> Tracker<L> {
     /// beyond.
     ///
     /// The time `dt` of a held input is added to the next step, which then is one step over the
-    /// whole time. A `dt` that is itself refused counts as that of the last step.
+    /// whole time, and has to report for all of it: what is `reported` with a held input is
+    /// ignored. A `dt` that is itself refused counts as that of the last step.
     pub fn step_or_hold(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-        hold_limit: usize,
-    ) -> Command {
-        let reported = Reported::NOTHING;
-        self.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
-    }
-
-    /// The same for a vehicle that reports more than pose and speed. Reports of a held input are
-    /// ignored: the next step has to report for the whole time.
-    pub fn step_or_hold_reported(
         &self,
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
@@ -45,7 +32,7 @@ impl<L: LateralLaw> Tracker<L> {
         hold_limit: usize,
         reported: Reported,
     ) -> Command {
-        if let Ok(command) = self.step_reported(path, state, vehicle, dt, reported) {
+        if let Ok(command) = self.step(path, state, vehicle, dt, reported) {
             return command;
         }
         state.miss(dt);

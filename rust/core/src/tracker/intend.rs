@@ -4,6 +4,7 @@ use crate::error::InputError;
 use crate::laws::LateralLaw;
 use crate::math::from_count;
 use crate::path::view::PathView;
+use crate::tracker::reported::Reported;
 use crate::tracker::state::TrackerState;
 use crate::tracker::step::Tracker;
 use crate::vehicle::bicycle::Rollout;
@@ -93,7 +94,10 @@ impl<L: LateralLaw> Tracker<L> {
             rollout.drive(plant.wheel(), clipped(commands, dt));
             plant.elapse(car, state.steer, dt, 0.0);
             vehicle = rollout.state().bounded().ahead(-car.no_slip()).bounded();
-            if self.step(path, &mut state, vehicle, dt).is_err() {
+            if self
+                .step(path, &mut state, vehicle, dt, Reported::NOTHING)
+                .is_err()
+            {
                 return Ok(k + 1);
             }
         }

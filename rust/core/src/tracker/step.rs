@@ -238,30 +238,15 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
-    /// `dt` [s] after those of the last step.
+    /// `dt` [s] after those of the last step; `reported` is what the vehicle reports besides,
+    /// [`Reported::NOTHING`] if nothing.
     ///
     /// # Errors
     ///
-    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
-    /// `state` is then unchanged.
+    /// [`InputError`] where a number in `vehicle` or `reported`, or `dt`, is not finite or beyond
+    /// its bound; `state` is then unchanged.
     #[inline]
     pub fn step(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
-    }
-
-    /// The same for a vehicle that reports more than pose and speed.
-    ///
-    /// # Errors
-    ///
-    /// As [`step`](Self::step), and for what is `reported`.
-    #[inline]
-    pub fn step_reported(
         &self,
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
@@ -280,22 +265,6 @@ impl<L: LateralLaw> Tracker<L> {
     /// As [`step`](Self::step).
     #[inline]
     pub fn steer(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<f64, InputError> {
-        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
-    }
-
-    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
-    ///
-    /// # Errors
-    ///
-    /// As [`step_reported`](Self::step_reported).
-    #[inline]
-    pub fn steer_reported(
         &self,
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,

@@ -179,7 +179,7 @@ macro_rules! controller {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, pose_age);
                 self.law
-                    .step_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .step(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .map(PyCommand)
                     .or_raise(py)
             }
@@ -228,7 +228,7 @@ macro_rules! controller {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, pose_age);
                 self.law
-                    .steer_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .steer(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .or_raise(py)
             }
 
@@ -287,7 +287,7 @@ macro_rules! controller {
                 let (path, limit) = (self.path.view(), hold_limit.saturated());
                 let (law, reported) = (&self.law, reported(applied_steer, pose_age));
                 let state = &mut self.state;
-                PyCommand(law.step_or_hold_reported(&path, state, vehicle, dt.0, limit, reported))
+                PyCommand(law.step_or_hold(&path, state, vehicle, dt.0, limit, reported))
             }
 
             /// Predict the trajectory that the controller intends, from the last step on.

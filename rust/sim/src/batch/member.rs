@@ -64,12 +64,12 @@ impl<L: LateralLaw> Kept<L> {
     ) -> Command {
         let (tracker, path) = (&self.tracker, self.path.view());
         if let OnError::Hold(limit) = on_error {
-            return self.state.with(|state| {
-                tracker.step_or_hold_reported(&path, state, input, dt, limit, reported)
-            });
+            return self
+                .state
+                .with(|state| tracker.step_or_hold(&path, state, input, dt, limit, reported));
         }
         self.state.with(|state| {
-            let answer = tracker.step_reported(&path, state, input, dt, reported);
+            let answer = tracker.step(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);
                 marked(state.answer)
@@ -90,7 +90,7 @@ impl<L: LateralLaw> Kept<L> {
         }
         let (tracker, path) = (&self.tracker, self.path.view());
         self.state.with(|state| {
-            let answer = tracker.steer_reported(&path, state, input, dt, reported);
+            let answer = tracker.steer(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);
                 f64::NAN

@@ -106,7 +106,7 @@ where
     }
 
     /// Steps every vehicle, which report what is `reported`, nothing where that is empty: `write`
-    /// is given each place in `out`, and the command for it, that of [`Tracker::step_reported`].
+    /// is given each place in `out`, and the command for it, that of [`Tracker::step`].
     /// Where an input is refused under [`OnError::Mark`] the command has no numbers, the direction
     /// of the last one, and [`Status::INPUT_HELD`].
     ///

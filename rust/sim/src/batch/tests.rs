@@ -2,7 +2,7 @@
 
 use super::*;
 use popsteer_core::laws::{Pop, PopParams};
-use popsteer_core::{Status, Tracker, Vehicle};
+use popsteer_core::{Reported, Status, Tracker, Vehicle};
 
 fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {
     let x: Vec<f64> = (0..300).map(f64::from).collect();
@@ -43,7 +43,9 @@ fn test_batch_steps_are_single_steps_bit_for_bit() {
             .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
             .unwrap();
         for ((state, &input), angle) in states.iter_mut().zip(&inputs).zip(&angles) {
-            let single = tracker.steer(&path.view(), state, input, 0.05).unwrap();
+            let single = tracker
+                .steer(&path.view(), state, input, 0.05, Reported::NOTHING)
+                .unwrap();
             assert_eq!(single.to_bits(), angle.to_bits());
         }
     }

@@ -9,17 +9,17 @@ use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, adapt, car, dt, vehicle};
 use crate::subject::{Subject, waypoint};
-use popsteer_core::error::Requirement;
-use popsteer_core::status::Level;
-use popsteer_core::tracker::state::HANDOVER_TIME;
-use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
-use popsteer_core::tracker::TrackerState;
 use popsteer_core::bounds::MAX_DT;
+use popsteer_core::error::Requirement;
+use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::status::Level;
+use popsteer_core::tracker::TrackerState;
+use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::vehicle::Estimate;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{
-    Command, ConfigError, LateralLaw, Path, Status, Tracker, Vehicle, VehicleState,
+    Command, ConfigError, LateralLaw, Path, Reported, Status, Tracker, Vehicle, VehicleState,
 };
 use std::f64::consts::PI;
 
@@ -171,9 +171,13 @@ impl<L: Subject> Life<L> {
         let path = self.path.view();
         let good = vehicle.checked().is_ok() && checked_dt(dt).is_ok();
         let before = self.state.clone();
-        let stepped = self.tracker.step(&path, &mut self.state, vehicle, dt);
+        let stepped = self
+            .tracker
+            .step(&path, &mut self.state, vehicle, dt, Reported::NOTHING);
         assert_eq!(stepped.is_ok(), good, "{stepped:?}");
-        let steered = self.tracker.steer(&path, &mut self.twin, vehicle, dt);
+        let steered = self
+            .tracker
+            .steer(&path, &mut self.twin, vehicle, dt, Reported::NOTHING);
         match (stepped, steered) {
             (Ok(command), Ok(steer)) => {
                 assert_eq!(command.steer.to_bits(), steer.to_bits());
@@ -263,8 +267,15 @@ impl<L: Subject> Life<L> {
         let path = self.path.view();
         let before = self.state.clone();
         let tracker = &self.tracker;
-        let command = tracker.step_or_hold(&path, &mut self.state, vehicle, dt, hold_limit);
-        if let Ok(stepped) = tracker.step(&path, &mut self.twin, vehicle, dt) {
+        let command = tracker.step_or_hold(
+            &path,
+            &mut self.state,
+            vehicle,
+            dt,
+            hold_limit,
+            Reported::NOTHING,
+        );
+        if let Ok(stepped) = tracker.step(&path, &mut self.twin, vehicle, dt, Reported::NOTHING) {
             assert_eq!(command, stepped);
             return;
         }

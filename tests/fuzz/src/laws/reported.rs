@@ -26,8 +26,8 @@ impl<L: Subject> Life<L> {
         let path = self.path.view();
         let before = self.state.clone();
         let tracker = &self.tracker;
-        let stepped = tracker.step_reported(&path, &mut self.state, seen, dt, reported);
-        let steered = tracker.steer_reported(&path, &mut self.twin, seen, dt, reported);
+        let stepped = tracker.step(&path, &mut self.state, seen, dt, reported);
+        let steered = tracker.steer(&path, &mut self.twin, seen, dt, reported);
         assert_eq!(stepped.is_ok(), good, "{stepped:?} {reported:?}");
         match (stepped, steered) {
             (Ok(command), Ok(steer)) => {
