@@ -6,9 +6,8 @@ use popsteer_core::laws::{
     LateralLaw, Pid, PidParams, PidState, Pop, PopParams, PurePursuit, PurePursuitParams,
     PurePursuitState, Stanley, StanleyParams,
 };
-use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Point, Reported, Status, Tracker, Vehicle, VehicleState};
 use straight::{CAR, assert_close, beside, straight};
 
 /// The angles on the way through `places`, a tenth of a second apart.
@@ -271,9 +270,9 @@ fn test_state_that_a_pid_cannot_reach_is_refused() {
     };
     let other = Pid::new(CAR, shorter).unwrap().initial_state();
     for (bad, field) in [
-        (far, "previous_error"),
-        (jumped, "previous_position"),
-        (other, "buffer_length"),
+        (far, "law.previous_error"),
+        (jumped, "law.previous_position"),
+        (other, "law.buffer.length"),
     ] {
         assert_eq!(law.check_state(&bad).unwrap_err().field, field);
     }
@@ -281,7 +280,10 @@ fn test_state_that_a_pid_cannot_reach_is_refused() {
     let bad = PurePursuitState {
         previous_alpha: 3.2,
     };
-    assert_eq!(law.check_state(&bad).unwrap_err().field, "previous_alpha");
+    assert_eq!(
+        law.check_state(&bad).unwrap_err().field,
+        "law.previous_alpha"
+    );
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn test_state_of_a_pid_with_another_buffer_is_refused() {
     let error = long.check_state(&path.view(), &state).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "buffer_length must be a count in [30, 30], got 20.0"
+        "law.buffer.length must be a count in [30, 30], got 20.0"
     );
 }
 
@@ -94,7 +94,7 @@ fn test_remembered_angle_that_the_wheels_cannot_have_is_refused() {
         let answer = tracker.check_state(&path.view(), &state);
         assert_eq!(answer.is_ok(), accepted, "{angle}");
         if let Err(error) = answer {
-            assert_eq!(error.field, "previous_steer");
+            assert_eq!(error.field, "law.previous_steer");
         }
     }
 }

@@ -5,10 +5,9 @@ use popsteer_core::laws::{
     StanleyParams,
 };
 use popsteer_core::path::locate::locate_by_scan;
-use popsteer_core::tracker::Reported;
 use popsteer_core::tracker::{Place, Predicted};
 use popsteer_core::vehicle::bicycle::advance;
-use popsteer_core::{Path, Point, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Point, Reported, Tracker, Vehicle, VehicleState};
 
 /// A vehicle whose wheels do at once what they are commanded; 3 m long.
 const CAR: Vehicle = Vehicle {

@@ -10,9 +10,8 @@ use instance::{Instance, Random};
 use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use popsteer_core::laws::preview_pop::limited::PlanLimits;
 use popsteer_core::laws::{PreviewPop, PreviewPopParams};
-use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::{AdaptParams, Estimate};
-use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Reported, Status, Tracker, Vehicle, VehicleState};
 
 /// A vehicle beside the x axis, what is known of it, and how it is to be steered.
 #[derive(Debug)]
