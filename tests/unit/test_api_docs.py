@@ -158,46 +158,47 @@ def test_public_module_has_a_docstring(name: str) -> None:
     assert importlib.import_module(name).__doc__
 
 
-@pytest.mark.parametrize("name", PUBLIC)
-def test_public_object_has_a_docstring_that_begins_with_a_sentence(name: str) -> None:
-    doc = inspect.getdoc(PUBLIC[name])
-    assert doc
-    assert doc.split("\n\n")[0].rstrip().endswith((".", ":"))
+def test_public_object_has_a_docstring_that_begins_with_a_sentence() -> None:
+    first = {name: (inspect.getdoc(thing) or "").split("\n\n")[0] for name, thing in PUBLIC.items()}
+    assert [name for name, text in first.items() if not text.rstrip().endswith((".", ":"))] == []
 
 
-@pytest.mark.parametrize("name", CORE)
-def test_callable_of_the_core_documents_its_parameters(name: str) -> None:
-    doc = inspect.getdoc(CORE[name]) or ""
+def test_callable_of_the_core_documents_its_parameters() -> None:
     # A few share them with a neighbour, which they name; `replace` takes any.
-    elsewhere = "Parameters and errors as `" in doc or name.endswith(".replace")
-    assert bool(_documented(CORE[name])) == bool(_parameters(CORE[name])) or elsewhere
+    wrong = [
+        name
+        for name, thing in CORE.items()
+        if bool(_documented(thing)) != bool(_parameters(thing))
+        and "Parameters and errors as `" not in (inspect.getdoc(thing) or "")
+        and not name.endswith(".replace")
+    ]
+    assert wrong == []
 
 
-@pytest.mark.parametrize("name", DOCUMENTED)
-def test_parameters_section_names_exactly_the_parameters(name: str) -> None:
-    if inspect.isclass(DOCUMENTED[name]) and not _parameters(DOCUMENTED[name]):
-        assert "Attributes" in _sections(DOCUMENTED[name])
-        return
-    assert list(_documented(DOCUMENTED[name])) == list(_parameters(DOCUMENTED[name]))
+def test_parameters_section_names_exactly_the_parameters() -> None:
+    for name, thing in DOCUMENTED.items():
+        if inspect.isclass(thing) and not _parameters(thing):
+            assert "Attributes" in _sections(thing), name
+        else:
+            assert list(_documented(thing)) == list(_parameters(thing)), name
 
 
-@pytest.mark.parametrize("name", [name for name in CORE if name in DOCUMENTED])
-def test_parameter_is_said_to_be_optional_where_it_is(name: str) -> None:
-    defaults = _parameters(CORE[name])
-    for parameter, said in _documented(CORE[name]).items():
-        has_default = defaults[parameter] is not inspect.Parameter.empty
-        assert has_default == ("default " in said or "optional" in said), parameter
+def test_parameter_is_said_to_be_optional_where_it_is() -> None:
+    for name in (name for name in CORE if name in DOCUMENTED):
+        defaults = _parameters(CORE[name])
+        for parameter, said in _documented(CORE[name]).items():
+            has_default = defaults[parameter] is not inspect.Parameter.empty
+            assert has_default == ("default " in said or "optional" in said), (name, parameter)
 
 
-@pytest.mark.parametrize(("name", "parameter"), DEFAULTS, ids=str)
-def test_documented_default_is_the_real_one(name: str, parameter: str) -> None:
-    stated = eval(DEFAULTS[name, parameter], {"PI": math.pi})
-    real = _parameters(CORE[name])[parameter]
-    if (name, parameter) == ("popsteer.sim.Simulation", "plant"):  # None stands for it
-        path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-        real = CORE[name](path, real, start=(0.0, 0.0, 0.0)).plant
-    assert real == stated
-    assert type(real) is type(stated)
+def test_documented_default_is_the_real_one() -> None:
+    for (name, parameter), said in DEFAULTS.items():
+        stated = eval(said, {"PI": math.pi})
+        real = _parameters(CORE[name])[parameter]
+        if (name, parameter) == ("popsteer.sim.Simulation", "plant"):  # None stands for it
+            path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+            real = CORE[name](path, real, start=(0.0, 0.0, 0.0)).plant
+        assert (real, type(real)) == (stated, type(stated)), (name, parameter)
 
 
 @pytest.mark.parametrize("name", [name for name in CORE if "Examples" in _sections(CORE[name])])

@@ -6,8 +6,6 @@ import inspect
 import pydoc
 from typing import Any
 
-import pytest
-
 import popsteer
 from popsteer import reference, sim
 from tests.unit.test_api_docs import CALLABLES
@@ -39,31 +37,32 @@ def test_enumeration_of_signatures_finds_the_essential_ones() -> None:
     assert {"popsteer.sim.Settings", "popsteer.sim.CarlaIdentified"} <= set(VALUES)
 
 
-@pytest.mark.parametrize("name", SHOWN)
-def test_signature_leaves_no_default_out(name: str) -> None:
-    for parameter in SHOWN[name].parameters.values():
-        assert parameter.default is not ..., parameter
+def test_signature_leaves_no_default_out() -> None:
+    for name, shown in SHOWN.items():
+        for parameter in shown.parameters.values():
+            assert parameter.default is not ..., (name, parameter)
 
 
-@pytest.mark.parametrize("name", VALUES)
-def test_default_in_a_signature_is_what_the_value_has(name: str) -> None:
-    made = VALUES[name]()
-    for parameter in SHOWN[name].parameters.values():
-        if parameter.name == "vehicle":
-            continue
-        has = getattr(made, parameter.name)
-        assert (parameter.default, type(parameter.default)) == (has, type(has)), parameter
+def test_default_in_a_signature_is_what_the_value_has() -> None:
+    for name, kind in VALUES.items():
+        made = kind()
+        for parameter in SHOWN[name].parameters.values():
+            if parameter.name == "vehicle":
+                continue
+            has = getattr(made, parameter.name)
+            default = parameter.default
+            assert (default, type(default)) == (has, type(has)), (name, parameter)
 
 
-@pytest.mark.parametrize("name", SHOWN)
-def test_documented_number_is_no_none_in_the_signature(name: str) -> None:
+def test_documented_number_is_no_none_in_the_signature() -> None:
     # "default 0.05" in the text and None in the signature would hide the number.
-    documented = inspect.getdoc(CALLABLES[name]) or ""
-    for parameter in SHOWN[name].parameters.values():
-        for line in documented.splitlines():
-            if line.startswith(f"{parameter.name} : ") and "default " in line:
-                said = line.partition("default ")[2]
-                assert (parameter.default is None) <= (not said[:1].isdigit()), line
+    for name, shown in SHOWN.items():
+        documented = inspect.getdoc(CALLABLES[name]) or ""
+        for parameter in shown.parameters.values():
+            for line in documented.splitlines():
+                if line.startswith(f"{parameter.name} : ") and "default " in line:
+                    said = line.partition("default ")[2]
+                    assert (parameter.default is None) <= (not said[:1].isdigit()), (name, line)
 
 
 def test_help_shows_the_defaults() -> None:
