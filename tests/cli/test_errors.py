@@ -7,12 +7,13 @@ import subprocess
 import time
 from typing import TYPE_CHECKING
 
-import pytest
-
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pytest
 
 RAGGED = "0,0\n1,0\n2,0,5\n"
 POP = ("compare", "--controllers", "pop")
@@ -122,7 +123,7 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(("arguments", "message"), WRONG.values(), ids=WRONG)
+@looped(("arguments", "message"), WRONG.values())
 def test_wrong_use_is_one_line_and_writes_nothing(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -142,7 +143,7 @@ def test_wrong_use_is_one_line_and_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
+@looped(
     ("content", "message"),
     [
         (None, "cannot be read"),

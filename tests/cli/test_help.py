@@ -5,15 +5,17 @@ import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 
 import popsteer
 from popsteer import tracks
 from popsteer.cli.progress import Progress
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pytest
 
 _COMMANDS = (
     "compare",
@@ -55,7 +57,7 @@ def test_command_without_arguments_shows_the_help(capsys: pytest.CaptureFixture[
     assert bare.out.strip() == command.call(capsys, "--help").out.strip()
 
 
-@pytest.mark.parametrize("name", _COMMANDS)
+@looped("name", _COMMANDS)
 def test_help_of_each_command_has_examples(capsys: pytest.CaptureFixture[str], name: str) -> None:
     outcome = command.call(capsys, name, "--help")
     assert outcome.status == 0
@@ -63,7 +65,7 @@ def test_help_of_each_command_has_examples(capsys: pytest.CaptureFixture[str], n
     assert f"  popsteer {name}" in outcome.out
 
 
-@pytest.mark.parametrize("options", [("--version",), ("--version", "compare")])
+@looped("options", [("--version",), ("--version", "compare")])
 def test_version_is_that_of_the_package(
     capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 import popsteer
 from tests.bags import write_bag
 from tests.cli import command, logs
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +70,7 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
     assert car.turning_wheelbase == pytest.approx(2.7, abs=0.03)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("arguments", "message"),
     [
         (["--column", "steer=delta"], "no column 'delta'; there are: t, x, y, yaw, speed, steer"),

@@ -19,6 +19,7 @@ from popsteer.lab.common.theme import THEMES
 from popsteer.lab.matrix.figures import matrix_figure
 from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,7 +84,7 @@ def _check_markdown(text: str, rows: list[dict[str, str]]) -> None:
     assert machine.endswith(f"Python {platform.python_version()}.")
 
 
-@pytest.mark.parametrize(("count", "shape"), [(1, (1, 1)), (3, (1, 3)), (4, (2, 2)), (5, (2, 3))])
+@looped(("count", "shape"), [(1, (1, 1)), (3, (1, 3)), (4, (2, 2)), (5, (2, 3))])
 def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     count: int, shape: tuple[int, int]
 ) -> None:
@@ -117,7 +118,7 @@ def test_matrix_figures_are_those_of_compare() -> None:
     assert shares[-1] == 1.0
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "said"),
     [
         (("--controllers", "pop,lqr"), "unknown controller 'lqr'"),

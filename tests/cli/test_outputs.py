@@ -13,6 +13,7 @@ from popsteer import lab
 from popsteer.lab.bench import latency
 from popsteer.lab.stability import carrot, figures
 from tests.cli import command
+from tests.helpers import looped
 
 # Each command that writes, up to the place to write to.
 FOLDERS = {
@@ -25,13 +26,9 @@ FOLDERS = {
 FILES = {
     "export": ("tracks", "export", "circle"),
 }
-each_folder = pytest.mark.parametrize("arguments", FOLDERS.values(), ids=FOLDERS)
-each_file = pytest.mark.parametrize("arguments", FILES.values(), ids=FILES)
-each = pytest.mark.parametrize(
-    "arguments",
-    [*FOLDERS.values(), *FILES.values()],
-    ids=[*(f"{name}-folder" for name in FOLDERS), *(f"{name}-file" for name in FILES)],
-)
+each_folder = looped("arguments", FOLDERS.values())
+each_file = looped("arguments", FILES.values())
+each = looped("arguments", [*FOLDERS.values(), *FILES.values()])
 
 
 @pytest.fixture
@@ -90,12 +87,13 @@ def test_file_that_is_a_folder_is_refused_before_the_work(
 
 
 @pytest.mark.usefixtures("_parked")
-@pytest.mark.parametrize("below", ["", "deeper"])
+@looped("below", ["", "deeper"])
 @each
 def test_output_to_a_loop_of_links_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], below: str
 ) -> None:
     loop = tmp_path / "loop"
+    loop.unlink(missing_ok=True)
     loop.symlink_to(loop)
     _refused(capsys, arguments, loop / below, "Too many levels of symbolic links")
     assert list(tmp_path.iterdir()) == [loop]
@@ -136,7 +134,7 @@ def test_output_without_permission_is_refused_before_the_work(
 
 
 @pytest.mark.usefixtures("_parked")
-@pytest.mark.parametrize(
+@looped(
     ("name", "taken"),
     [
         ("compare", "runs/pop.csv"),
@@ -151,10 +149,11 @@ def test_output_without_permission_is_refused_before_the_work(
 def test_folder_with_a_name_taken_by_a_folder_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, taken: str
 ) -> None:
-    (tmp_path / taken).mkdir(parents=True)
-    before = sorted(tmp_path.rglob("*"))
-    _refused(capsys, FOLDERS[name], tmp_path, "Is a directory")
-    assert sorted(tmp_path.rglob("*")) == before
+    folder = tmp_path / taken.replace("/", "-")
+    (folder / taken).mkdir(parents=True)
+    before = sorted(folder.rglob("*"))
+    _refused(capsys, FOLDERS[name], folder, "Is a directory")
+    assert sorted(folder.rglob("*")) == before
 
 
 @pytest.mark.usefixtures("_parked")

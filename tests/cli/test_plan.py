@@ -8,6 +8,7 @@ import pytest
 from popsteer import Path, Vehicle, planning, tracks
 from popsteer.planning import SpeedLimits
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -101,7 +102,7 @@ def test_plan_tells_of_bends_that_the_wheels_cannot_take(
     assert "bend more sharply than the wheels turn" in outcome.out
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "words"),
     [
         (("--set", "max_sped=1"), "unknown parameter of the limits 'max_sped'"),
@@ -121,7 +122,6 @@ def test_plan_tells_of_bends_that_the_wheels_cannot_take(
         (("--vehicle", "truck"), "unknown vehicle 'truck'"),
         (("--out", "/dev/null/course.csv"), "/dev/null"),
     ],
-    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
 def test_plan_refuses_in_one_line_and_writes_nothing(
     capsys: pytest.CaptureFixture[str],

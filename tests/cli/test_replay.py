@@ -11,6 +11,7 @@ from popsteer import controllers
 from popsteer.lab.replay import own_path, run
 from popsteer.logs import Log, LogError
 from tests.cli import command, logs
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -124,7 +125,7 @@ def test_replay_with_params_of_a_file_uses_them(
     assert tables[0] != tables[1]
 
 
-@pytest.mark.parametrize(
+@looped(
     ("text", "message"),
     [
         ("lookahead_gain = 0.2\n", "unknown table 'lookahead_gain'"),

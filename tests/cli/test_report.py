@@ -19,6 +19,7 @@ from popsteer.cli import main
 from popsteer.lab.common.distributions import distribution
 from popsteer.params_file import load_all
 from tests.cli import command, logs
+from tests.helpers import looped
 from tests.pages_of_html import Html, columns
 
 # Quick ones: each command that writes a report.
@@ -56,7 +57,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Html, str]
     return found
 
 
-each_page = pytest.mark.parametrize("name", ALL)
+each_page = looped("name", ALL)
 
 
 @each_page

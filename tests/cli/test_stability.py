@@ -12,6 +12,7 @@ from popsteer.lab import stability
 from popsteer.lab.stability import figures as drawing
 from popsteer.lab.stability import margins
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -141,7 +142,7 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
     assert reported[-1] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("arguments", "message"),
     [
         (("--controllers", "lqr"), "unknown controller 'lqr'"),

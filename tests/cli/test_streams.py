@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli import command
+from tests.helpers import looped
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell")
 
@@ -40,7 +41,7 @@ def _shell(redirection: str, arguments: tuple[str, ...], folder: Path) -> tuple[
     return done.returncode, done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
+@looped("arguments", COMMANDS.values())
 def test_closed_stdout_is_one_line_before_anything_is_done(
     tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:
@@ -50,7 +51,7 @@ def test_closed_stdout_is_one_line_before_anything_is_done(
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
-@pytest.mark.parametrize("name", ["help", "compare", "tracks", "export"])
+@looped("name", ["help", "compare", "tracks", "export"])
 def test_full_stdout_is_one_line(tmp_path: Path, name: str) -> None:
     outcome = _shell(">/dev/full", COMMANDS[name], tmp_path)
     assert outcome == (2, "", "popsteer: standard output: No space left on device\n")
@@ -81,7 +82,7 @@ def test_output_that_nobody_reads_is_no_traceback(
         assert any((tmp_path / "out").iterdir())
 
 
-@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full", "2>&- <&-"])
+@looped("redirection", ["2>&-", "2>/dev/full", "2>&- <&-"])
 def test_stderr_that_takes_nothing_leaves_the_status(tmp_path: Path, redirection: str) -> None:
     outcome = _shell(redirection, ("compare", "--controllers", "foo"), tmp_path)
     assert outcome == (2, "", "")

@@ -11,6 +11,7 @@ import pytest
 import popsteer
 from popsteer.lab.sweep import rows as files
 from tests.cli import command
+from tests.helpers import looped
 
 pytest.importorskip("scipy")
 
@@ -61,7 +62,7 @@ def test_sweep_takes_the_vehicle_the_tuning_and_the_distributions_of_files(
     assert {row["noise_yaw"] for row in rows} == {0.002}
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "said"),
     [
         (("--vary", "friction=uniform(0,1)"), "unknown quantity that varies 'friction'; known: w"),
@@ -96,7 +97,7 @@ def test_sweep_refuses_in_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
+@looped(
     ("text", "said"),
     [
         ("nowhere.csv:1", "nowhere.csv: No such file"),

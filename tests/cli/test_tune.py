@@ -8,6 +8,7 @@ import pytest
 
 import popsteer
 from tests.cli import command
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,7 +41,7 @@ def test_tune_writes_what_every_command_takes(
         assert command.call(capsys, each, "--controllers", "pop", "--params", str(out)).status == 0
 
 
-@pytest.mark.parametrize(
+@looped(
     ("options", "said"),
     [
         (("--search", "lookahead=uniform(1,2)"), "unknown parameter of pop 'lookahead'"),
