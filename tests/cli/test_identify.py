@@ -57,6 +57,7 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     assert max(map(len, outcome.out.split("\n- ")[0].splitlines())) <= 80
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
     capsys: pytest.CaptureFixture[str], columns: dict[str, Any], tmp_path: Path
 ) -> None:

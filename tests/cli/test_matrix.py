@@ -28,6 +28,7 @@ PLANTS = ("carla-identified", "kinematic-bicycle")
 LAWS = ("stanley", "pop")
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_matrix_writes_every_combination(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -143,6 +144,7 @@ def test_matrix_of_nothing_is_refused() -> None:
         lab.matrix.run({"a": path}, ["pop"], [])
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_matrix_starts_as_far_to_the_left_as_it_is_told(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -174,6 +176,7 @@ def test_matrix_by_default_starts_where_compare_does() -> None:
     assert comparison.first.start == sim.default_start(path, -START_OFFSET, car)
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -165,7 +165,7 @@ def test_folder_whose_runs_are_a_file_is_refused_before_the_work(
     assert [file.name for file in tmp_path.iterdir()] == ["runs"]
 
 
-@pytest.mark.usefixtures("_coarse")
+@pytest.mark.usefixtures("_coarse", "_blank_figures")
 @pytest.mark.parametrize("name", ["compare", "matrix", "stability", "tracks"])
 def test_each_name_that_is_written_was_checked(
     capsys: pytest.CaptureFixture[str],

@@ -42,6 +42,7 @@ def test_plan_writes_the_course_and_says_what_limits_it(
     assert f"Written to {out}" in outcome.out
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_plan_takes_limits_tables_and_speed_limits(
     capsys: pytest.CaptureFixture[str], waypoints: FilePath, tmp_path: FilePath
 ) -> None:
@@ -69,6 +70,7 @@ def test_plan_takes_limits_tables_and_speed_limits(
     assert course.speed.tolist() == expected.speed.tolist()
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_plan_smooths_a_recording_first(
     capsys: pytest.CaptureFixture[str], tmp_path: FilePath
 ) -> None:

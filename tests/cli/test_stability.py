@@ -53,7 +53,7 @@ def test_stability_prints_the_margins_of_each_controller_at_each_speed(
     assert "[m/s]" in outcome.out
 
 
-@pytest.mark.usefixtures("_coarse")
+@pytest.mark.usefixtures("_coarse", "_blank_figures")
 def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -72,7 +72,7 @@ def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     assert document["laws"]["pop"] == [{"speed": 8.0, "lookahead": 10.6, **found._asdict()}]
 
 
-@pytest.mark.usefixtures("_coarse")
+@pytest.mark.usefixtures("_coarse", "_blank_figures")
 def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -105,7 +105,7 @@ def test_stability_of_a_named_vehicle_begins_with_its_figures(
     )
 
 
-@pytest.mark.usefixtures("_coarse")
+@pytest.mark.usefixtures("_coarse", "_blank_figures")
 def test_stability_json_has_null_where_there_is_no_number(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

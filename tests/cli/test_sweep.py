@@ -18,6 +18,7 @@ pytest.importorskip("scipy")
 SHORT = ("--track", "slalom", "--controller", "pop", "--runs", "20")
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -36,6 +37,7 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert f"Run 17 of {out} is to the last bit what its row says" in replay.out
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_sweep_takes_the_vehicle_the_tuning_and_the_distributions_of_files(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -122,6 +124,7 @@ def test_replay_of_no_run_is_one_line(
     assert "--dt must be left out where --replay-run is given" in outcome.err
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_full_disk_is_one_line(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

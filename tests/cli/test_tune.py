@@ -19,6 +19,7 @@ pytest.importorskip("scipy")
 SHORT = ("--controller", "pop", "--tracks", "slalom", "--cars", "1", "--trials", "6")
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_tune_writes_what_every_command_takes(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
