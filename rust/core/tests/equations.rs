@@ -234,6 +234,103 @@ fn test_pid_forgets_off_the_path() {
     }
 }
 
+/// Waypoints that zigzag by centimetres: the segments lead to and fro, the path straight on.
+#[test]
+fn test_smoothed_heading_of_a_zigzag_is_that_of_its_way() {
+    let x: Vec<f64> = (0..200).map(|k| 0.25 * f64::from(k)).collect();
+    let y: Vec<f64> = (0..200)
+        .map(|k| if k % 2 == 0 { 0.03 } else { -0.03 })
+        .collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let along = |x: f64| VehicleState {
+        x: x - 3.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 5.0,
+    };
+    let stanley = |smoothing_length| {
+        let params = StanleyParams {
+            cross_track_gain: 0.0,
+            smoothing_length: Some(smoothing_length),
+            ..StanleyParams::DEFAULT
+        };
+        let tracker = Tracker::of(Stanley::new(CAR, params).unwrap());
+        let mut state = tracker.initial_state();
+        let path = path.view();
+        // Between two waypoints, where the path falls.
+        tracker
+            .steer(&path, &mut state, along(20.125), 0.1, Reported::NOTHING)
+            .unwrap()
+    };
+    assert_close(stanley(0.0).abs(), f64::atan2(0.06, 0.25));
+    assert!(stanley(2.0).abs() < 0.03, "{}", stanley(2.0));
+    let params = PidParams {
+        kp: Some(0.0),
+        ki: Some(0.0),
+        kd: Some(1.0),
+        smoothing_length: Some(2.0),
+        ..PidParams::DEFAULT
+    };
+    let tracker = Tracker::of(Pid::new(CAR, params).unwrap());
+    let mut state = tracker.initial_state();
+    for k in 0..20 {
+        let place = along(20.0 + 0.1 * f64::from(k));
+        let steer = tracker
+            .steer(&path.view(), &mut state, place, 0.1, Reported::NOTHING)
+            .unwrap();
+        assert!(steer.abs() < 0.05, "{k}: {steer}");
+    }
+}
+
+#[test]
+fn test_controllers_tell_when_they_find_no_lookahead_point_and_when_the_wheels_end() {
+    let car = Vehicle {
+        max_steer: 0.2,
+        ..CAR
+    };
+    let path = straight();
+    let status =
+        |tracker: &dyn Fn(VehicleState) -> Status, left: f64| tracker(beside(30.0, left, 0.0, 5.0));
+    let pop = |place| {
+        let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
+        let mut state = tracker.initial_state();
+        let mut step = || {
+            tracker
+                .step(&path.view(), &mut state, place, 0.1, Reported::NOTHING)
+                .unwrap()
+        };
+        (0..10).map(|_| step().status).last().unwrap()
+    };
+    let pursuit = |place| {
+        let law = PurePursuit::new(car, PurePursuitParams::DEFAULT).unwrap();
+        let tracker = Tracker::of(law);
+        let mut state = tracker.initial_state();
+        tracker
+            .step(&path.view(), &mut state, place, 0.1, Reported::NOTHING)
+            .unwrap()
+            .status
+    };
+    for tracker in [&pop as &dyn Fn(VehicleState) -> Status, &pursuit] {
+        let near = status(tracker, 0.1);
+        assert!(!near.contains(Status::LOOKAHEAD_LOST) && !near.contains(Status::SATURATED));
+        let lost = status(tracker, 20.0);
+        assert!(lost.contains(Status::LOOKAHEAD_LOST) && lost.contains(Status::SATURATED));
+    }
+}
+
+#[test]
+fn test_controllers_of_a_late_vehicle_adapt_by_themselves() {
+    let late = Vehicle {
+        dead_time: 0.2,
+        ..CAR
+    };
+    let adapts = |car| {
+        let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+        Tracker::of(law).adapt().is_some()
+    };
+    assert!(adapts(late) && !adapts(CAR));
+}
+
 #[test]
 fn test_controllers_steer_at_most_the_largest_angle() {
     let far = beside(30.0, 5.0, 1.0, 5.0);

@@ -281,3 +281,53 @@ fn test_thresholds_of_the_monitor_are_those_given() {
     };
     assert_eq!(tracker(Vehicle::PAPER, params).monitor(), Some(&params));
 }
+
+/// A vehicle that is elsewhere when its direction changes has a new task there.
+#[test]
+fn test_vehicle_that_turns_round_beyond_the_limit_does_not_deviate() {
+    let car = Vehicle {
+        rear_axle: 0.0,
+        ..Vehicle::PAPER
+    };
+    let tracker = tracker(car, MonitorParams::DEFAULT);
+    let path = shuttle(0.01);
+    for left in [-2.0, 2.0] {
+        let mut state = tracker.initial_state();
+        let step = |state: &mut _, x: f64, y: f64, speed: f64| {
+            let yaw = 0.0;
+            let vehicle = VehicleState { x, y, yaw, speed };
+            let command = tracker
+                .step(&path.view(), state, vehicle, DT, Reported::NOTHING)
+                .unwrap();
+            command.status.contains(Status::DEVIATING)
+        };
+        assert!(!step(&mut state, 15.0, 0.0, 1.0));
+        assert!(!step(&mut state, 20.1, left, 1.0), "{left}");
+        // Once it was within, it deviates again.
+        step(&mut state, 19.0, 0.0, -1.0);
+        assert!(step(&mut state, 18.0, 2.0, -1.0));
+    }
+}
+
+/// Up to 0.3 s a period counts, beyond it nothing is concluded of it.
+#[test]
+fn test_turn_of_a_period_counts_up_to_three_tenths_of_a_second() {
+    for (dt, counts) in [(0.3, true), (0.31, false)] {
+        let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
+        let path = straight(0.0);
+        let mut state = tracker.initial_state();
+        for k in 0..3 {
+            let vehicle = VehicleState {
+                x: f64::from(k),
+                y: 0.0,
+                yaw: 0.02 * f64::from(k),
+                speed: 4.0,
+            };
+            tracker
+                .step(&path.view(), &mut state, vehicle, dt, Reported::NOTHING)
+                .unwrap();
+        }
+        let turned = state.monitor.unwrap().measured.abs() > 0.0;
+        assert_eq!(turned, counts, "{dt}");
+    }
+}

@@ -101,3 +101,14 @@ fn test_slip_turns_the_way_and_not_the_vehicle() {
     assert!((found.x - expected.x).abs() < 1e-12 && (found.y - expected.y).abs() < 1e-12);
     assert!((found.yaw - 0.7 - 0.4 * curvature).abs() < 1e-12);
 }
+
+#[test]
+fn test_pasts_are_equal_where_all_their_angles_are() {
+    let driven = |angle: f64| {
+        let mut past = Past::settled(0.1);
+        past.elapse(&CAR, [(angle, 9.0)].into_iter(), 0.1, 0.2);
+        past.elapse(&CAR, [(0.2, 9.0)].into_iter(), 0.1, 0.2);
+        past
+    };
+    assert!(driven(0.3) == driven(0.3) && driven(0.3) != driven(0.31));
+}

@@ -6,7 +6,7 @@ use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
     SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
-use popsteer_core::{Path, Vehicle, VehicleState};
+use popsteer_core::{Path, PathView, Vehicle, VehicleState};
 use straight::{CAR, assert_close, beside, straight};
 
 #[test]
@@ -342,4 +342,27 @@ fn test_speed_tracker_looks_across_the_seam() {
         .step(&path.view(), &plan, &mut state, vehicle, 0.1)
         .unwrap();
     assert_close(command.acceleration, 2.0);
+}
+
+/// A view that is given other directions than its path has stops where these change.
+#[test]
+fn test_stops_are_those_of_the_directions_that_a_view_is_given() {
+    let tracker = speed_tracker(0.0);
+    let x = [0.0, 5.0, 10.0, 15.0, 20.0];
+    let path = Path::new(&x, &[0.0; 5], None, false).unwrap();
+    let path = path.with_reverse(&[false, true, true, true, true]).unwrap();
+    let onwards = [false, false, false, true, true];
+    let vehicle = VehicleState {
+        x: 2.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 1.0,
+    };
+    let stop = |path: &PathView<'_>| {
+        let mut state = SpeedTrackerState::default();
+        let command = tracker.step(path, &[1.0; 5], &mut state, vehicle, 0.1);
+        command.unwrap().distance_to_stop
+    };
+    assert_close(stop(&path.view()), 3.0);
+    assert_close(stop(&path.view().with_reverse(&onwards).unwrap()), 13.0);
 }

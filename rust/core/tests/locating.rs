@@ -1,0 +1,200 @@
+//! Where a vehicle is on a path, against the definition written out: every segment of the stretch,
+//! its distance, and the direction of the path about it.
+
+use popsteer_core::path::locate::{locate, locate_by_scan};
+use popsteer_core::path::projection::ClosestPoint;
+use popsteer_core::{Path, Point};
+
+/// What a path that leads opposite to the heading costs [m]; its direction is smoothed over 2 m.
+const OPPOSITE: f64 = 10.0;
+
+/// A path of short segments that crosses itself, with waypoints that are off by centimetres.
+struct Coil {
+    points: Vec<Point>,
+    closed: bool,
+}
+
+impl Coil {
+    fn open() -> Self {
+        let point = |k: u32| {
+            let s = 0.1 * f64::from(k);
+            let angle = 3.0 * (0.11 * s).sin();
+            let noise = 0.02 * f64::from(k * k).sin();
+            Point::new(
+                50.0 + 0.2 * s + (5.0 + noise) * angle.cos(),
+                -30.0 + (5.0 + noise) * angle.sin(),
+            )
+        };
+        Self {
+            points: (0..900).map(point).collect(),
+            closed: false,
+        }
+    }
+
+    /// A figure of eight of some 30 m.
+    fn closed() -> Self {
+        let point = |k: u32| {
+            let angle = f64::from(k) * std::f64::consts::TAU / 300.0;
+            let noise = 0.02 * f64::from(k * k).sin();
+            Point::new(
+                (5.0 + noise) * angle.sin(),
+                7.0 + 2.5 * (2.0 * angle).sin() + noise,
+            )
+        };
+        Self {
+            points: (0..300).map(point).collect(),
+            closed: true,
+        }
+    }
+
+    fn path(&self) -> Path {
+        let (x, y): (Vec<f64>, Vec<f64>) = self.points.iter().map(|p| (p.x, p.y)).unzip();
+        Path::new(&x, &y, None, self.closed).unwrap()
+    }
+
+    fn segments(&self) -> usize {
+        self.points.len() - usize::from(!self.closed)
+    }
+
+    fn ends(&self, segment: usize) -> (Point, Point) {
+        let next = (segment + 1) % self.points.len();
+        (self.points[segment], self.points[next])
+    }
+
+    fn length(&self, segment: usize) -> f64 {
+        let (from, to) = self.ends(segment);
+        (to.x - from.x).hypot(to.y - from.y)
+    }
+
+    /// The place so far [m] from the start of a segment, along the path either way.
+    fn place(&self, mut segment: usize, mut along: f64) -> Point {
+        let count = self.segments();
+        while along < 0.0 && (self.closed || segment > 0) {
+            segment = (segment + count - 1) % count;
+            along += self.length(segment);
+        }
+        while along > self.length(segment) && (self.closed || segment + 1 < count) {
+            along -= self.length(segment);
+            segment = (segment + 1) % count;
+        }
+        let (from, to) = self.ends(segment);
+        let share = along / self.length(segment);
+        Point::new(
+            from.x + share * (to.x - from.x),
+            from.y + share * (to.y - from.y),
+        )
+    }
+
+    /// Share of the segment at its closest point, and the distance to that.
+    fn nearest(&self, segment: usize, position: Point) -> (f64, f64) {
+        let (from, to) = self.ends(segment);
+        let (x, y) = (to.x - from.x, to.y - from.y);
+        let share = ((position.x - from.x) * x + (position.y - from.y) * y) / (x * x + y * y);
+        // The ends of an open path go on.
+        let first = !self.closed && segment == 0;
+        let last = !self.closed && segment + 1 == self.segments();
+        let share = share
+            .max(if first { f64::NEG_INFINITY } else { 0.0 })
+            .min(if last { f64::INFINITY } else { 1.0 });
+        let (x, y) = (from.x + share * x, from.y + share * y);
+        (share, (position.x - x).hypot(position.y - y))
+    }
+
+    /// `distance + opposite (1 - cos d) / 2`, by the segment and by the chord of 2 m about the
+    /// closest point; the lesser.
+    fn cost(&self, segment: usize, position: Point, heading: Point) -> f64 {
+        let (share, distance) = self.nearest(segment, position);
+        let at = share * self.length(segment);
+        let chord = (self.place(segment, at - 1.0), self.place(segment, at + 1.0));
+        let costs = [self.ends(segment), chord].map(|(from, to)| {
+            let (x, y) = (to.x - from.x, to.y - from.y);
+            let cosine = (x * heading.x + y * heading.y) / x.hypot(y);
+            distance + 0.5 * OPPOSITE * (1.0 - cosine)
+        });
+        costs[0].min(costs[1])
+    }
+
+    /// The stretch about a segment, in order: whole segments until they exceed `reach` behind and
+    /// ahead; once around at most.
+    fn stretch(&self, segment: usize, reach: f64) -> Vec<usize> {
+        let count = self.segments();
+        let mut all = vec![segment];
+        let mut behind = 0.0;
+        while behind <= reach && all.len() < count && (self.closed || all[0] > 0) {
+            let previous = (all[0] + count - 1) % count;
+            behind += self.length(previous);
+            all.insert(0, previous);
+        }
+        let mut ahead = 0.0;
+        let last = |all: &[usize]| all[all.len() - 1];
+        while ahead <= reach && all.len() < count && (self.closed || last(&all) + 1 < count) {
+            let next = (last(&all) + 1) % count;
+            ahead += self.length(next);
+            all.push(next);
+        }
+        all
+    }
+
+    fn located(&self, segment: usize, position: Point, heading: Point, reach: f64) -> usize {
+        let stretch = self.stretch(segment, reach);
+        let distances: Vec<f64> = stretch
+            .iter()
+            .map(|&k| self.nearest(k, position).1)
+            .collect();
+        let at = |k: Option<usize>| k.and_then(|k| distances.get(k)).copied();
+        let minima = (0..stretch.len()).filter(|&k| {
+            let before = at(k.checked_sub(1)).unwrap_or(f64::INFINITY);
+            let after = at(Some(k + 1)).unwrap_or(f64::INFINITY);
+            distances[k] <= before && distances[k] < after
+        });
+        let cost = |&k: &usize| self.cost(stretch[k], position, heading);
+        let best = minima.min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        stretch[best.unwrap()]
+    }
+}
+
+#[test]
+fn test_vehicle_is_located_where_the_definition_has_it() {
+    for coil in [Coil::open(), Coil::closed()] {
+        let path = coil.path();
+        let view = path.view();
+        let (mut smoothed, mut elsewhere) = (0, 0);
+        for k in 0..400_u32 {
+            let wave = |rate: f64| (rate * f64::from(k) + 0.5).sin();
+            let middle = 0.5 * f64::from(u32::try_from(coil.segments()).unwrap());
+            let last = popsteer_core::math::to_count(middle * (1.0 + 0.99 * wave(1.7)));
+            let near = coil.points[last];
+            let position = Point::new(near.x + 2.0 * wave(2.3), near.y + 2.0 * wave(3.1));
+            let yaw = 3.2 * wave(0.9);
+            let heading = Point::new(yaw.cos(), yaw.sin());
+            let reach = [1.0, 6.0, 12.0, 60.0][usize::try_from(k % 4).unwrap()];
+            let expected = coil.located(last, position, heading, reach);
+            let found = locate_by_scan(&view, last, position, heading, reach, OPPOSITE);
+            assert_eq!(found.segment, expected, "{k} from {last} within {reach}");
+            let (_, distance) = coil.nearest(expected, position);
+            assert!((found.squared_distance.sqrt() - distance).abs() < 1e-9);
+            let quick = locate(&view, last, position, heading, reach, OPPOSITE);
+            assert_eq!(quick, found);
+            elsewhere += usize::from(expected.abs_diff(last) > 30);
+            smoothed += 1;
+        }
+        assert!(smoothed == 400 && elsewhere > 50, "{elsewhere}");
+    }
+}
+
+#[test]
+fn test_nearest_waypoint_is_the_nearer_end_and_the_start_where_both_are_as_near() {
+    let path = Path::new(&[0.0, 1.0, 3.0, 7.0], &[0.0; 4], None, false).unwrap();
+    let view = path.view();
+    for (x, segment, nearest) in [
+        (0.2, 0, 0),
+        (0.8, 0, 1),
+        (2.0, 1, 1),
+        (2.5, 1, 2),
+        (4.9, 2, 2),
+        (6.0, 2, 3),
+    ] {
+        let closest = ClosestPoint::new(&view, segment, Point::new(x, 1.0));
+        assert_eq!(closest.nearest_waypoint(&view), nearest, "{x}");
+    }
+}
