@@ -33,7 +33,7 @@ class Record(NamedTuple):
 def _during(state: Any, last: float, dt: float) -> list[tuple[float, float]]:
     """The commands that reach the wheels in a period after a state, and for how long each."""
     found, remaining = [], dt
-    for steer, duration in (*state.commands_in_flight, (last, dt)):
+    for steer, duration in (*state.in_flight.commands, (last, dt)):
         part = min(duration, remaining)
         if part > 0.0:
             found.append((steer, part))

@@ -114,7 +114,8 @@ def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.
         assert abs(command.steer - before) <= most * (1.0 + EPSILON) + rounding
     bare = all(getattr(car, name) == value for name, value in UNLIMITED.items())
     saturated = popsteer.Status.SATURATED in command.status
-    if bare and not state.steer_offset:
+    offset = state.estimator.estimate.steer_offset
+    if bare and not offset:
         if saturated:
             assert abs(command.steer) == car.max_steer
         return
@@ -125,7 +126,7 @@ def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.
     if saturated:
         assert min(map(abs, left)) <= 1e-9
     # Beyond the offset the wheels cannot be brought back, and their rate goes before.
-    in_reach = abs(car.steer_offset + state.steer_offset) <= car.max_steer
+    in_reach = abs(car.steer_offset + offset) <= car.max_steer
     if car.max_lateral_acceleration is not None and car.max_steer_rate is None and in_reach:
         assert left[-1] >= -1e-12
 

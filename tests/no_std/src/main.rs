@@ -155,7 +155,7 @@ fn in_flight(vehicle: VehicleState) -> f64 {
     }
     let estimate = black_box(Estimate::DEFAULT);
     let (seen, wheel) = in_flight.predict(&car, vehicle, &estimate);
-    let reached = in_flight.reaching(&car, black_box(0.2), black_box(0.05));
+    let reached = in_flight.wheel_integrals(&car, black_box(0.2), black_box(0.05));
     let restored = InFlight::restore(
         &car,
         black_box([(0.1, 0.05), (0.2, 0.1)]).into_iter(),
