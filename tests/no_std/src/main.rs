@@ -155,7 +155,7 @@ fn in_flight(vehicle: VehicleState) -> f64 {
     }
     let estimate = black_box(Estimate::DEFAULT);
     let (seen, wheel) = in_flight.predict(&car, vehicle, &estimate);
-    let reached = in_flight.wheel_integrals(&car, black_box(0.2), black_box(0.05));
+    let integrals = in_flight.wheel_integrals(&car, black_box(0.2), black_box(0.05));
     let restored = InFlight::restore(
         &car,
         black_box([(0.1, 0.05), (0.2, 0.1)]).into_iter(),
@@ -163,7 +163,7 @@ fn in_flight(vehicle: VehicleState) -> f64 {
         black_box(0.0),
     );
     let sum: f64 = in_flight.commands().map(|(steer, _)| steer).sum();
-    let turned = seen.x + wheel + reached.turn;
+    let turned = seen.x + wheel + integrals.turn;
     sum + turned + restored.map_or(0.0, |in_flight| in_flight.wheel())
 }
 

@@ -263,6 +263,7 @@ impl<'a> PathView<'a> {
     }
 
     /// Whether a cusp ends segment `index`: the next one is driven in the other direction.
+    #[cfg(feature = "alloc")]
     #[inline]
     pub(crate) fn ends_at_cusp(&self, index: usize) -> bool {
         self.next_segment(index)
