@@ -24,6 +24,13 @@ pub struct Field {
     pub requirement: Option<Requirement>,
 }
 
+impl Field {
+    /// Its unit; none where it has none.
+    pub fn unit(&self) -> Option<&'static str> {
+        Some(self.text.split_once('[')?.1.split_once(']')?.0)
+    }
+}
+
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {

@@ -88,7 +88,8 @@ fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
 
 /// The class's table on the page.
 fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
-    let mut text = format!("\n## {name}\n\n| parameter | default | range | |\n|---|---|---|---|\n");
+    let mut text =
+        format!("\n## {name}\n\n| parameter | unit | default | range | |\n|---|---|---|---|---|\n");
     for field in fields {
         let default = match field.default {
             Value::Absent if field.written != "None" => format!("`{}`", field.written),
@@ -98,7 +99,8 @@ fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
             .requirement
             .map_or_else(String::new, |range| range.to_string());
         let what = field.text.replace('|', "\\|");
-        writeln!(text, "| `{}` | {default} | {range} | {what} |", field.name)?;
+        let (name, unit) = (field.name, field.unit().unwrap_or_default());
+        writeln!(text, "| `{name}` | {unit} | {default} | {range} | {what} |")?;
     }
     Ok(text)
 }
