@@ -34,8 +34,8 @@ def decided(
     x, y, yaw, speed, dt = step
     vehicle = VehicleState(x, y, yaw, speed)
     wheel, estimate = before.steer, reference.Estimate()
-    if after.wheel is not None:
-        in_flight = InFlight(after.commands_in_flight, after.wheel)
+    if after.in_flight is not None:
+        in_flight = InFlight(after.in_flight.commands, after.in_flight.wheel)
         wheel = in_flight.wheel
         # The slip is estimated after the prediction.
         estimate = _estimate(after, slip_of=before)
@@ -45,8 +45,11 @@ def decided(
         estimate = _estimate(after, slip_of=after)
     at = twin.follow.locate(path, before.waypoint, vehicle, dt)
     state = twin.STATE()
+    # What a buffer holds stands in the law itself here.
+    own = before.law.as_dict()
+    own.update(own.pop("buffer", {}))
     for name in vars(state):
-        value = getattr(before, name)
+        value = own[name]
         setattr(state, name, list(value) if isinstance(value, tuple) and name == "terms" else value)
     offset = car.steer_offset + estimate.steer_offset
     twin.set_steer(state, car.at_wheels(before.steer + offset))
@@ -54,10 +57,11 @@ def decided(
 
 
 def _estimate(state: Any, slip_of: Any) -> reference.Estimate:
+    found, slipping = state.estimator.estimate, slip_of.estimator.estimate
     return reference.Estimate(
-        gain=state.gain,
-        steer_offset=state.steer_offset,
-        slip=slip_of.slip,
-        slip_length=slip_of.slip_length,
-        acceleration=state.acceleration,
+        gain=found.gain,
+        steer_offset=found.steer_offset,
+        slip=slipping.slip,
+        slip_length=slipping.slip_length,
+        acceleration=found.acceleration,
     )

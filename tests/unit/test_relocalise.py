@@ -45,8 +45,9 @@ def _check_found(controller: Any, yaw: float, branch: int) -> None:
     assert (branch - after["waypoint"]) % 200 <= 2
     assert after["waypoint"] == CROSSING.relocalise(*pose)
     changed = {name for name, value in after.items() if value != before[name]}
-    assert changed <= {"waypoint", "measured_waypoint", "place", "last_measured", "monitor"}
-    assert (after["measured_waypoint"], after["place"], after["last_measured"]) == (None,) * 3
+    assert changed <= {"waypoint", "measured_waypoint", "place", "estimator", "monitor"}
+    assert (after["measured_waypoint"], after["place"]) == (None, None)
+    assert after["estimator"]["last_measured"] is None
     controller.step(*pose, 5.0, 0.05)
     assert (controller.state.waypoint - branch + 1) % 200 <= 2
 
