@@ -60,7 +60,7 @@ HELD = {
     "tracker/perceive.rs": f"{_RUST}past.rs",
     "tracker/replan.rs": f"{_RUST}new_path.rs",
     "tracker/reported.rs": "tests/unit/test_refused.py",
-    "tracker/state.rs": "tests/unit/test_refused.py",
+    "tracker/state.rs": "tests/unit/test_api_state.py",
     "vehicle/past.rs": f"{_RUST}past.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/timed.rs",
     # The textbook's solution, by numpy.
