@@ -3,7 +3,9 @@
 use crate::bytes::Bytes;
 use crate::scene::dt;
 use popsteer_core::bounds::MAX_SPEED;
-use popsteer_core::speed::{CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidParams, SpeedPidState};
+use popsteer_core::speed::{
+    CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidParams, SpeedPidState,
+};
 use std::f64::consts::PI;
 
 const SPEEDS: [f64; 2] = [-MAX_SPEED, MAX_SPEED];

@@ -3,8 +3,8 @@
 use crate::bytes::Bytes;
 use nalgebra::{SVector, Vector2};
 use popsteer_core::VehicleState;
-use popsteer_core::error::{config_in_range, input_in_range};
 use popsteer_core::bounds::MAX_YAW;
+use popsteer_core::error::{config_in_range, input_in_range};
 use popsteer_core::math::{ceil_to_count, from_count, saturate, to_count, wrap};
 use popsteer_core::vehicle::bicycle::{
     MAX_STEPS, get_predicted_location, kinematic_bicycle, state_transition, steps,

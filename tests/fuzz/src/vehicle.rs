@@ -3,8 +3,11 @@
 
 use crate::bytes::Bytes;
 use crate::scene::{adapt, car, estimate, estimator, symmetric};
-use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
+use popsteer_core::laws::{
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
+};
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator, InFlight};
 use popsteer_core::{Vehicle, VehicleState};
 use std::f64::consts::{FRAC_PI_2, PI};

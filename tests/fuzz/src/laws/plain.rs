@@ -2,12 +2,12 @@
 
 use super::State;
 use crate::subject::Subject;
+use popsteer_core::bounds::MAX_DT;
+use popsteer_core::laws::{Belief, Decision};
+use popsteer_core::path::Located;
 use popsteer_core::tracker::hold::ESTIMATION_GAP;
 use popsteer_core::tracker::state::HANDOVER_TIME;
-use popsteer_core::laws::{Belief, Decision};
 use popsteer_core::tracker::{Handover, TrackerState};
-use popsteer_core::bounds::MAX_DT;
-use popsteer_core::path::Located;
 use popsteer_core::vehicle::{Estimate, Estimator, InFlight};
 use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
 

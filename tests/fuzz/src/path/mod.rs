@@ -5,8 +5,8 @@ mod place;
 
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, vehicle};
-use popsteer_core::geometry::get_distance;
 use popsteer_core::bounds::MAX_COORDINATE;
+use popsteer_core::geometry::get_distance;
 use popsteer_core::path::distinct_waypoints;
 use popsteer_core::path::measure::COINCIDING;
 use popsteer_core::{Path, PathError, PathView, Point};

@@ -2,7 +2,9 @@
 
 use super::{Search, Subject};
 use crate::bytes::Bytes;
-use popsteer_core::laws::{Pop, PopParams, PopState, PurePursuit, PurePursuitParams, PurePursuitState};
+use popsteer_core::laws::{
+    Pop, PopParams, PopState, PurePursuit, PurePursuitParams, PurePursuitState,
+};
 use popsteer_core::{ConfigError, Vehicle};
 use std::f64::consts::PI;
 
