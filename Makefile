@@ -36,7 +36,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
+.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -50,6 +50,16 @@ demo: $(VENV)/.lab ## drive the embedded track with the paper's controllers, and
 	@echo
 	@echo "Figures are in $(CURDIR)/$(DEMO):"
 	@find $(DEMO) -name '*.png' -o -name '*.svg' | sort | sed 's/^/  /'
+
+# Wants the environment of `make setup`, and not its wheel: nothing is built in release.
+check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the core's tests, a smoke of Python
+	@$(PY) -c 'import pytest, xdist' 2>/dev/null || { echo "make setup first: it installs what the tests need"; exit 2; }
+	cargo fmt --all --check
+	$(PY) -m ruff check --quiet
+	$(PY) -m ruff format --check --quiet
+	cargo clippy --workspace --all-targets --locked --quiet -- -D warnings
+	cargo test --package popsteer-core --locked --quiet
+	sh tests/smoke.sh $(PY)
 
 test: test-rust test-python lint ## run every check: Rust tests, Python tests, lints, stubs
 

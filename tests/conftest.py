@@ -22,7 +22,8 @@ providers._get_local_constants = lambda: providers._local_constants
 
 # No deadline anywhere: a slow machine is no fault of the code.
 # `default` draws the same examples each time, on every machine: a run that fails has failed for
-# the change at hand, and can be repeated from the log alone. New examples are `thorough`'s work.
+# the change at hand, and can be repeated from the log alone. New examples are `thorough`'s work;
+# `smoke` takes a tenth of them.
 settings.register_profile(
     "default",
     max_examples=100,
@@ -31,6 +32,7 @@ settings.register_profile(
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
+settings.register_profile("smoke", settings.get_profile("default"), max_examples=10)
 settings.register_profile(
     "thorough",
     max_examples=10_000,
