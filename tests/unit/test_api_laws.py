@@ -13,6 +13,7 @@ import pytest
 
 import popsteer
 from popsteer import InputError, Status
+from tests.helpers import looped
 from tests.parity.laws import LATERAL, Law
 
 PATH = popsteer.Path([(float(k), 0.0) for k in range(60)], speed=[10.0] * 60)
@@ -167,11 +168,10 @@ def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
 
 
 @each_law
-@pytest.mark.parametrize("vehicle", [None, CAR])
-@pytest.mark.parametrize(
+@looped("vehicle", [None, CAR])
+@looped(
     "options",
     [{}, {"adapt": None}, {"adapt": ADAPT}, {"monitor": None}, {"monitor": MONITOR}],
-    ids=str,
 )
 def test_law_copied_or_pickled_goes_on_alike(law: Law, vehicle: Any, options: Any) -> None:
     params = getattr(popsteer, law.params_name)(lost_distance=20.0)
@@ -207,10 +207,10 @@ def test_law_of_no_path_is_a_type_error(law: Law, path: Any) -> None:
 
 
 @each_law
-@pytest.mark.parametrize(
+@looped(
     ("argument", "bound"), [("x", "1e+09"), ("y", "1e+09"), ("yaw", "1e+06"), ("speed", "10000")]
 )
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1.1e9])
+@looped("value", [math.nan, math.inf, -math.inf, 1.1e9])
 def test_law_bad_argument_is_refused_by_name(
     law: Law, argument: str, bound: str, value: float
 ) -> None:
@@ -221,7 +221,7 @@ def test_law_bad_argument_is_refused_by_name(
 
 
 @each_law
-@pytest.mark.parametrize("dt", [0.0, -0.05, math.nan, math.inf, 9e-7, 1001.0])
+@looped("dt", [0.0, -0.05, math.nan, math.inf, 9e-7, 1001.0])
 def test_law_bad_dt_is_refused_by_name(law: Law, dt: float) -> None:
     wanted = re.escape(f"dt must be in [1e-06, 1000], got {dt!r}")
     with pytest.raises(InputError, match=f"^{wanted}$"):
@@ -229,8 +229,8 @@ def test_law_bad_dt_is_refused_by_name(law: Law, dt: float) -> None:
 
 
 @each_law
-@pytest.mark.parametrize("argument", ["x", "y", "yaw", "speed", "dt"])
-@pytest.mark.parametrize("sign", [1, -1])
+@looped("argument", ["x", "y", "yaw", "speed", "dt"])
+@looped("sign", [1, -1])
 def test_law_whole_number_beyond_all_floats_is_refused_like_infinity(
     law: Law, argument: str, sign: int
 ) -> None:

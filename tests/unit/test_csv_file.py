@@ -14,6 +14,7 @@ from popsteer import csv_file
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import PathError
 from popsteer.tracks import Track
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +33,7 @@ def _file(folder: Path, content: str | bytes) -> Path:
     return file
 
 
-@pytest.mark.parametrize(
+@looped(
     "content",
     [
         "1,2\n3,4\n",
@@ -76,7 +77,7 @@ def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) 
     assert xy.shape == (2, 2)
 
 
-@pytest.mark.parametrize(
+@looped(
     ("content", "place", "fault", "index"),
     [
         ("1,2\n# c\nabc,4\n", ", line 3, column 1", "'abc' is not a number", 1),
