@@ -32,16 +32,6 @@ def assigned(params: _P, assignments: Sequence[str], owner: str) -> _P:
     The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
     counts. `owner` says in messages whose parameters they are. Raises ConfigError where a name is
     not known, or a value is not of its kind or out of its range.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> assigned(popsteer.PopParams(), ["lookahead_gain=0.3"], "pop").lookahead_gain
-    0.3
-    >>> assigned(popsteer.AdaptParams(), ["gain=0.3"], "pop")
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: unknown parameter of pop 'gain'; known: turn_time, slip_time, \
-min_speed
     """
     (changed,) = assigned_each([params], assignments, owner)
     found: _P = changed
@@ -116,12 +106,6 @@ def listed(kind: type[object], without: Sequence[str] = ()) -> str:
     """List the parameters of a class, as its documentation has them, but for those of `without`.
 
     There are two lines or more for each: name and default, and what it means.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> print(listed(popsteer.CoupledLongitudinalParams).splitlines()[0])
-      cutoff : float, default 0.5
     """
     document = inspect.getdoc(kind) or ""
     _, _, rest = document.partition("Parameters\n----------\n")

@@ -79,11 +79,6 @@ def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Co
     `closed` says that the last waypoint of the file joins its first. Raises ConfigError where no
     track has this name or the options exclude each other, and PathError where the file makes no
     path.
-
-    Examples
-    --------
-    >>> course(None, "circle", closed=False).name
-    'circle'
     """
     if waypoints is not None:
         if track is not None:
@@ -101,11 +96,6 @@ def courses(
     """Give the paths of the shipped tracks that are named, then those of files of waypoints.
 
     Defaults and errors are those of `course`; `closed` counts for each of the files.
-
-    Examples
-    --------
-    >>> [each.name for each in courses(None, "circle,slalom", closed=False)]
-    ['circle', 'slalom']
     """
     if closed and not waypoints:
         raise ConfigError("--closed", closed, _CLOSED)
@@ -120,11 +110,6 @@ def names(option: str, text: str) -> list[str]:
     """Split a list of names at its commas: each once, in the order given.
 
     Empty names are left out. Raises ConfigError, which names the option, where there is none.
-
-    Examples
-    --------
-    >>> names("--controllers", "pid, pop,,pid")
-    ['pid', 'pop']
     """
     found = list(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
     if not found:
@@ -148,12 +133,6 @@ def tuned(
     the preset for the controllers that it has. `known` are the controllers that the command takes,
     all by default. Raises ConfigError where a controller, the preset or a parameter is not known, a
     value is refused, or the file has a controller that is not among them.
-
-    Examples
-    --------
-    >>> tuning = tuned(["pid", "pop"], "default", ["min_lookahead=3"], no_adapt=False)
-    >>> tuning.params["pop"].min_lookahead, tuning.adapt, tuning.preset
-    (3.0, 'auto', 'default with changes')
     """
     known = controller_names() if known is None else known
     for name in controllers:
@@ -189,14 +168,6 @@ def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: 
     names: "pose", "rear" or "front". `offset` is how far to the left of the first waypoint the
     vehicle starts instead [m], as `popsteer.sim.default_start` has it. Raises ConfigError where
     `text` is not three numbers, the offset is out of its range, or both are given.
-
-    Examples
-    --------
-    >>> path = Path([(0.0, 0.0), (9.0, 0.0)])
-    >>> start(path, "-183.8,78.7,-1.574", "front", None, Vehicle())
-    Start(pose=(-183.8, 78.7, -1.574), at='front')
-    >>> start(path, None, "pose", 1.0, Vehicle(rear_axle=-1.5))
-    Start(pose=(-1.5, 1.0, 0.0), at='pose')
     """
     place = next((known for known in get_args(StartAt) if known == at), None)
     if place is None:
@@ -225,11 +196,6 @@ def longitudinal(
     `name` is the controller's, by default `usual`; the assignments, ``NAME=VALUE`` each, change its
     parameters. Raises ConfigError where a name is not known, a value is refused, or a constant
     speed is given as well.
-
-    Examples
-    --------
-    >>> longitudinal("speed-pid", ["kp=0.8"], None)
-    SpeedPidParams(kp=0.8, ki=0.1, kd=0.0)
     """
     if constant_speed is not None:
         if name or assignments:
@@ -244,11 +210,6 @@ def usual_longitudinal(courses: Sequence[Path]) -> str:
 
     It is ``speed-tracker`` where one of them has speeds, as `popsteer plan` writes them: they are
     there to be kept. Else it is the paper's, ``coupled``.
-
-    Examples
-    --------
-    >>> usual_longitudinal([])
-    'coupled'
     """
     planned = any(course.speed is not None for course in courses)
     return "speed-tracker" if planned else "coupled"

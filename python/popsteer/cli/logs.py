@@ -72,11 +72,6 @@ def pairs(option: str, given: list[str] | None) -> dict[str, str]:
     """Read what an option sets by name, ``NAME=VALUE`` each.
 
     Raises ConfigError, which names the option, where one is written otherwise.
-
-    Examples
-    --------
-    >>> pairs("--topic", ["odometry=/odom"])
-    {'odometry': '/odom'}
     """
     found = {}
     for entry in given or []:

@@ -49,12 +49,6 @@ def figure_paths(out: Path) -> list[Path]:
     """Name the figures that are drawn beside a file, for a light and a dark background.
 
     There are no figures if its name has no suffix, as ``/dev/stdout``.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> [file.name for file in figure_paths(Path("car.toml"))]
-    ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
     """
     return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
 
@@ -75,24 +69,13 @@ def console() -> Console:
     """Give the standard output as the tables are laid out for it.
 
     It is as wide as the terminal. A file or a pipe has room for all columns.
-
-    Examples
-    --------
-    >>> console().width
-    160
     """
     found = Console()
     return found if found.is_terminal else Console(width=_PIPED)
 
 
 def say(text: str, style: str = "") -> None:
-    """Print a sentence: wrapped on a terminal, in one line elsewhere.
-
-    Examples
-    --------
-    >>> say("5 waypoints", "bold")
-    5 waypoints
-    """
+    """Print a sentence: wrapped on a terminal, in one line elsewhere."""
     at = console()
     at.print(Text(text, style=style), soft_wrap=not at.is_terminal)
 
@@ -176,11 +159,6 @@ def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -
 
     Gives what was done, for a line at the end of the output; `otherwise` where there is no folder.
     Raises OSError where a file cannot be written; then none is.
-
-    Examples
-    --------
-    >>> write({}, None, "--out DIR writes the table.")
-    '--out DIR writes the table.'
     """
     if out is None:
         return otherwise
@@ -189,14 +167,7 @@ def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -
 
 
 def written(out: Path | None, others: Iterable[Path], otherwise: str) -> None:
-    """Say which file was written, and which beside it; `otherwise` where none was.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> written(Path("out/car.toml"), [Path("out/car.json")], "--out FILE writes the vehicle.")
-    Written to out/car.toml, car.json
-    """
+    """Say which file was written, and which beside it; `otherwise` where none was."""
     if out is None:
         print(otherwise)
     else:

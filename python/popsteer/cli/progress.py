@@ -25,13 +25,7 @@ _PATIENCE = 1.0  # seconds without a bar
 
 
 class Progress:
-    """A bar on stderr, from the first second on, where stderr is a terminal.
-
-    Examples
-    --------
-    >>> with Progress() as progress:
-    ...     progress.update("pop", 0.5)
-    """
+    """A bar on stderr, from the first second on, where stderr is a terminal."""
 
     def __init__(self) -> None:
         self._begin = time.monotonic()
@@ -102,11 +96,6 @@ def kept_in(where: object) -> Iterator[None]:
 
     `where` is the file or the storage that has it; None where it is lost. KeyboardInterrupt goes on
     as it came.
-
-    Examples
-    --------
-    >>> with kept_in(None):
-    ...     pass
     """
     try:
         yield

@@ -20,12 +20,6 @@ def check(file: Path | None) -> None:
 
     Raises ConfigError where it is no HTML file by its name, and OSError where the file cannot be
     written.
-
-    Examples
-    --------
-    >>> check(Path("page.pdf"))
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: --report must be a file *.html, got 'page.pdf'
     """
     if file is None:
         return

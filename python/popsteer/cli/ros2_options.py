@@ -85,11 +85,6 @@ def topics_of(
 
     `renamed` are ``NAME=TOPIC`` each. Names and types are Autoware's where `autoware` says so and
     nothing else is given. Raises ConfigError where a name or a type is not known.
-
-    Examples
-    --------
-    >>> topics_of(["path=/plan"], "trajectory", None, autoware=False).path
-    '/plan'
     """
     # Here, so that the other commands do not load the adapter.
     from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, PATH, TRAJECTORY

@@ -29,13 +29,6 @@ def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
     is made. `assignments` are ``NAME=VALUE`` each: parameters of the plant and fields of its
     vehicle. Raises ConfigError where no plant has this name, the file holds no vehicle or a
     parameter is refused, and PopsteerError where the plant needs an extra that is not installed.
-
-    Examples
-    --------
-    >>> plant("carla-identified").vehicle.rear_axle
-    -1.94
-    >>> plant("kinematic-bicycle", ["wheelbase=2.5"]).vehicle.wheelbase
-    2.5
     """
     found = KinematicBicycle(Vehicle.load(text)) if _is_file(text) else object_of(text)
     return changed_plant(found, plant_label(text), assignments)
@@ -46,11 +39,6 @@ def changed_plant(plant: Mover, name: str, assignments: Sequence[str] | None) ->
 
     The assignments are those of `plant`. Raises ConfigError where a name is not known or a value is
     refused.
-
-    Examples
-    --------
-    >>> changed_plant(KinematicBicycle(), "mine", ["steer_lag=0.3"]).vehicle.steer_lag
-    0.3
     """
     if not assignments:
         return plant
@@ -63,13 +51,7 @@ def changed_plant(plant: Mover, name: str, assignments: Sequence[str] | None) ->
 
 
 def plant_label(text: str) -> str:
-    """Say what tables call a plant: its name, or that of its file.
-
-    Examples
-    --------
-    >>> plant_label("cars/golf.toml")
-    'golf.toml'
-    """
+    """Say what tables call a plant: its name, or that of its file."""
     return FilePath(text).name if _is_file(text) else text
 
 
@@ -78,11 +60,6 @@ def named_vehicle(text: str) -> Vehicle:
 
     `text` is a file ``*.toml`` of a vehicle, a name of `popsteer.vehicles.names`, or that of a
     plant. Raises ConfigError where no vehicle has this name or the file holds none.
-
-    Examples
-    --------
-    >>> named_vehicle("carla-identified").rear_axle
-    -1.94
     """
     if _is_file(text):
         return Vehicle.load(text)
@@ -100,11 +77,6 @@ def believed(text: str | None, changes: Sequence[str] | None, itself: Vehicle) -
     It is the one that `text` names, or without it that of the plant, `itself`; with the fields
     changed that `changes` name, ``NAME=VALUE`` each. Raises ConfigError as `named_vehicle`, and
     where a field is not known or its value refused.
-
-    Examples
-    --------
-    >>> believed(None, ["dead_time=0.1", "max_steer_rate=0.4"], Vehicle()).max_steer_rate
-    0.4
     """
     vehicle = itself if text is None else named_vehicle(text)
     return assigned(vehicle, changes or [], "the vehicle")
@@ -120,12 +92,6 @@ def varied(
 
     The arguments are those of `plant` and `believed`. Without a plant it is a kinematic bicycle of
     the vehicle, and without both the identified one. Raises ConfigError as those do.
-
-    Examples
-    --------
-    >>> moved, given, label = varied(None, None, "paper", None)
-    >>> moved.vehicle == given, label
-    (True, 'paper')
     """
     if plant_text is None and vehicle is not None:
         label = plant_label(vehicle)

@@ -59,11 +59,6 @@ def client_library() -> Any:  # noqa: ANN401 - the module, which is partly typed
     ------
     PopsteerError
         The extra ``carla`` is not installed.
-
-    Examples
-    --------
-    >>> client_library().__name__
-    'carla'
     """
     require("CARLA's client", "carla")
     import carla
@@ -338,14 +333,6 @@ def curve_of(points: Iterable[carla.Vector2D]) -> tuple[tuple[float, float], ...
     tuple of tuple of float
         Empty where it is none: some servers report points out of order or repeated, and then
         nothing says what they do.
-
-    Examples
-    --------
-    >>> import carla
-    >>> curve_of([carla.Vector2D(0.0, 1.0), carla.Vector2D(20.0, 0.5)])
-    ((0.0, 1.0), (20.0, 0.5))
-    >>> curve_of([carla.Vector2D(10.0, 0.5), carla.Vector2D(10.0, 0.5)])
-    ()
     """
     curve = tuple((float(point.x), float(point.y)) for point in points)
     rises = all(a[0] < b[0] for a, b in pairwise(curve))

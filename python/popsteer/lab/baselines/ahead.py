@@ -24,17 +24,6 @@ class Ahead:
     ----------
     path : Path
         The path.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> shuttle = popsteer.Path([(0, 0), (9, 0), (18, 0), (9, 0), (0, 0)],
-    ...                         reverse=[False, False, True, True, True])
-    >>> ahead = Ahead(shuttle)
-    >>> ahead.reverse(1), ahead.reverse(2), ahead.turning(0, reverse=True)
-    (False, True, 2)
-    >>> ahead.headings(1, 17.0, np.array([0.0, 5.0])).tolist()
-    [0.0, 0.0]
     """
 
     def __init__(self, path: Path) -> None:

@@ -56,14 +56,6 @@ class Mpc:
         ``Vehicle()`` by default, and in `popsteer.sim.run` the plant's.
     params : MpcParams, optional
         Weights and horizon; the defaults scale with the vehicle.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
-    >>> car = popsteer.Vehicle(wheelbase=2.7, dead_time=0.1)
-    >>> Mpc(path, car).step(0.0, 0.5, 0.0, 8.0, 0.05).steer < 0.0
-    True
     """
 
     name = "mpc"

@@ -87,16 +87,6 @@ class Problem:
         The vehicle.
     params : MpcParams
         Weights and horizon, `resolved` for the vehicle.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab.baselines import MpcParams
-    >>> car = popsteer.Vehicle()
-    >>> problem = Problem(car, MpcParams().resolved(car))
-    >>> problem.update(Instant(np.zeros(20), 8.0, 3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.05))
-    >>> problem.solve() < 0.0  # left of the path: to the right
-    True
     """
 
     def __init__(self, vehicle: Vehicle, params: MpcParams) -> None:

@@ -45,12 +45,6 @@ def embedded() -> Drive:
     """Drive the embedded race track with POP on the identified plant.
 
     The states are those of the closed loop, from a start at rest 2.44 m beside the path.
-
-    Examples
-    --------
-    >>> drive = embedded()
-    >>> len(drive.path), len(drive.states) > 1000
-    (1274, True)
     """
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)

@@ -73,13 +73,7 @@ def _caption(report: LatencyReport) -> str:
 
 
 def duration(nanoseconds: float) -> str:
-    """Write a time with three digits or more.
-
-    Examples
-    --------
-    >>> duration(23.4), duration(4210.0)
-    ('23 ns', '4.21 µs')
-    """
+    """Write a time with three digits or more."""
     for size, unit in ((1e9, "s"), (1e6, "ms"), (1e3, "µs")):
         if nanoseconds >= size:
             return f"{digits(nanoseconds / size)} {unit}"
@@ -87,11 +81,5 @@ def duration(nanoseconds: float) -> str:
 
 
 def digits(value: float) -> str:
-    """Write a number with no more than two places, and fewer the larger it is.
-
-    Examples
-    --------
-    >>> digits(1.234), digits(12.34), digits(1234.5)
-    ('1.23', '12.3', '1,234')
-    """
+    """Write a number with no more than two places, and fewer the larger it is."""
     return f"{value:,.{2 if value < 10 else 1 if value < 100 else 0}f}"

@@ -35,15 +35,7 @@ _METADATA: dict[str, dict[str, str | None]] = {
 
 
 def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
-    """Draw a figure in a theme, and give the content of its files by kind: ``png`` and ``svg``.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> from popsteer.lab.common.theme import THEMES
-    >>> sorted(drawn(lambda theme: Figure(figsize=(1, 1)), THEMES["light"]))
-    ['png', 'svg']
-    """
+    """Draw a figure in a theme, and give the content of its files by kind: ``png`` and ``svg``."""
     content = {}
     with mpl.rc_context(theme.settings):
         figure = draw(theme)
@@ -65,12 +57,6 @@ def files_of(
     """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names.
 
     `progress` is called with what is being done and the share of it that is done.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> list(files_of(lambda theme: Figure(figsize=(1, 1)), "plan"))
-    ['plan.png', 'plan.svg', 'plan-dark.png', 'plan-dark.svg']
     """
     content = {}
     for done, (name, theme) in enumerate(THEMES.items()):
@@ -99,29 +85,12 @@ def plot_broken(
 
 
 def wrapped(text: str, figure: Figure, size: float) -> str:
-    """Break a line that is wider than a figure; `size` is that of the font [pt].
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> print(wrapped("one two three", Figure(figsize=(1, 1)), 12.0))
-    one two
-    three
-    """
+    """Break a line that is wider than a figure; `size` is that of the font [pt]."""
     return textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * size)))
 
 
 def logarithmic(panel: Axes) -> None:
-    """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> panel = Figure().subplots()
-    >>> logarithmic(panel)
-    >>> panel.get_yscale()
-    'log'
-    """
+    """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
     panel.set_yscale("log")
     axis = panel.yaxis
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

@@ -29,11 +29,6 @@ def blank_table(gap: int = 2) -> Table:
     """Begin a table with a rule under its heads and nothing else around it.
 
     `gap` is the number of characters between columns.
-
-    Examples
-    --------
-    >>> blank_table().row_count
-    0
     """
     from rich import box
     from rich.table import Table
@@ -48,30 +43,15 @@ def blank_table(gap: int = 2) -> Table:
 
 
 def add_names(table: Table, head: str, names: Iterable[str]) -> None:
-    """Add a column for whole names: a long one is folded, never cut.
-
-    Examples
-    --------
-    >>> table = blank_table()
-    >>> add_names(table, "track", ["slalom"])
-    >>> table.columns[0].no_wrap
-    True
-    """
+    """Add a column for whole names: a long one is folded, never cut."""
     fits = all(len(name) <= _LONG for name in names)
     table.add_column(head, no_wrap=fits, overflow="fold")
 
 
 def add_numbers(table: Table, *heads: str) -> None:
-    r"""Add columns of numbers, aligned to the right and never folded.
+    """Add columns of numbers, aligned to the right and never folded.
 
     The heads are shown as they are: what stands in brackets is no markup.
-
-    Examples
-    --------
-    >>> table = blank_table()
-    >>> add_numbers(table, "error\n[m]", "time\n[s]")
-    >>> [column.justify for column in table.columns]
-    ['right', 'right']
     """
     from rich.text import Text
 
@@ -80,35 +60,17 @@ def add_numbers(table: Table, *heads: str) -> None:
 
 
 def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    r"""Write a table as CSV: comments such as the units, the names of the columns, and the rows.
-
-    Examples
-    --------
-    >>> csv_text(["time in s"], ["run", "time"], [["1", "2.5"]])
-    '# time in s\nrun,time\n1,2.5\n'
-    """
+    """Write a table as CSV: comments such as the units, the names of the columns, and the rows."""
     lines = [f"# {comment}" for comment in comments]
     lines += [",".join(cells) for cells in (names, *rows)]
     return "\n".join(lines) + "\n"
 
 
 def figure_names(stem: str) -> list[str]:
-    """Name the files of a figure, for a light and a dark background.
-
-    Examples
-    --------
-    >>> figure_names("plan")
-    ['plan.png', 'plan.svg', 'plan-dark.png', 'plan-dark.svg']
-    """
+    """Name the files of a figure, for a light and a dark background."""
     return [f"{stem}{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")]
 
 
 def json_text(document: dict[str, Any]) -> str:
-    r"""Write a document as JSON that people can read as well; its numbers have to be finite.
-
-    Examples
-    --------
-    >>> json_text({"law": "pop"})
-    '{\n  "law": "pop"\n}\n'
-    """
+    """Write a document as JSON that people can read as well; its numbers have to be finite."""
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

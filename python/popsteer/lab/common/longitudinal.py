@@ -34,11 +34,6 @@ def params_of(name: str) -> LongitudinalParams:
     """Give the default parameters of a longitudinal controller, one of `KINDS`.
 
     Raises ConfigError where none has this name.
-
-    Examples
-    --------
-    >>> params_of("speed-pid")
-    SpeedPidParams(kp=0.5, ki=0.1, kd=0.0)
     """
     if name not in KINDS:
         raise ConfigError.unknown("longitudinal controller", name, KINDS)
@@ -46,13 +41,7 @@ def params_of(name: str) -> LongitudinalParams:
 
 
 def name_of(params: LongitudinalParams) -> str:
-    """Give the name of the longitudinal controller that has these parameters.
-
-    Examples
-    --------
-    >>> name_of(SpeedTrackerParams())
-    'speed-tracker'
-    """
+    """Give the name of the longitudinal controller that has these parameters."""
     return next(name for name, kind in KINDS.items() if isinstance(params, kind))
 
 
@@ -61,12 +50,6 @@ def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Lon
 
     Without parameters it is None, which stands for the paper's. A `SpeedTracker` plans for the path
     and the vehicle.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> made(SpeedTrackerParams(), popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), popsteer.Vehicle())
-    SpeedTracker(SpeedTrackerParams(kp=1.5, ki=0.2, max_jerk=20.0, reserve=0.4, drive_delay=0.0))
     """
     if params is None:
         return None

@@ -10,13 +10,7 @@ __all__ = ["describe"]
 
 
 def describe() -> dict[str, str]:
-    """Name ``cpu``, ``cores``, ``python`` and ``platform``.
-
-    Examples
-    --------
-    >>> sorted(describe())
-    ['cores', 'cpu', 'platform', 'python']
-    """
+    """Name ``cpu``, ``cores``, ``python`` and ``platform``."""
     return {
         "cpu": _cpu(),
         "cores": str(os.cpu_count() or "unknown"),

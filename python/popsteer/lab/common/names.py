@@ -9,24 +9,12 @@ __all__ = ["controller_names", "title_of"]
 
 
 def controller_names() -> tuple[str, ...]:
-    """Names of all that can be compared: the controllers of popsteer, then the baselines.
-
-    Examples
-    --------
-    >>> controller_names()[-2:]
-    ('preview-pop', 'mpc')
-    """
+    """Names of all that can be compared: the controllers of popsteer, then the baselines."""
     return (*controllers.names(), *baselines.names())
 
 
 def title_of(law: str) -> str:
-    """Name of a controller as a person reads it; that of one's own is as it is.
-
-    Examples
-    --------
-    >>> title_of("pure-pursuit"), title_of("mine")
-    ('Pure-Pursuit', 'mine')
-    """
+    """Name of a controller as a person reads it; that of one's own is as it is."""
     if law in baselines.names():
         return baselines.get(law).title
     return controllers.get(law).title if law in controllers.names() else law

@@ -38,11 +38,6 @@ class Percentiles:
         """Sum up what single calls took [ns], by times that were read, never means of two of them.
 
         `net_p50` is rounded to 0.01 ns.
-
-        Examples
-        --------
-        >>> Percentiles.of([70, 80, 90], 25.0)
-        Percentiles(p50=80, p99=90, p999=90, max=90, net_p50=25.0)
         """
         p50, p99, p999 = np.percentile(singles, (50.0, 99.0, 99.9), method="higher").tolist()
         net = None if net_p50 is None else round(net_p50, 2)

@@ -44,11 +44,6 @@ def varying(plant: Plant) -> tuple[str, ...]:
     """Name what can vary: fields of the plant's vehicle, parameters of the plant, noise and start.
 
     A plant that is given by its name has no parameters that vary.
-
-    Examples
-    --------
-    >>> varying(KinematicBicycle())[:3], "throttle_lag" in varying(CarlaIdentified())
-    (('wheelbase', 'turning_wheelbase', 'understeer'), True)
     """
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         # The place of the pose's point is no property of the car.
@@ -65,12 +60,6 @@ def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
     """Give what varies where nothing else is asked for: by name, the texts of distributions.
 
     `vehicle` is what the plant is.
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> usual(Vehicle(), KinematicBicycle())["turning_wheelbase"]
-    'uniform(2.85,3.15)'
     """
     turning = vehicle.wheelbase if vehicle.turning_wheelbase is None else vehicle.turning_wheelbase
     named = {
@@ -114,13 +103,7 @@ def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, N
 
 
 def run_seed(seed: int, run: int) -> int:
-    """Give the seed of a run, 0 to 2**64 - 1: another for each, whatever else is driven.
-
-    Examples
-    --------
-    >>> run_seed(0, 1) == run_seed(0, 1) != run_seed(0, 2)
-    True
-    """
+    """Give the seed of a run, 0 to 2**64 - 1: another for each, whatever else is driven."""
     return int(np.random.SeedSequence([seed, run]).generate_state(1, np.uint64)[0])
 
 
@@ -132,14 +115,6 @@ def varied(
     `plant` is what moves where nothing varies. `offset` is how far to the left of the path it
     starts where that does not vary [m], as `popsteer.sim.default_start` has it. Raises ConfigError
     where a name cannot vary with this plant, or a value is out of its range.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-    >>> made = varied(KinematicBicycle(), path, {"steer_lag": 0.2, "start_offset": 1.0})
-    >>> made.plant.vehicle.steer_lag, made.start
-    (0.2, (-3.0, 1.0, 0.0))
     """
     known = varying(plant)
     for name in values:

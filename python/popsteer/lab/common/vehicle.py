@@ -14,14 +14,6 @@ def differences(believed: Vehicle, vehicle: Vehicle) -> str:
     """Say in what the vehicle that controllers were given differs from the real one.
 
     The text follows the name of the plant; it is empty where nothing differs.
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> differences(Vehicle(steer_lag=0.2), Vehicle())
-    ', believed steer_lag 0.2'
-    >>> differences(Vehicle(), Vehicle())
-    ''
     """
     is_so = vehicle.as_dict()
     different = [

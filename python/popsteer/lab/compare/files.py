@@ -28,15 +28,6 @@ def files(
     ``.svg``, each for a light and, as ``-dark``, for a dark background, and ``metrics.json``.
     `progress` is called with what is being done and the share of it that is done, 0 to 1. Raises
     ConfigError where the runs kept no records.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> content = files(compare.run(path, ["pop"]))
-    >>> sorted(content)[:3]
-    ['metrics.json', 'overview-dark.png', 'overview-dark.svg']
     """
     from popsteer.lab.compare.figures import FIGURES, THEMES, render
 
@@ -57,13 +48,7 @@ def files(
 
 
 def file_names(laws: Iterable[str]) -> list[str]:
-    """Give the names that `files` will give, before there is a comparison.
-
-    Examples
-    --------
-    >>> file_names(["pop"])[:3]
-    ['runs/pop.csv', 'results.png', 'results.svg']
-    """
+    """Give the names that `files` will give, before there is a comparison."""
     from popsteer.lab.compare.figures import FIGURES, THEMES
 
     figures = [

@@ -35,17 +35,6 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
     the vehicle that it believed under `vehicle`, the median time of a step under `step_time` [s]
     where that was measured; `faults` lists by name what the controller said), and `paper` with the
     paper's figures. A number that is not finite is None.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> document = metrics_document(compare.run(path, ["pop"]))
-    >>> document["schema"], document["dt"], document["path"]["waypoints"]
-    (2, 0.05, 81)
-    >>> document["controllers"]["pop"]["finished"]
-    True
     """
     path = comparison.path
     return {
@@ -73,17 +62,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
 
 
 def metrics_json(comparison: Comparison) -> str:
-    """Write `metrics_document` as JSON.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> print(metrics_json(compare.run(path, ["pop"]))[:15])
-    {
-      "schema": 2
-    """
+    """Write `metrics_document` as JSON."""
     document = metrics_document(comparison)
     return json_text(document)
 

@@ -42,12 +42,6 @@ def is_authors_path(path: Path) -> bool:
     """Whether the paper's figures were measured on a path.
 
     It is, where number of waypoints, length and first waypoint are those of the authors' file.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> is_authors_path(popsteer.Path([(0.0, 0.0), (10.0, 0.0)]))
-    False
     """
     return (
         len(path) == _WAYPOINTS

@@ -40,18 +40,6 @@ def run_csv(run: Run) -> str:
 
     Two comments above say what was run, and the units. The numbers read back to the same bits; one
     that is not finite is ``nan``.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer import sim
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> result = sim.run(popsteer.Pop(path))
-    >>> lines = run_csv(result).splitlines()
-    >>> lines[0]
-    '# pop on carla-identified, dt = 0.05 s'
-    >>> lines[2].split(",")[:5]
-    ['time', 'x', 'y', 'yaw', 'speed']
     """
     units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
     head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"

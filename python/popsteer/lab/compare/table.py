@@ -22,16 +22,7 @@ __all__ = ["caption", "notes", "tables"]
 
 
 def caption(comparison: Comparison) -> str:
-    """Say in one line what was compared: track, plant, vehicle believed, preset, control period.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> caption(compare.run(path, ["pop"]))
-    '81 waypoints, 80 m, plant carla-identified, preset reproduction, dt 0.05 s'
-    """
+    """Say in one line what was compared: track, plant, vehicle believed, preset, control period."""
     path = comparison.path
     name = f"{comparison.track}, " if comparison.track else ""
     believed = differences(comparison.believed, comparison.vehicle)
@@ -45,14 +36,6 @@ def notes(comparison: Comparison) -> list[str]:
     """Say what a reader has to know to compare the figures with the paper's.
 
     Notes on the paper are left out where none of its controllers is among the runs.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> len(notes(compare.run(path, ["pid"])))
-    2
     """
     where = (
         "Errors are measured at each controller's own tracked point, as the paper did, and at the"
@@ -89,15 +72,6 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
     """Set out the figures of a comparison; the best one of a column is bold.
 
     Where one table would not fit into `width` characters, there are two.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> comparison = compare.run(path, ["stanley", "pop"])
-    >>> [table.row_count for table in tables(comparison, width=80)]
-    [2, 2]
     """
     more = _more(comparison.first.settings.settling_time)
     if comparison.step_times:

@@ -14,13 +14,7 @@ _MANY = 2.5  # decades from which on 2 and 5 are left out
 
 
 def rounded(values: Iterable[float], digits: int = 4) -> list[float]:
-    """Round numbers to as many digits as can be seen, which keeps a page small.
-
-    Examples
-    --------
-    >>> rounded([1.23456, 98765.4])
-    [1.235, 98770.0]
-    """
+    """Round numbers to as many digits as can be seen, which keeps a page small."""
     return [float(f"{value:.{digits}g}") for value in values]
 
 
@@ -28,11 +22,6 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
     """Describe a logarithmic axis from `low` to `high` for plotly.
 
     It has marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
-
-    Examples
-    --------
-    >>> log_axis("t", 0.2, 3.0)["ticktext"]
-    ['0.2', '0.5', '1', '2']
     """
     steps = (1,) if math.log10(high / low) > _MANY else (1, 2, 5)
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))

@@ -16,13 +16,7 @@ __all__ = ["block", "escape", "json_for_script", "paragraphs", "plain_table", "t
 
 
 def escape(text: str) -> str:
-    """Escape a text for HTML: for between tags and for attributes in quotes.
-
-    Examples
-    --------
-    >>> escape('a<b & "c"')
-    'a&lt;b &amp; &quot;c&quot;'
-    """
+    """Escape a text for HTML: for between tags and for attributes in quotes."""
     return html.escape(text, quote=True)
 
 
@@ -30,11 +24,6 @@ def json_for_script(document: object) -> str:
     r"""Write a document as JSON that may stand in a script element; its numbers have to be finite.
 
     It is without ``<``, ``>`` and ``&``, so that nothing in it ends the element.
-
-    Examples
-    --------
-    >>> json_for_script({"name": "</script>"})
-    '{"name":"\\u003c/script\\u003e"}'
     """
     text = json.dumps(document, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     for sign in "<>&":
@@ -47,15 +36,6 @@ def table(shown: Table, label: str) -> str:
 
     Its cells are text; bold ones stay bold. `label` says what it shows, for readers that see no
     picture of it.
-
-    Examples
-    --------
-    >>> from popsteer.lab.common.layout import blank_table
-    >>> shown = blank_table()
-    >>> shown.add_column("name")
-    >>> shown.add_row("pop")
-    >>> '<th scope="row">pop</th>' in table(shown, "names")
-    True
     """
     heads = [_text(column.header)[0] for column in shown.columns]
     columns = [[_text(cell) for cell in column.cells] for column in shown.columns]

@@ -184,14 +184,6 @@ def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArr
     """Tell how far along a path a vehicle was [m], from its poses [m, m, rad] and speeds [m/s].
 
     They are the arc lengths of the closest points, from sample to sample; never less than before.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-    >>> row = np.array([1.0, 3.0])
-    >>> distances(path, row, 0.0 * row, 0.0 * row, row).tolist()
-    [1.0, 3.0]
     """
     found = np.empty(len(x))
     laps = 0.0
@@ -213,12 +205,6 @@ def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArr
 
 
 def travelled(time: Array, speed: Array) -> NDArray[np.float64]:
-    """Tell how far a vehicle has driven from the first sample on [m], by its speed [m/s].
-
-    Examples
-    --------
-    >>> travelled(np.array([0.0, 1.0, 2.0]), np.array([1.0, 1.0, 3.0])).tolist()
-    [0.0, 1.0, 3.0]
-    """
+    """Tell how far a vehicle has driven from the first sample on [m], by its speed [m/s]."""
     middle = 0.5 * np.abs(np.asarray(speed)[1:] + np.asarray(speed)[:-1])
     return np.concatenate(([0.0], np.cumsum(middle * np.diff(time))))

@@ -158,12 +158,6 @@ def carrot_curve(plant: str) -> Carrot:
 
     The plant is given by its name; the lateral acceleration is `LATERAL`. Raises ConfigError where
     no plant has this name.
-
-    Examples
-    --------
-    >>> curve = carrot_curve("kinematic-bicycle")
-    >>> bool(abs(curve.driven[4] - np.interp(30.0, curve.radii, curve.computed)) < 0.05)
-    True
     """
     vehicle = vehicles.get(plant)
     radii = np.geomspace(_RADII[0], _RADII[-1], 60)

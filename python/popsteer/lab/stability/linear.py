@@ -68,14 +68,7 @@ class LinearLaw(NamedTuple):
 
 
 def no_slip(vehicle: Vehicle) -> float:
-    """Tell how far ahead of the pose's point the point lies that moves where the vehicle looks [m].
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> no_slip(Vehicle(rear_axle=-1.4)), no_slip(Vehicle(rear_axle=-1.4, no_slip_point=0.0))
-    (-1.4, 0.0)
-    """
+    """Give where the point lies that moves where the vehicle looks, ahead of the pose's [m]."""
     return vehicle.rear_axle if vehicle.no_slip_point is None else vehicle.no_slip_point
 
 
@@ -83,12 +76,6 @@ def lookahead(params: Params, vehicle: Vehicle, speed: float) -> float | None:
     """Give the lookahead distance of a controller at a speed [m/s] in [m]; None where it has none.
 
     Defaults scale with the vehicle.
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> lookahead(PopParams(), Vehicle(), 10.0), lookahead(PurePursuitParams(), Vehicle(), 20.0)
-    (8.0, 18.0)
     """
     if isinstance(params, PopParams):
         pop = params.resolved(vehicle)
@@ -158,13 +145,6 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     within its limits. The gain and the steering offset that a controller estimates are taken as
     constants. Raises ConfigError where the controller has no lookahead, or a number is out of its
     range.
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> law = linearised(PopParams(), Vehicle(), 10.0, 0.05)
-    >>> law.tracked_point, law.cross_track.tolist(), law.heading.tolist()
-    (3.0, [0.125], [1.0])
     """
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)

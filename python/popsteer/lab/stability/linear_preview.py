@@ -46,13 +46,7 @@ class PreviewGains(NamedTuple):
 
 
 def decay(time: float, time_constant: float) -> float:
-    """Tell what is left after `time` of what fades with a time constant; nothing where that is 0.
-
-    Examples
-    --------
-    >>> decay(0.1, 0.0), round(decay(0.1, 0.1), 3)
-    (0.0, 0.368)
-    """
+    """Give what remains after `time` of what fades with a time constant; 0 where that is 0."""
     return math.exp(-time / time_constant) if time_constant > 0.0 else 0.0
 
 
@@ -64,13 +58,6 @@ def preview_pop(
     Gives weights of the cross-track errors, of the heading errors, of the angles and of the slip,
     the latest first, as `popsteer.lab.stability.linear.Weights` has them. Speed in [m/s], period in
     [s].
-
-    Examples
-    --------
-    >>> from popsteer import PreviewPopParams, Vehicle
-    >>> cross_track, heading, steer, slip = preview_pop(PreviewPopParams(), Vehicle(), 10.0, 0.05)
-    >>> len(cross_track), len(heading), len(slip), steer[0]
-    (2, 2, 2, 1.0)
     """
     gains = preview_gains(params, vehicle, speed, dt)
     length = vehicle.turning_length(speed)
@@ -90,13 +77,6 @@ def preview_gains(
     """Carry the cost back over the horizon on a straight, as the controller does in each step.
 
     Speed in [m/s], period in [s].
-
-    Examples
-    --------
-    >>> from popsteer import PreviewPopParams, Vehicle
-    >>> gains = preview_gains(PreviewPopParams(), Vehicle(), 10.0, 0.05)
-    >>> gains.error > 0.0, gains.heading > 0.0, gains.slip > 0.0
-    (True, True, True)
     """
     params = params.resolved(vehicle)
     heading_cost, rate_cost, pace = map(

@@ -61,15 +61,6 @@ class Loop:
         Time over which the controller estimates the slip [s]; 0 for never.
     frequencies : int, default 3000
         How many frequencies there are up to the half of the control rate.
-
-    Examples
-    --------
-    >>> from popsteer import PopParams, Vehicle
-    >>> from popsteer.lab.stability.linear import linearised
-    >>> law = linearised(PopParams(), Vehicle(), 10.0, 0.05)
-    >>> loop = Loop(law, Vehicle(), 10.0, 0.05)
-    >>> loop.is_stable(), loop.is_stable(dead_time=0.5)
-    (True, False)
     """
 
     def __init__(

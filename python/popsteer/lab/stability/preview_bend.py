@@ -117,13 +117,6 @@ def choice(
     `values` are lookahead distances [m] for POP, values of `steer_rate_cost` [m s/rad] for preview
     POP. `radius` is that of the bend [m], and the other arguments are those of `preview_offset`.
     Raises ConfigError where a number is out of its range.
-
-    Examples
-    --------
-    >>> from popsteer import Vehicle
-    >>> found = choice(PopParams(), Vehicle(), (2.0, 9.0))
-    >>> found.dead_times[0] < found.dead_times[1], found.offsets[0] < found.offsets[1]
-    (True, True)
     """
     dead_times, offsets = [], []
     for value in values:

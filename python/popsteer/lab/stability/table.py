@@ -29,14 +29,7 @@ NOTE = (
 
 
 def stability_caption(result: Stability) -> str:
-    """Say in one line what was measured: vehicle, preset and control period.
-
-    Examples
-    --------
-    >>> from popsteer.lab import stability
-    >>> stability_caption(stability.run(["pop"], speeds=[5.0]))
-    'wheelbase 3 m, axles at 3 and 0 m, lag 0.1 s, dead time 0 s, preset default, dt 0.05 s'
-    """
+    """Say in one line what was measured: vehicle, preset and control period."""
     car = result.vehicle
     length, understeer = car.turning_length(0.0), car.understeer
     turning = f", turns as {length:g} m" if length != car.wheelbase else ""
@@ -49,14 +42,7 @@ def stability_caption(result: Stability) -> str:
 
 
 def stability_table(result: Stability) -> Table:
-    """Set out margins, a row for each controller and speed.
-
-    Examples
-    --------
-    >>> from popsteer.lab import stability
-    >>> stability_table(stability.run(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
-    4
-    """
+    """Set out margins, a row for each controller and speed."""
     table = blank_table()
     add_names(table, "controller", map(title_of, result.margins))
     add_numbers(table, "speed\n[m/s]", "lookahead\n[m]", "gain\n[-]")
@@ -76,14 +62,6 @@ def stability_json(result: Stability) -> str:
     """Write margins as JSON, in SI units and radians.
 
     What is infinite, or missing as the loop is unstable, is null.
-
-    Examples
-    --------
-    >>> import json
-    >>> from popsteer.lab import stability
-    >>> document = json.loads(stability_json(stability.run(["pop"], speeds=[5.0])))
-    >>> document["laws"]["pop"][0]["lookahead"]
-    7.0
     """
     document = {
         "schema": SCHEMA,

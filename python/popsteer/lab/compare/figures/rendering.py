@@ -43,15 +43,6 @@ def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[st
     ------
     ConfigError
         No figure, or no theme, has this name.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> comparison = compare.run(path, ["pop"])
-    >>> render(comparison, "results")["png"][:4]
-    b'\x89PNG'
     """
     if figure not in FIGURES:
         raise ConfigError.unknown("figure", figure, FIGURES)

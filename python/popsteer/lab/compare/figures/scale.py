@@ -33,13 +33,6 @@ def nice_limit(limits: Iterable[float]) -> float:
     """Round the largest of some bounds up, with room for a note.
 
     It is at least 1.35 times the largest, in steps of two digits; 1 where all are 0.
-
-    Examples
-    --------
-    >>> nice_limit([0.5, 0.61])
-    0.83
-    >>> nice_limit([0.0])
-    1.0
     """
     largest = 1.35 * max(limits)
     if largest <= 0.0:
