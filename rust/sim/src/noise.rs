@@ -84,4 +84,26 @@ mod tests {
             assert!((deviation / expected - 1.0).abs() < 0.03, "{sums:?}");
         }
     }
+
+    #[test]
+    fn test_noise_is_what_the_generator_draws_added_in_the_order_of_the_fields() {
+        let noise = Noise {
+            position: 0.3,
+            yaw: 0.01,
+            speed: 2.0,
+        };
+        let here = VehicleState {
+            x: 10.0,
+            y: 20.0,
+            yaw: 0.1,
+            speed: 5.0,
+        };
+        let mut random = Pcg64::new(1, 2);
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        let seen = Perception::new(noise, 1, 2).of(here);
+        assert_eq!(seen.x, 10.0 + 0.3 * draw());
+        assert_eq!(seen.y, 20.0 + 0.3 * draw());
+        assert_eq!(seen.yaw, wrap(0.1 + 0.01 * draw()));
+        assert_eq!(seen.speed, 5.0 + 2.0 * draw());
+    }
 }

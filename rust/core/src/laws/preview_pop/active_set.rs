@@ -24,7 +24,7 @@ pub struct ReachedLimits(pub u64);
 const _: () = assert!(3 * MAX_STEPS <= 64);
 
 impl ReachedLimits {
-    /// One step later.
+    /// The same limits one step later: the first step's are dropped.
     pub fn later(self) -> Self {
         Self(self.0 >> 3)
     }
@@ -131,7 +131,7 @@ pub(super) struct Step {
     pub held: Held,
     /// The state before the move along the best plan so far.
     pub state: ModelState,
-    /// The best move if this step is free and the later ones are held.
+    /// The best move if this step is free and the later ones follow the working set.
     pub policy: BestMove,
     /// The curvature that the step has to lead to [1/m]: that of its own limit, or the one from
     /// which the held moves after it arrive at the limit of a later step.
@@ -175,7 +175,8 @@ impl Step {
     }
 
     /// Corrects `next.held` by where `next` leads from the curvature `before`: a limit that is
-    /// exceeded is held, and a curvature that the step does not arrive at is released.
+    /// exceeded is held, and a curvature that the step does not arrive at is released. What is held
+    /// besides mainly tells that the plan is not optimal: [`first_stop`] chooses what is added.
     pub(super) fn hold_exceeded(&mut self, before: f64, rounding: f64) {
         let limits = self.limits;
         if limits.forced {
@@ -189,11 +190,12 @@ impl Step {
                 return;
             }
         }
+        // By the working set: a limit that was just released is not held again.
         match self.held_curvature() {
             None => {
                 let side = Side::exceeded(curvature, limits.low, limits.high, rounding);
                 if side != Side::Neither {
-                    // Less of the move keeps the curvature.
+                    // Some smaller move keeps the curvature, so the limit of the move is released.
                     self.next.held = Held {
                         rate: Side::Neither,
                         curvature: side,

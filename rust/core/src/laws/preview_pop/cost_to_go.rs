@@ -3,21 +3,22 @@
 //! # Model
 //!
 //! The state is `x = (e, p, a, c)`: cross-track error `e` [m], heading error `p` [rad], driven
-//! curvature `a` [1/m] and commanded curvature `c` [1/m]. The independent variable is the distance
-//! travelled, so the model is the same at any speed; only the steering lag becomes a distance,
-//! `lag * speed`:
+//! curvature `a` [1/m] and commanded curvature `c` [1/m], all positive to the left. The independent
+//! variable is the distance travelled, so the model is the same at any speed; only the steering lag
+//! becomes a distance, `lag * speed`:
 //!
 //! ```text
 //! e' = p + offset a,    p' = a - path curvature,    a' = (c - a) / lag distance,    c' = 0
 //! ```
 //!
 //! At the beginning of a step the commanded curvature makes a move `u`; then the vehicle travels
-//! the distance `s` ([`Travel`]), over which the equations above are solved exactly:
+//! the distance `h` ([`Travel`]), over which the equations above are solved exactly, for a path whose
+//! curvature is constant within the step:
 //!
 //! ```text
 //! x⁺ = F (x + b u) + g
 //!
-//!     ⎡ 1  s  F_ea  F_ec ⎤        ⎡ 0 ⎤        ⎡ drift - s turn / 2 ⎤
+//!     ⎡ 1  h  F_ea  F_ec ⎤        ⎡ 0 ⎤        ⎡ drift - h turn / 2 ⎤
 //! F = ⎢ 0  1  F_pa  F_pc ⎥    b = ⎢ 0 ⎥    g = ⎢       - turn       ⎥
 //!     ⎢ 0  0  F_aa  F_ac ⎥        ⎢ 0 ⎥        ⎢         0          ⎥
 //!     ⎣ 0  0   0     1   ⎦        ⎣ 1 ⎦        ⎣         0          ⎦
@@ -27,8 +28,8 @@
 //!
 //! # Cost
 //!
-//! A step costs `R u² + x⁺ᵀ Q x⁺`, where `x⁺ᵀ Q x⁺ = e² + (heading_cost (p + offset a))²`. The
-//! cost of all steps that remain is quadratic in the state, too. [`CostToGo`] holds such a cost,
+//! A step costs `R u² + x⁺ᵀ Q x⁺` [m²], where `x⁺ᵀ Q x⁺ = e² + (heading_cost (p + offset a))²`, with
+//! `R > 0` [m⁴] and `heading_cost` [m]. The cost of all steps that remain is quadratic in the state, too. [`CostToGo`] holds such a cost,
 //! less a constant, which changes no decision:
 //!
 //! ```text
@@ -38,7 +39,8 @@
 //! # Recursion
 //!
 //! At the end of the horizon `P = Q`, `q = 0`. Each step, from the last to the first, is undone in
-//! two parts. Let P, q be the cost-to-go after the step:
+//! two parts. P includes Q of its own state, which the step before pays; before the first step that
+//! is a constant. Let P, q be the cost-to-go after the step:
 //!
 //! ```text
 //! S = Fᵀ P F,    s = Fᵀ (P g + q)        the cost before its travel         before
@@ -54,15 +56,16 @@
 //!
 //! # Scalars
 //!
-//! Each entry is a plain scalar, because most entries of F, Q and b are 0 or 1. With nalgebra's
-//! fixed matrices this file would be a third shorter, and a step of preview POP would take 1.30 to
-//! 1.44 times the instructions. The reference in Python has the recursion in matrices; tests
-//! compare the two.
+//! Each entry is a plain scalar, because most entries of F, Q and b are 0 or 1, and P is symmetric.
+//! With nalgebra's fixed matrices this file would be a third shorter, and a step of preview POP would
+//! take 1.30 to 1.44 times the instructions. The reference in Python has the recursion in matrices;
+//! tests compare the two. Nothing restores P's symmetry and sign after rounding: a horizon has at
+//! most 20 steps.
 
 /// The model over one step of travel: the entries of F that are not 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
-    /// `s` = `F_ep`, the distance travelled [m].
+    /// `h` = `F_ep`, the distance travelled [m].
     step: f64,
     /// `F_ea` [m²].
     error_by_driven: f64,
@@ -79,7 +82,7 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// Travel over `step` = s [m] with a first-order lag of the curvature over `lag` [m], where
+    /// Travel over `step` = h [m] with a first-order lag of the curvature over `lag` [m], finite, where
     /// `kept` is `exp(-step / lag)`; the errors are those of a point `offset` [m] ahead of the
     /// no-slip point.
     ///
@@ -88,9 +91,11 @@ impl Travel {
     /// change of the heading, gives `F_ea` and `F_ec`:
     ///
     /// ```text
-    /// F_pa = lag (1 - kept)                    F_pc = s - F_pa
-    /// F_ea = lag F_pc + offset F_pa            F_ec = s² / 2 - lag F_pc + offset F_pc
+    /// F_pa = lag (1 - kept)                    F_pc = h - F_pa
+    /// F_ea = lag F_pc + offset F_pa            F_ec = h² / 2 - lag F_pc + offset F_pc
     /// ```
+    ///
+    /// With a lag far longer than the step, `F_pc` and `F_ec` are differences of nearly equal numbers.
     #[inline]
     pub fn new(step: f64, lag: f64, kept: f64, offset: f64) -> Self {
         let taken = 1.0 - kept;
@@ -146,9 +151,15 @@ impl Travel {
 
     /// `F_0 x + g`, where `F_0` is F with zeros for `F_ec`, `F_pc` and `F_ac`: the state after this
     /// step without the contribution of the curvature that is commanded during it. That curvature
-    /// is known last; so this can be computed before it is.
+    /// is known last; so this can be computed before it is. `commanded` is passed on as it is: it is
+    /// the last one, and not to be read.
     #[inline]
-    pub(super) fn before_commanded(&self, state: &ModelState, turn: f64, drift: f64) -> ModelState {
+    pub(super) fn without_commanded(
+        &self,
+        state: &ModelState,
+        turn: f64,
+        drift: f64,
+    ) -> ModelState {
         let moved = drift - 0.5 * self.step * turn;
         let ModelState {
             error,
@@ -165,7 +176,7 @@ impl Travel {
     }
 
     /// `F_0 (F_ec, F_pc, F_ac, 0)ᵀ`: what a curvature of 1, commanded during the step before, adds
-    /// to [`before_commanded`](Self::before_commanded) if the state lacks its contribution.
+    /// to [`without_commanded`](Self::without_commanded) if the state lacks its contribution.
     #[inline]
     pub(super) fn added(&self) -> ModelState {
         ModelState {
@@ -213,7 +224,7 @@ impl BestMove {
 
     /// `remaining - K (F_ec, F_pc, F_ac, 0)ᵀ`: the share of a curvature commanded during the last
     /// step that remains in the next command, if the state lacks its contribution
-    /// ([`Travel::before_commanded`]).
+    /// ([`Travel::without_commanded`]).
     #[inline]
     pub(super) fn remaining_after(&self, travel: &Travel) -> f64 {
         self.remaining
@@ -286,8 +297,8 @@ impl CostToGo {
             kept,
             taken,
         } = *travel;
-        // Columns p, a and c of P F, as far as S needs them; `ae` is the entry of column a in row
-        // e. Column e is that of P.
+        // Columns p, a and c of P F, as far as S needs them: `ae` is (P F)_ea, not P_ae. Column e is
+        // that of P.
         let (pe, pp) = (step * self.ee + self.ep, step * self.ep + self.pp);
         let (ae, ap, aa) = (
             error_by_driven * self.ee + heading_by_driven * self.ep + kept * self.ea,
@@ -336,9 +347,10 @@ impl CostToGo {
         }
     }
 
-    /// `xᵀ Q x`: this cost in one state, if it is a [`stage`](Self::stage).
+    /// `xᵀ Q x`: this cost in one state, where it is a [`stage`](Self::stage): the entries that a stage
+    /// has as 0 are left out.
     #[inline]
-    pub fn of(&self, state: &ModelState) -> f64 {
+    pub fn stage_cost(&self, state: &ModelState) -> f64 {
         let ModelState {
             error,
             heading,
@@ -390,6 +402,8 @@ impl CostToGo {
     /// ```text
     /// P_cc = R,    q_c = -R κ,    P_ec = P_pc = P_ac = 0,    q_i = s_i + S_ic κ  for i = e, p, a
     /// ```
+    ///
+    /// and `P_ij = Q_ij + S_ij` elsewhere.
     #[inline]
     pub fn before_move_to(&self, curvature: f64, move_cost: f64, stage: &Self) -> Self {
         Self {

@@ -104,7 +104,7 @@ impl Horizon<'_> {
     ///
     /// ```text
     /// c_{k+1} = remaining_after c_k - (K_k z_k + k_k)         BestMove::remaining_after, pull
-    /// z_{k+1} = (F_0 z_k + g_k) + F_0 (F_ec, F_pc, F_ac, 0)ᵀ c_k    Travel::before_commanded, added
+    /// z_{k+1} = (F_0 z_k + g_k) + F_0 (F_ec, F_pc, F_ac, 0)ᵀ c_k    Travel::without_commanded, added
     /// ```
     #[inline]
     pub fn keeps(&self, moves: &[BestMove], start: ModelState, limits: &PlanLimits) -> bool {
@@ -116,7 +116,7 @@ impl Horizon<'_> {
             return true;
         };
         let travel = &self.travel;
-        let mut state = travel.before_commanded(&start, *turn, self.drift);
+        let mut state = travel.without_commanded(&start, *turn, self.drift);
         let mut present = first.commanded(&start);
         let mut kept = within(present);
         let added = travel.added();
@@ -124,7 +124,7 @@ impl Horizon<'_> {
             let next = best.remaining_after(travel) * present - best.pull(&state);
             kept &= (next - present).abs() <= limits.later;
             kept &= within(next);
-            state = travel.before_commanded(&state, turn, self.drift);
+            state = travel.without_commanded(&state, turn, self.drift);
             state.error += added.error * present;
             state.heading += added.heading * present;
             state.driven += added.driven * present;
@@ -138,7 +138,7 @@ impl Horizon<'_> {
         let moved = curvature - state.commanded;
         state.commanded = curvature;
         *state = self.travel.after(state, turn, self.drift);
-        self.move_cost * moved * moved + self.stage.of(state)
+        self.move_cost * moved * moved + self.stage.stage_cost(state)
     }
 }
 

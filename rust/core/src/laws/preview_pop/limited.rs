@@ -12,9 +12,11 @@
 //!             low <= c_{k+1} <= high             their angle, and the lateral acceleration
 //! ```
 //!
-//! where `c_{k+1} = c_k + u_k` is the commanded curvature in `x_{k+1}`. R is positive and Q has no
-//! negative eigenvalue, so there is one solution: the plan that keeps all limits, whose reached
-//! limits all have a multiplier of the right sign (the conditions of Karush, Kuhn and Tucker).
+//! where `c_{k+1} = c_k + u_k` is the commanded curvature in `x_{k+1}`. First moves that cannot bring
+//! the curvature within its limits are given, without a limit of the curvature
+//! ([`PlanLimits::begin`]), so that a plan exists. R is positive and Q has no negative eigenvalue, so
+//! there is one solution: the plan that keeps all limits, whose reached limits all have a multiplier
+//! of the right sign (the conditions of Karush, Kuhn and Tucker).
 //!
 //! # Method
 //!
@@ -27,20 +29,22 @@
 //! 2. `PassKind::Along`: the working set is decided during the backward recursion, by the limits
 //!    that the best moves exceed along the best plan so far, as in control-limited differential
 //!    dynamic programming (Tassa, Mansard and Todorov, ICRA 2014). This changes the whole set at
-//!    once, and most plans need no more. If such a plan costs more, only a part of the step towards
-//!    it is taken.
+//!    once, and most plans need no more. If its moves, cut to their limits, cost more, only a part of
+//!    the step towards the solution with that set held is taken, cut to its limits.
 //! 3. `PassKind::OneByOne`: once no part of the step lowers the cost either, limits are added one
-//!    at a time, and those with a multiplier of the wrong sign are released: the primal active-set
-//!    method (Nocedal and Wright, *Numerical Optimization*, second edition, section 16.5).
+//!    at a time, and those with a multiplier of the wrong sign are released: as in the primal
+//!    active-set method (Nocedal and Wright, *Numerical Optimization*, second edition, section 16.5),
+//!    but all wrong ones at once, and a step may go on beyond the first limit. A plan whose cut moves
+//!    cost less is still taken whole. So that method's proof of convergence does not hold here.
 //!
 //! # When it does not progress
 //!
 //! The cost of the best plan never rises from pass to pass, but for rounding. It may stay: where the
-//! best plan already touches a limit that the step crosses, the step has length 0, and the pass
-//! only adds that limit to the working set (a degenerate step). An active-set method may then
-//! return to a working set that it had before; there is no rule against it here. [`MAX_PASSES`]
-//! ends that, as any slow search: the best plan so far keeps all limits and is returned, with
-//! `cut_short`. Of 40,000 searches on random problems, fewer than 8 end so.
+//! best plan already touches a limit that the step crosses, or one that was just released, the step
+//! has length 0, and the pass only adds that limit to the working set (a degenerate step). An
+//! active-set method may then return to a working set that it had before; there is no rule against it
+//! here. [`MAX_PASSES`] ends that, as any slow search: the best plan so far keeps all limits and is
+//! returned, with `cut_short`. The test `limited` bounds how often that happens on random problems.
 //!
 //! The reference in Python solves the same program by another method, the dual active set of
 //! Goldfarb and Idnani.
@@ -56,9 +60,8 @@ pub use crate::laws::preview_pop::horizon::{Horizon, MoveLimit, Plan, PlanLimits
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
 
-/// How often a part of the step is tried in a pass that does not lower the cost; after that limits
-/// are added one at a time.
-const SHORTENED: usize = 2;
+/// How many shortened steps a whole search may take; after them limits are added one at a time.
+const MAX_SHORTENED: usize = 2;
 
 /// A cost that is lower by no more than this share is not lower.
 const SAME_COST: f64 = 1e-12;
@@ -80,7 +83,8 @@ impl Horizon<'_> {
     /// Where the commanded curvature lies beyond its limit and cannot be brought back by one move,
     /// the moves go back as fast as they may until it can.
     ///
-    /// `guess` are the limits that the plan may reach; it decides nothing but the count of passes.
+    /// `guess` are the limits that the plan may reach. It changes only the count of passes, unless
+    /// they run out. Of more than [`MAX_STEPS`] turns the plan is empty; no caller has as many.
     #[inline(never)]
     pub fn limited(&self, start: ModelState, limits: &PlanLimits, guess: ReachedLimits) -> Plan {
         self.limited_in(MAX_PASSES, start, limits, guess)
@@ -108,7 +112,8 @@ impl Horizon<'_> {
                 self.recur(steps);
             }
             let cost = self.roll_cut(start, steps);
-            // The moves exceed the held limits and no others: multipliers of the right sign.
+            // Each held step's best move exceeds just the limit that it is held at, and no other
+            // step's exceeds one: multipliers of the right sign.
             if steps.iter().all(|step| step.next.held == step.held) {
                 return plan(steps, |step| step.next, pass, false);
             }
@@ -127,7 +132,7 @@ impl Horizon<'_> {
                 best_cost = self.go_on(start, steps, rounding);
                 continue;
             }
-            if shortened < SHORTENED
+            if shortened < MAX_SHORTENED
                 && let Some(cost) = self.shorten(start, steps, best_cost)
             {
                 best_cost = cost;
@@ -151,8 +156,8 @@ impl Horizon<'_> {
             let cost = after.before(&self.travel, step.turn, self.drift);
             step.policy = cost.best_move(self.move_cost);
             step.target = step.held_curvature().or(landing);
-            // Where move and curvature are both held, the step before has to bring the curvature
-            // to where this move begins.
+            // Where a held move has to arrive at a curvature, the step before has to bring the
+            // curvature to where this move begins.
             landing = match (step.held_move(), step.target) {
                 (Some(moved), Some(target)) => Some(target - moved),
                 _ => None,
@@ -206,9 +211,10 @@ impl Horizon<'_> {
     /// whether nothing had to be corrected: the plan is then the best of all.
     ///
     /// The cost is a parabola in each move: `(R + S_cc) (u - u_best)²` plus a constant. Half its
-    /// slope is the multiplier of a limit of this move. The multiplier of a limit of the curvature
-    /// is the same slope at the step that brings the curvature there; for a held move between the
-    /// two, it is subtracted.
+    /// slope is the multiplier of a limit of this move: wrong below 0 at the low end, and above 0 at
+    /// the high one. The multiplier of a limit of the curvature is the same slope at the step that
+    /// brings the curvature there; for a held move between the two, it is subtracted. Where held
+    /// moves lead to it from the first step on, the limits depend on each other, and it is 0.
     fn roll_held(&self, start: ModelState, steps: &mut [Step], rounding: f64) -> bool {
         let mut state = start;
         // Half the slope of the cost over the curvature at which the held moves have to arrive.
@@ -279,7 +285,7 @@ impl Horizon<'_> {
                 if cost < best.1 {
                     best = (farther, cost);
                 }
-                farther *= 0.25;
+                farther *= 0.25; // shares 1, 1/4, ... 1/256
             }
         }
         if best.0 > share {
@@ -299,7 +305,8 @@ impl Horizon<'_> {
     }
 
     /// The cost of the plan, into `trial`, that lies a `share` of the way from the best one to the
-    /// next. With `cut`, each move is cut to its limits; without, `trial.held` is not set.
+    /// next. With `cut`, each move is cut to its limits, and one that is held is made in full; without,
+    /// `trial.held` is not set.
     fn cost_along(&self, start: ModelState, steps: &mut [Step], share: f64, cut: bool) -> f64 {
         let mut state = start;
         let mut cost = 0.0;
@@ -312,7 +319,7 @@ impl Horizon<'_> {
                 let wanted = step.held_move().map_or(between, |moved| before + moved);
                 step.trial = step.cut(before, wanted);
                 if step.trial.held == Held::default() {
-                    // It exceeds no limit. What is held may still be reached exactly.
+                    // It exceeds no limit. What is held may still be reached: equal, to the bit.
                     step.trial.held.rate = step.held.rate;
                     if step
                         .held_curvature()
