@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -102,3 +104,93 @@ def test_drive_that_does_not_move_is_not_told_ever_more() -> None:
     here = ros2.Measured(0.0, 0.0, 0.0, 0.0, 0, "map", "base_link")
     told = [pilot.step(here, 0.0, DT).speed for _ in range(500)]
     assert told[-1] == max(told) == 1.0
+
+
+def here(x: float, speed: float) -> ros2.Measured:
+    return ros2.Measured(x, 0.0, 0.0, speed, 0, "map", "base_link")
+
+
+def there_and_back(shift: float = 0.0) -> popsteer.Path:
+    """To x = 48 m and back in reverse; `shift` moves all waypoints along, as a planner's do."""
+    xs = [float(x) + shift for x in [*range(49), *range(47, -1, -1)]]
+    speeds = [3.0] * 48 + [0.0] + [-3.0] * 47 + [0.0]
+    return popsteer.Path([(x, 0.0) for x in xs], speed=speeds)
+
+
+def test_path_that_is_published_again_keeps_the_leg_that_is_driven() -> None:
+    pilot = ros2.Pilot(popsteer.PreviewPop(there_and_back()))
+    x, speed = 0.0, 0.0
+    for k in range(1800):
+        if k % 10 == 9:
+            pilot.set_path(there_and_back(1e-3 * (k % 7)))
+        speed = pilot.step(here(x, speed), 0.0, DT).speed
+        x += speed * DT
+        if k > 1200:  # it is on the way back, and does not turn round again
+            assert speed <= 0.0
+    assert x == pytest.approx(0.0, abs=0.1)
+
+
+def test_shifted_path_of_two_laps_keeps_the_lap() -> None:
+    angles = np.linspace(0.0, 4.0 * np.pi, 401)
+    pilot = ros2.Pilot(popsteer.PreviewPop(popsteer.Path(20.0 * _circle(angles))))
+    for k in range(3 * 340):
+        angle = k * 4.0 * DT / 20.0
+        x, y = 20.0 * _circle(angle)
+        yaw = angle + np.pi / 2.0
+        pilot.step(ros2.Measured(x, y, yaw, 4.0, 0, "map", "base_link"), 0.0, DT)
+        if k % 10 == 9:
+            pilot.set_path(popsteer.Path((20.0 + 1e-3 * (k % 7)) * _circle(angles)))
+            waypoint = pilot.controller.state.waypoint
+            assert waypoint == pytest.approx(angle / (4.0 * np.pi) * 400.0, abs=8)
+
+
+def _circle(angle: Any) -> Any:
+    return np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+
+
+def test_explicit_reverse_counts_where_speeds_have_no_sign() -> None:
+    flags = np.arange(9) >= 4
+    xs = [0.0, 5.0, 10.0, 15.0, 20.0, 15.0, 10.0, 5.0, 0.0]
+    path = popsteer.Path([(x, 0.0) for x in xs], speed=[3, 3, 3, 3, 0, 0, 3, 3, 0], reverse=flags)
+    assert len(up_to_stand(path)) == 9
+    parked = popsteer.Path(
+        [(-x, 0.0) for x in range(9)], speed=[1, 1, 1, 1, 1, 0, 0, 0, 0], reverse=[True] * 9
+    )
+    kept = up_to_stand(parked)
+    assert (len(kept), kept.reverse is not None and kept.reverse.all()) == (6, True)
+
+
+def test_jump_of_the_clock_holds_the_speed() -> None:
+    pilot = ros2.Pilot(popsteer.PreviewPop(straight([20.0] * 60)))
+    for _ in range(5):
+        before = pilot.step(here(0.0, 20.0), 0.0, DT).speed
+    pilot.reset()
+    assert pilot.step(None, 0.0, DT, "time jumped").speed == before > 19.0
+    assert pilot.state is ros2.State.HOLDING
+
+
+def faulty() -> ros2.Pilot:
+    monitor = popsteer.MonitorParams(deviation_limit=0.5)
+    pilot = ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60), monitor=monitor))
+    pilot.step(here(0.0, 5.0), 0.0, DT)
+    for _ in range(20):
+        pilot.step(ros2.Measured(0.0, 2.0, 0.0, 5.0, 0, "map", "base_link"), 0.0, DT)
+    assert (pilot.state, pilot.reason) == (ros2.State.BRAKING, "deviating")
+    return pilot
+
+
+def test_fault_stays_until_it_is_released() -> None:
+    pilot = faulty()
+    for _ in range(200):
+        pilot.step(here(1.0, 0.0), 0.0, DT)
+    assert (pilot.state, pilot.reason) == (ros2.State.STANDING, "deviating")
+    assert pilot.release() == "deviating"
+    pilot.step(here(1.0, 0.0), 0.0, DT)
+    assert (pilot.state, pilot.reason, pilot.release()) == (ros2.State.DRIVING, "", "")
+
+
+def test_odometry_that_ends_while_it_brakes_does_not_stop_the_braking() -> None:
+    pilot = faulty()
+    speeds = [pilot.step(None, 0.0, DT, "no odometry").speed for _ in range(5)]
+    assert pilot.state is ros2.State.BRAKING
+    assert np.diff(speeds) == pytest.approx(-0.04)

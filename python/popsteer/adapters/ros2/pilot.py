@@ -26,6 +26,10 @@ _STOP_DECELERATION = _speed_defaults["stop_deceleration"]
 _SPEED = SpeedTrackerParams()
 # The commanded speed runs ahead of the measured one by this at most [m/s].
 _LAGGING = 1.0
+# A planner's next path has moved by less than this [m], ...
+_SHIFT = 0.3
+# ... and a vehicle on it is not farther along than this [m].
+_ADVANCE = 20.0
 # After a longer gap the controller begins anew: the vehicle may be elsewhere.
 _GAP = 1.0
 
@@ -93,6 +97,7 @@ class Pilot:
         self._steer = 0.0
         self._passed = 0.0
         self._concerned = 0.0
+        self._fault = ""
 
     @property
     def vehicle(self) -> Vehicle:
@@ -113,17 +118,34 @@ class Pilot:
         path : Path
             The path.
         """
+        old, before = self.controller.path, self.controller.state
         self.controller.set_path(path)
-        before, self._tracker = self._tracker, _tracker(path, self.vehicle)
-        now, was = self._tracker.state, before.state
-        self._tracker.state = now.replace(acceleration=was.acceleration, integral=was.integral)
+        if _is_on_another_leg(old, before.waypoint, path, self.controller.state.waypoint):
+            self.controller.state = before
+        self._tracker.set_path(up_to_stand(path))
+        found = self._tracker.state
+        if found.waypoint is None and self.controller.state.waypoint is not None:
+            # Where legs or laps overlap, the controller knows on which one the vehicle was.
+            last = len(self._tracker.path) - 2
+            waypoint = min(self.controller.state.waypoint, last)
+            self._tracker.state = found.replace(waypoint=waypoint)
+
+    def release(self) -> str:
+        """Forget the fault that it brakes for: it drives again, unless the fault is still there.
+
+        Returns
+        -------
+        str
+            The fault; empty where there was none.
+        """
+        fault, self._fault = self._fault, ""
+        return fault
 
     def reset(self) -> None:
         """Start again from the present angle, after a jump of time or of position."""
         limit = self.vehicle.max_steer
         self.controller.reset(steer=max(-limit, min(self._steer, limit)))
         self._tracker.reset()
-        self._speed = None
         self._passed = 0.0
 
     def step(
@@ -151,15 +173,15 @@ class Pilot:
         known = self._steer_along(measured, age, dt) if measured is not None else None
         if known is None and not concern:
             concern = "the controller refuses the odometry"
-        fault = ""
-        if not concern and self.command is not None:
-            status = self.command.status
-            fault = "|".join(
-                str(each) for each in Status if each & status and each.level == "fault"
+        if not concern and not self._fault and self.command is not None:
+            # It stays until `release`: what has failed once may not drive again by itself.
+            self._fault = "|".join(
+                str(each) for each in Status if each & self.command.status and each.level == "fault"
             )
         self._concerned = self._concerned + dt if concern else 0.0
-        self.reason = concern or fault
-        if concern and self._concerned <= self._hold and self.state is not State.STANDING:
+        self.reason = concern or self._fault
+        moves = self.state in (State.DRIVING, State.HOLDING) and not self._fault
+        if concern and moves and self._concerned <= self._hold:
             self.state = State.HOLDING
             return DriveCommand(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
         if self.reason or known is None:
@@ -216,6 +238,26 @@ class Pilot:
         return (most or (_DECELERATION if braking else _ACCELERATION)) + _SPEED.reserve
 
 
+def _is_on_another_leg(old: Path, was: int | None, new: Path, now: int | None) -> bool:
+    """Say whether the place on a new path lies on another leg or lap than on the old one.
+
+    So it may be found where legs lie on each other. The place stays if the segment `was` is in the
+    new path too, moved at most by a planner's noise.
+    """
+    if was is None or now is None or was == now or was + 1 >= min(len(old), len(new)):
+        return False
+    ends = slice(was, was + 2)
+    shift = np.hypot(old.x[ends] - new.x[ends], old.y[ends] - new.y[ends]).max()
+    reverse = _is_backwards(old, was)
+    if shift > _SHIFT or _is_backwards(new, was) != reverse:
+        return False
+    return _is_backwards(new, now) != reverse or abs(new.s[now] - new.s[was]) > _ADVANCE
+
+
+def _is_backwards(path: Path, waypoint: int) -> bool:
+    return path.reverse is not None and bool(path.reverse[waypoint])
+
+
 def up_to_stand(path: Path) -> Path:
     """Give the part of a path up to where its speeds become 0 and stay 0.
 
@@ -240,15 +282,17 @@ def up_to_stand(path: Path) -> Path:
     >>> up_to_stand(Path(points, speed=[0.0, 5.0, 0.0, 0.0])).length
     18.0
     """
-    speed = path.speed
+    speed, reverse = path.speed, path.reverse
     if speed is None or path.closed:
         return path
     moving = np.flatnonzero(speed).tolist()
     for before, after in zip(moving, [*moving[1:], None], strict=False):
-        ends = after is None or (after > before + 1 and speed[after] * speed[before] > 0.0)
+        turns = after is not None and reverse is not None and reverse[before] != reverse[after]
+        ends = after is None or (after > before + 1 and not turns)
         if ends and before + 2 < len(path):
-            xy = np.column_stack((path.x, path.y))[: before + 2]
-            return Path(xy, speed=speed[: before + 2])
+            xy, kept = np.column_stack((path.x, path.y)), slice(before + 2)
+            flags = None if reverse is None else reverse[kept]
+            return Path(xy[kept], speed=speed[kept], reverse=flags)
     return path
 
 
