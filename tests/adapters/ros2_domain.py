@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import itertools
+import struct
 import tempfile
 import time
 from functools import cache
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import popsteer
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import messages
-from popsteer.adapters.ros2.dds import Participant
+from popsteer.adapters.ros2.dds import Participant, Reader, Writer
 from popsteer.adapters.ros2.node import Node, Options
 from tests.adapters.ros2_plant import CAR
 
@@ -54,6 +55,32 @@ def _block() -> int:
 _HELD: list[Any] = []
 
 
+class Client:
+    """Calls a Trigger service as `rmw_cyclonedds_cpp` does: with its id and a number in front."""
+
+    def __init__(self, member: Participant, name: str) -> None:
+        kind = "std_srvs/srv/Trigger"
+        there = member.open_writer(f"{name}Request", f"{kind}_Request", depth=1, prefix="rq")
+        self._requests = Writer(there, f"{kind}_Request")
+        there = member.open_reader(f"{name}Reply", f"{kind}_Response", reliable=True, prefix="rr")
+        self._answers = Reader(there)
+        self._calls = 0
+
+    def call(self, meanwhile: Callable[[], object]) -> tuple[bool, str]:
+        self._calls += 1
+        header = struct.pack("<Qq", 4711, self._calls)
+        self._requests.write(b"\0\1\0\0" + header + b"\0")
+        until = time.monotonic() + 5.0
+        while time.monotonic() < until:
+            meanwhile()
+            for data in self._answers.take():
+                assert data[4:20] == header
+                found = messages.decode("std_srvs/srv/Trigger_Response", data[:4] + data[20:])
+                return found.success, found.message
+            time.sleep(0.002)
+        raise AssertionError("no answer")
+
+
 class Bench:
     """A node, its surroundings in the same process, and a clock that the test moves."""
 
@@ -80,9 +107,11 @@ class Bench:
         message = ros2.path_message(xs, [y] * count, [0.0] * count, self.now, frame)
         self.send(self.path, message)
 
-    def send_pose(self, speed: float = 4.0, frame: str = "map", at: int | None = None) -> None:
+    def send_pose(
+        self, speed: float = 4.0, frame: str = "map", at: int | None = None, y: float = 0.1
+    ) -> None:
         stamp = self.now if at is None else at
-        self.send(self.odometry, ros2.odometry_message(self.x, 0.1, 0.0, speed, stamp, frame))
+        self.send(self.odometry, ros2.odometry_message(self.x, y, 0.0, speed, stamp, frame))
 
     def cycle(self) -> ros2.DriveCommand | None:
         self.now += PERIOD

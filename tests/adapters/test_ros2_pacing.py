@@ -15,7 +15,7 @@ from popsteer.adapters.ros2.conversions import time_message
 from tests.adapters.ros2_domain import PERIOD, START, Bench
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
 
 class Clocks:
@@ -39,11 +39,26 @@ class Clocks:
 
 
 def spun(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch, each: Callable[[int, Clocks], None], count: int
+    bench: Bench,
+    monkeypatch: pytest.MonkeyPatch,
+    each: Callable[[int, Clocks], None],
+    count: int,
+    waits: Iterable[float] = (),
 ) -> list[tuple[float, int]]:
-    """Run in real time that is not: periods and missed cycles, and `each` before each cycle."""
+    """Run in real time that is not: periods and missed cycles, and `each` before each cycle.
+
+    Odometry comes after `waits` of the node for it [s]; then it stays away.
+    """
     clocks, found, turns = Clocks(), [], iter(range(count + 1))
     monkeypatch.setattr(pacing, "time", clocks)
+    comes = iter(waits)
+
+    def wait(seconds: float) -> bool:
+        after = next(comes, 1.0)
+        clocks.pass_by(min(after, seconds))
+        return after <= seconds
+
+    monkeypatch.setattr(bench.node.odometry_reader, "wait", wait)
     cycle = bench.node.cycle
 
     def counted(now: int, dt: float, missed: int = 0) -> Any:
@@ -72,10 +87,19 @@ def test_period_is_measured_and_late_cycles_are_not_caught_up_with(
 
     found = spun(bench, monkeypatch, each, 8)
     assert [missed for _, missed in found] == [0, 0, 0, 0, 0, 2, 0, 0]
-    # The late one is 10 ms late; the next is on time again.
-    periods = [0.02, 0.02, 0.02, 0.02, 0.02, 0.07, 0.01, 0.02]
+    periods = [0.02, 0.02, 0.02, 0.02, 0.02, 0.07, 0.02, 0.02]
     assert [dt for dt, _ in found] == pytest.approx(periods)
     assert bench.node.loop.missed == 2
+
+
+def test_steps_follow_the_odometry_and_a_timer_where_it_stays_away(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = Bench()
+    # A step is taken 15 ms after the last at the earliest; odometry then comes after these waits.
+    found = spun(bench, monkeypatch, lambda _turn, _clocks: None, 7, [0.003, 0.009, 0.0, 0.004])
+    assert [dt for dt, _ in found] == pytest.approx([0.018, 0.024, 0.015, 0.019, 0.03, 0.02, 0.02])
+    assert bench.node.loop.missed == 0
 
 
 @pytest.mark.parametrize("seconds", [-40.0, 40.0])

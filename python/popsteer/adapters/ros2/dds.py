@@ -2,87 +2,26 @@
 
 from __future__ import annotations
 
-import os
-import sys
+import time
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from popsteer.adapters.ros2.discovery import configuration, domain_of
+from popsteer.adapters.ros2.graph import Graph, user_data
 from popsteer.adapters.ros2.idl import wire_type
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.adapters.ros2.messages import encode, hash_of, make
+from popsteer.adapters.ros2.names import check_name, check_namespace, check_node
+from popsteer.errors import PopsteerError
 from popsteer.extras import require
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+__all__ = ["Latest", "Participant", "Reader", "Service", "Writer"]
 
-__all__ = ["Participant", "Reader", "Writer", "domain_of", "is_local"]
-
-_DOMAINS = 232
 _BATCH = 256
-# Only this machine, also where its network has no multicast.
-_LOCAL = """\
-<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="{name}"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex>
-<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>
-<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>"""
+# How long the last message of a publisher that keeps it is waited for [s].
+_KEPT = 2.0
 
 # As long as the process lives: with its configuration a domain would lose all of its members.
 _CONFIGURED: dict[int, Any] = {}
-
-
-def domain_of(domain: int | None, environment: Mapping[str, str] = os.environ) -> int:
-    """Give the domain to be in.
-
-    Parameters
-    ----------
-    domain : int or None
-        The domain; None for that of ``ROS_DOMAIN_ID``.
-    environment : mapping, optional
-        The environment variables.
-
-    Returns
-    -------
-    int
-        The domain, 0 where nothing says another.
-
-    Raises
-    ------
-    ConfigError
-        It is no number from 0 to 232.
-
-    Examples
-    --------
-    >>> domain_of(None, {"ROS_DOMAIN_ID": "7"}), domain_of(3, {"ROS_DOMAIN_ID": "7"})
-    (7, 3)
-    """
-    name, given = "domain", str(domain)
-    if domain is None:
-        name, given = "ROS_DOMAIN_ID", environment.get("ROS_DOMAIN_ID", "") or "0"
-    if not given.isdecimal() or int(given) > _DOMAINS:
-        raise ConfigError(name, given, f"a whole number from 0 to {_DOMAINS}")
-    return int(given)
-
-
-def is_local(environment: Mapping[str, str] = os.environ) -> bool:
-    """Say whether ROS is told to stay on this machine.
-
-    Parameters
-    ----------
-    environment : mapping, optional
-        The environment variables: ``ROS_AUTOMATIC_DISCOVERY_RANGE`` and ``ROS_LOCALHOST_ONLY``.
-
-    Returns
-    -------
-    bool
-        Whether it is.
-
-    Examples
-    --------
-    >>> is_local({"ROS_LOCALHOST_ONLY": "1"}), is_local({})
-    (True, False)
-    """
-    told = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
-    return told or environment.get("ROS_LOCALHOST_ONLY") == "1"
 
 
 class Participant:
@@ -94,9 +33,15 @@ class Participant:
         The domain, 0 to 232; by default that of ``ROS_DOMAIN_ID``.
     local : bool, optional
         Whether to stay on this machine; by default as ROS is told.
+    node : str, default "popsteer"
+        The name of the node that ROS sees.
+    namespace : str, default "/"
+        The namespace that the node is in.
 
     Raises
     ------
+    ConfigError
+        A name or an environment variable is none that ROS takes.
     PopsteerError
         The extra ``ros2`` is not installed, or there is no network to use.
 
@@ -109,24 +54,34 @@ class Participant:
     ([], 0)
     """
 
-    def __init__(self, domain: int | None = None, *, local: bool | None = None) -> None:
+    def __init__(
+        self,
+        domain: int | None = None,
+        *,
+        local: bool | None = None,
+        node: str = "popsteer",
+        namespace: str = "/",
+    ) -> None:
         require("ROS 2", "ros2", "cyclonedds", "rosbags")
         from cyclonedds.core import DDSException
         from cyclonedds.domain import Domain, DomainParticipant
 
         self.domain = domain_of(domain)
+        self.node, self.namespace = check_node(node), check_namespace(namespace)
         self._topics: dict[tuple[str, str], Any] = {}
-        if (is_local() if local is None else local) and self.domain not in _CONFIGURED:
-            loopback = "lo0" if sys.platform == "darwin" else "lo"
+        config = configuration(local=local)
+        if config and self.domain not in _CONFIGURED:
             with suppress(DDSException):  # where this process is in the domain already
-                _CONFIGURED[self.domain] = Domain(self.domain, _LOCAL.format(name=loopback))
+                _CONFIGURED[self.domain] = Domain(self.domain, config)
         try:
-            self._participant = DomainParticipant(self.domain)
+            self._participant = DomainParticipant(self.domain, qos=user_data("enclave=/;"))
         except DDSException as error:
             raise PopsteerError(
                 f"domain {self.domain} cannot be joined: no such network interface, too many"
                 " participants on it, or a CYCLONEDDS_URI that is none"
             ) from error
+        self.graph = Graph(self._participant, node, namespace)
+        self.graph.look()
 
     def reader(
         self, topic: str, kind: str, *, reliable: bool = False, latched: bool = False
@@ -151,10 +106,39 @@ class Participant:
         Reader
             The subscription.
         """
-        from cyclonedds.sub import DataReader
+        return Reader(self.open_reader(topic, kind, reliable=reliable, latched=latched))
 
-        qos = _qos(reliable=reliable or latched, latched=latched, depth=10)
-        return Reader(DataReader(self._participant, self._topic(topic, kind), qos=qos))
+    def latest(self, topic: str, kind: str) -> Latest:
+        """Subscribe to all reliable publishers of a topic, those that keep their messages, too.
+
+        Parameters
+        ----------
+        topic : str
+            Its name.
+        kind : str
+            Its type.
+
+        Returns
+        -------
+        Latest
+            The subscription.
+        """
+        return Latest(self, topic, kind)
+
+    def service(self, name: str) -> Service:
+        """Offer a service of the type ``std_srvs/srv/Trigger``.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Returns
+        -------
+        Service
+            The service.
+        """
+        return Service(self, check_name("service", name))
 
     def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
         """Publish on a topic, reliably.
@@ -175,41 +159,47 @@ class Participant:
         Writer
             The publisher.
         """
+        return Writer(self.open_writer(topic, kind, latched=latched, depth=depth), kind)
+
+    def open_reader(
+        self,
+        topic: str,
+        kind: str,
+        *,
+        reliable: bool = False,
+        latched: bool = False,
+        prefix: str = "rt",
+        listed: bool = True,
+    ) -> Any:  # noqa: ANN401 - cyclonedds is an extra
+        """Make the reader of ``cyclonedds``; `listed` says whether it is the node's to ROS."""
+        from cyclonedds.sub import DataReader
+
+        qos = _qos(kind, reliable=reliable or latched, latched=latched, depth=10)
+        found = DataReader(self._participant, self._topic(topic, kind, prefix), qos=qos)
+        if listed:
+            self.graph.add(reader=found)
+            self.graph.look()
+        return found
+
+    def open_writer(
+        self, topic: str, kind: str, *, latched: bool = False, depth: int, prefix: str = "rt"
+    ) -> Any:  # noqa: ANN401
+        """Make the writer of ``cyclonedds``."""
         from cyclonedds.pub import DataWriter
 
-        qos = _qos(reliable=True, latched=latched, depth=depth)
-        return Writer(DataWriter(self._participant, self._topic(topic, kind), qos=qos), kind)
+        qos = _qos(kind, reliable=True, latched=latched, depth=depth)
+        found = DataWriter(self._participant, self._topic(topic, kind, prefix), qos=qos)
+        self.graph.add(writer=found)
+        self.graph.look()
+        return found
 
-    def types_of(self, topic: str) -> set[str]:
-        """Give the types that a topic is published with, as far as that is known by now.
-
-        Parameters
-        ----------
-        topic : str
-            Its name.
-
-        Returns
-        -------
-        set of str
-            The types, as ROS has them.
-        """
-        from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
-
-        found = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication).take(N=1000)
-        return {
-            each.type_name.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
-            for each in found
-            if getattr(each, "topic_name", None) == f"rt{topic}"
-        }
-
-    def _topic(self, name: str, kind: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
+    def _topic(self, name: str, kind: str, prefix: str = "rt") -> Any:  # noqa: ANN401
         from cyclonedds.topic import Topic
 
-        if not name.startswith("/") or not name.strip("/"):
-            raise ConfigError("topic", name, "a name that begins with /")
-        if (name, kind) not in self._topics:
-            self._topics[name, kind] = Topic(self._participant, f"rt{name}", wire_type(kind))
-        return self._topics[name, kind]
+        full = prefix + check_name("topic", name)
+        if (full, kind) not in self._topics:
+            self._topics[full, kind] = Topic(self._participant, full, wire_type(kind))
+        return self._topics[full, kind]
 
 
 class Reader:
@@ -227,13 +217,21 @@ class Reader:
         list of bytes
             The messages since the last call, the oldest first.
         """
+        return [data for data, _ in self.take_stamped()]
+
+    def take_stamped(self) -> list[tuple[bytes, int]]:
+        """Take what has come in, each with the time at which it was sent [ns]."""
         from cyclonedds.core import DDSException
 
         try:
             found = self._reader.take(N=_BATCH)
         except DDSException:
             return []
-        return [each.data for each in found if hasattr(each, "data")]
+        return [
+            (each.data, each.sample_info.source_timestamp)
+            for each in found
+            if hasattr(each, "data")
+        ]
 
     def wait(self, seconds: float) -> bool:
         """Wait until something comes in.
@@ -287,6 +285,72 @@ class Reader:
         return int(status.total_count)
 
 
+class Latest(Reader):
+    """A subscription that hears every reliable publisher; `Participant.latest` makes it.
+
+    One that asks for kept messages would not hear publishers that keep none, and each side would
+    warn of the other. So a second one is there for a moment only, where all publishers keep theirs.
+    """
+
+    def __init__(self, participant: Participant, topic: str, kind: str) -> None:
+        super().__init__(participant.open_reader(topic, kind, reliable=True))
+        self._of = participant, topic, kind
+        self._asked: set[bytes] = set()
+        self._kept: Reader | None = None
+        self._until = 0.0
+        self._newest = 0
+
+    def take_stamped(self) -> list[tuple[bytes, int]]:
+        """Take what has come in, and what was kept, where that is newer than all before."""
+        found = super().take_stamped()
+        self._newest = max([self._newest, *(at for _, at in found)])
+        kept = self._ask()
+        if kept and kept[-1][1] > self._newest:
+            self._newest = kept[-1][1]
+            found.append(kept[-1])
+        return found
+
+    def _ask(self) -> list[tuple[bytes, int]]:
+        participant, topic, kind = self._of
+        if self._kept is None:
+            graph = participant.graph
+            there = {key for key, each in graph.publications.items() if each.topic == f"rt{topic}"}
+            asks = there - self._asked and all(graph.publications[key].latched for key in there)
+            self._asked = there
+            if asks:
+                found = participant.open_reader(topic, kind, latched=True, listed=False)
+                self._kept, self._until = Reader(found), time.monotonic() + _KEPT
+            return []
+        kept = self._kept.take_stamped()
+        if kept or time.monotonic() > self._until:
+            self._kept = None
+        return kept
+
+
+class Service:
+    """A service of the type ``std_srvs/srv/Trigger``; `Participant.service` makes it.
+
+    The header of requests is that of ``rmw_cyclonedds_cpp``, whose clients alone hear the answers.
+    """
+
+    def __init__(self, participant: Participant, name: str) -> None:
+        kind = "std_srvs/srv/Trigger"
+        request, answer = f"{kind}_Request", f"{kind}_Response"
+        found = participant.open_reader(f"{name}Request", request, reliable=True, prefix="rq")
+        self._requests = Reader(found)
+        writer = participant.open_writer(f"{name}Reply", answer, depth=10, prefix="rr")
+        self._answers = Writer(writer, answer)
+
+    def take(self) -> list[bytes]:
+        """Take the headers of the requests that have come in."""
+        return [data[4:20] for data in self._requests.take() if data[:2] == b"\0\1"]
+
+    def answer(self, header: bytes, text: str) -> None:
+        """Answer a request with success and a text."""
+        body = encode(make("std_srvs/srv/Trigger_Response", success=True, message=text))
+        self._answers.write(body[:4] + header + body[4:])
+
+
 class Writer:
     """A publisher; `Participant.writer` makes it."""
 
@@ -326,7 +390,7 @@ class Writer:
         return len(self._writer.get_matched_subscriptions())
 
 
-def _qos(*, reliable: bool, latched: bool, depth: int) -> Any:  # noqa: ANN401
+def _qos(kind: str, *, reliable: bool, latched: bool, depth: int) -> Any:  # noqa: ANN401
     from cyclonedds.core import Policy, Qos
 
     # A control loop does not wait for who is slow; only the last messages count.
@@ -337,4 +401,5 @@ def _qos(*, reliable: bool, latched: bool, depth: int) -> Any:  # noqa: ANN401
         Policy.History.KeepLast(depth),
         # The encoding of ROS 2; newer ones have other bytes.
         Policy.DataRepresentation(use_cdrv0_representation=True),
+        base=user_data(f"typehash={hash_of(kind)};"),
     )

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.intake import Intake
     from popsteer.adapters.ros2.pilot import DriveCommand, Pilot
 
-__all__ = ["ERROR", "OK", "WARN", "Loop", "message", "run_message"]
+__all__ = ["ERROR", "OK", "WARN", "Around", "Loop", "message", "run_message"]
 
 OK, WARN, ERROR = 0, 1, 2
+_JUMP = 1.0  # more than a planner's noise, less than a lane [m]
 _LEVELS = {"ok": OK, "degraded": WARN, "fault": ERROR}
 
 
@@ -72,41 +73,47 @@ class Loop:
         self.mean_period = self.longest_period = self.longest_step = 0.0
 
 
+@dataclass(frozen=True)
+class Around:
+    """What is known of the node's surroundings."""
+
+    command: str
+    """The command's topic."""
+    listeners: int
+    """How many subscribers hear it."""
+    rivals: int
+    """How many others publish on it."""
+    clocks: int
+    """How many publish a simulated time."""
+    path_jump: float
+    """The largest step from one path to the next beside the vehicle since the last message [m]."""
+
+
 def message(
     loop: Loop,
     intake: Intake,
     pilot: Pilot | None,
     drive: DriveCommand | None,
+    around: Around,
     *,
     waits: str,
     deviation: float,
     nanoseconds: int,
 ) -> Any:  # noqa: ANN401
-    """Make the node's message.
+    """Make the node's message, of four statuses: steering, inputs, outputs, loop.
 
-    Parameters
-    ----------
-    loop : Loop
-        What was measured.
-    intake : Intake
-        What came in.
-    pilot : Pilot or None
-        What drives; None before there is a path.
-    drive : DriveCommand or None
-        What was commanded last.
-    waits : str
-        What it waits for before it can drive.
-    deviation : float
-        The largest distance from the path since the last message [m].
-    nanoseconds : int
-        The time [ns].
-
-    Returns
-    -------
-    diagnostic_msgs/msg/DiagnosticArray
-        Three statuses: steering, inputs, loop.
+    `pilot` and `drive` are None before there is a path; `waits` says what it then waits for.
+    `deviation` is the largest distance from the path since the last message [m].
     """
-    refused = intake.odometry.refused + intake.courses.refused
+    refused = intake.odometry.lately + intake.courses.lately
+    troubles = [f"{refused} messages refused"] if refused else []
+    if around.clocks > 1:
+        troubles.append(f"{around.clocks} publishers of the clock")
+    if around.path_jump > _JUMP:
+        troubles.append(f"path jumped by {around.path_jump:.2f} m")
+    heard = [] if around.listeners else [f"nobody hears {around.command}"]
+    if around.rivals:
+        heard.append(f"{around.rivals} more publish on {around.command}")
     age = 1e-9 * nanoseconds - intake.measured_at if intake.measured is not None else None
     inputs = {
         "odometry_received": intake.odometry.received,
@@ -126,21 +133,13 @@ def message(
         "missed_cycles": loop.missed,
         "time_jumps": loop.jumps,
     }
-    late = loop.missed_lately > 0
+    late = [f"{loop.missed_lately} cycles missed"] if loop.missed_lately else []
+    outputs = {"command_subscribers": around.listeners, "other_publishers": around.rivals}
     statuses = [
         _steering(pilot, drive, waits, deviation),
-        _status(
-            WARN if refused else OK,
-            "inputs",
-            f"{refused} messages refused" if refused else "all messages used",
-            inputs,
-        ),
-        _status(
-            WARN if late else OK,
-            "loop",
-            f"{loop.missed_lately} cycles missed" if late else "on time",
-            times,
-        ),
+        _warning("inputs", troubles, "all messages used", inputs),
+        _warning("outputs", heard, "heard", outputs),
+        _warning("loop", late, "on time", times),
     ]
     return _array(statuses, nanoseconds)
 
@@ -201,6 +200,10 @@ def _steering(pilot: Pilot | None, drive: DriveCommand | None, waits: str, devia
         return _status(level, "steering", "driving" if said == "ok" else said, values)
     level = WARN if pilot.state is State.HOLDING else ERROR
     return _status(level, "steering", f"{pilot.state.value}: {pilot.reason}", values)
+
+
+def _warning(name: str, troubles: list[str], fine: str, values: Mapping[str, object]) -> Any:  # noqa: ANN401
+    return _status(WARN if troubles else OK, name, "; ".join(troubles) or fine, values)
 
 
 def _status(level: int, name: str, said: str, values: Mapping[str, object]) -> Any:  # noqa: ANN401

@@ -8,7 +8,7 @@ from typing import Any
 from popsteer.adapters.ros2.messages import store
 from popsteer.extras import require
 
-__all__ = ["idl_type", "wire_type"]
+__all__ = ["as_bytes", "idl_type", "wire_type"]
 
 
 class _Bytes:
@@ -75,8 +75,11 @@ def wire_type(name: str) -> Any:  # noqa: ANN401
     >>> wire_type("std_msgs/msg/Header")(b"bytes").data
     b'bytes'
     """
-    # A class of its own, for its methods are others.
-    kind = _made(name)
+    return as_bytes(_made(name))  # a class of its own, for its methods are others
+
+
+def as_bytes(kind: Any) -> Any:  # noqa: ANN401
+    """Make the samples of a type plain bytes."""
     kind.__init__ = _Bytes.__init__
     kind.serialize = _Bytes.serialize
     # Samples of a reader are given more attributes, so they are no plain bytes.
@@ -87,11 +90,13 @@ def wire_type(name: str) -> Any:  # noqa: ANN401
 
 def _made(name: str) -> Any:  # noqa: ANN401
     require("ROS 2", "ros2", "cyclonedds")
-    from cyclonedds.idl import make_idl_struct
+    from cyclonedds.idl import make_idl_struct, types
 
-    package, _, kind = name.partition("/msg/")
+    package, part, kind = name.split("/")
     fields = {field: _field(*of) for field, of in store().get_msgdef(name).fields}
-    return make_idl_struct(f"{kind}_", f"{package}.msg.dds_.{kind}_", fields)
+    if part == "srv":  # what `rmw_cyclonedds_cpp` puts before requests and answers
+        fields = {"writer_guid": types.uint64, "sequence_number": types.int64, **fields}
+    return make_idl_struct(f"{kind}_", f"{package}.{part}.dds_.{kind}_", fields)
 
 
 def _field(kind: Any, detail: Any) -> Any:  # noqa: ANN401

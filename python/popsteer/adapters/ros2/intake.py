@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of
+from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of_bytes
 from popsteer.adapters.ros2.messages import ODOMETRY, decode
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from popsteer import Path
 
 __all__ = ["AHEAD", "Counted", "Course", "Intake"]
@@ -27,6 +29,15 @@ class Counted:
     """Those that could not be used."""
     reason: str = ""
     """Why the last of those could not."""
+    lately: int = 0
+    """How many could not since the last diagnostics."""
+
+    def refuse(self, error: Exception) -> str:
+        """Count a message that cannot be used; gives the reason."""
+        self.refused += 1
+        self.lately += 1
+        self.reason = str(error)
+        return self.reason
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +76,8 @@ class Intake:
         How many paths could be used.
     odometry_refused, course_refused : str
         Why the last message could not be used; empty where it could.
+    course_refused_at : float
+        Since when paths have been refused, on the node's clock [s].
 
     Examples
     --------
@@ -87,87 +100,46 @@ class Intake:
         self.course: Course | None = None
         self.course_number = 0
         self.odometry_refused = self.course_refused = ""
+        self.course_refused_at = 0.0
         self._course_type = course_type
         self._stale = stale
         self._closed = closed
-        self._last: tuple[bytes, int] = b"", 0
 
     def take_odometry(self, data: bytes, now: float) -> bool:
-        """Take the bytes of an odometry message.
+        """Take the bytes of an odometry message at `now` [s]; says whether they can be used.
 
-        Parameters
-        ----------
-        data : bytes
-            The message.
-        now : float
-            The time of the node's clock [s].
-
-        Returns
-        -------
-        bool
-            Whether it can be used; if not, it is counted with its reason.
+        If not, the message is counted with its reason.
         """
         self.odometry.received += 1
         try:
-            measured = measured_of(_decoded(ODOMETRY, data))
+            measured = measured_of(_used(decode, ODOMETRY, data))
             at = 1e-9 * measured.stamp if measured.stamp else now
             self._check_time(at, now)
             if self.course is not None:
                 _check_frame(measured.frame, "path", self.course.frame)
         except MessageError as error:
-            self.odometry.refused += 1
-            self.odometry.reason = self.odometry_refused = str(error)
+            self.odometry_refused = self.odometry.refuse(error)
             return False
         self.measured, self.measured_at = measured, min(at, now)
         self.odometry_refused = ""
         return True
 
-    def is_repeated(self, data: bytes, reader: int) -> bool:
-        """Say whether a path has come already, by another reader.
-
-        Parameters
-        ----------
-        data : bytes
-            The message.
-        reader : int
-            Which reader it comes by: a publisher that keeps its messages is heard by two.
-
-        Returns
-        -------
-        bool
-            Whether it has.
-        """
-        if data == self._last[0] and reader != self._last[1]:
-            return True
-        self._last = data, reader
-        return False
-
     def take_course(self, data: bytes, now: float) -> bool:
-        """Take the bytes of a path or of a trajectory.
+        """Take the bytes of a path or of a trajectory at `now` [s]; says whether they can be used.
 
-        Parameters
-        ----------
-        data : bytes
-            The message.
-        now : float
-            The time of the node's clock [s].
-
-        Returns
-        -------
-        bool
-            Whether it can be used; if not, it is counted with its reason, and the present path
-            stays.
+        If not, the message is counted with its reason, and the present path stays.
         """
         self.courses.received += 1
         try:
-            path, frame = path_of(_decoded(self._course_type, data), closed=self._closed)
+            path, frame = _used(path_of_bytes, self._course_type, data, closed=self._closed)
             # Odometry that is stale says nothing: both may have gone over to another frame.
             here = self.measured if now - self.measured_at <= self._stale else None
             if here is not None:
                 _check_frame(frame, "odometry", here.frame)
         except MessageError as error:
-            self.courses.refused += 1
-            self.courses.reason = self.course_refused = str(error)
+            if not self.course_refused:
+                self.course_refused_at = now
+            self.course_refused = self.courses.refuse(error)
             return False
         stands = path.speed is not None and not path.speed.any()
         self.course = Course(path, frame, stands)
@@ -193,9 +165,11 @@ def _check_frame(frame: str, other: str, wanted: str) -> None:
         raise MessageError(f"frame is {frame!r}, that of the {other} is {wanted!r}")
 
 
-def _decoded(name: str, data: bytes) -> object:
-    """Decode a message; what rosbags stumbles over becomes one kind of error."""
+def _used(convert: Callable[..., Any], name: str, data: bytes, **options: bool) -> Any:  # noqa: ANN401
+    """Convert a message; what rosbags stumbles over becomes one kind of error."""
     try:
-        return decode(name, data)
+        return convert(name, data, **options)
+    except MessageError:
+        raise
     except Exception as error:  # cut or altered bytes may break it anywhere
         raise MessageError(f"is no {name}: {type(error).__name__}") from error

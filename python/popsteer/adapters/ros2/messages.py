@@ -12,6 +12,7 @@ __all__ = [
     "ACKERMANN",
     "CLOCK",
     "CONTROL",
+    "CONTROL_MODE",
     "DIAGNOSTICS",
     "ODOMETRY",
     "PATH",
@@ -19,6 +20,7 @@ __all__ = [
     "TYPES",
     "decode",
     "encode",
+    "hash_of",
     "make",
     "store",
 ]
@@ -33,11 +35,13 @@ ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 """Angle and speed to drive with."""
 CONTROL = "autoware_control_msgs/msg/Control"
 """Angle, speed and acceleration to drive with."""
+CONTROL_MODE = "autoware_vehicle_msgs/msg/ControlModeReport"
+"""Whether the vehicle obeys (1) or a person drives."""
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 """Diagnostics."""
 CLOCK = "rosgraph_msgs/msg/Clock"
 """The time of a simulation."""
-TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, DIAGNOSTICS, CLOCK)
+TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, CONTROL_MODE, DIAGNOSTICS, CLOCK)
 """Every type that the node receives or sends."""
 
 # Those that neither rosbags nor `popsteer.logs` brings.
@@ -52,7 +56,14 @@ float32 heading_rate_rps
 float32 front_wheel_angle_rad
 float32 rear_wheel_angle_rad
 """,
+    CONTROL_MODE: "builtin_interfaces/Time stamp\nuint8 mode\n",
     TRAJECTORY: "std_msgs/Header header\nautoware_planning_msgs/TrajectoryPoint[] points\n",
+}
+
+
+_SERVICE = {
+    "std_srvs/srv/Trigger_Request": "uint8 structure_needs_at_least_one_member\n",
+    "std_srvs/srv/Trigger_Response": "bool success\nstring message\n",
 }
 
 
@@ -68,7 +79,16 @@ def store() -> Any:  # noqa: ANN401 - rosbags is an extra
     found = logs.messages.typestore()
     for name, text in _DEFINITIONS.items():
         found.register(get_types_from_msg(text, name))
+    for name, text in _SERVICE.items():
+        (definition,) = get_types_from_msg(text, "std_srvs/msg/Trigger").values()
+        found.register({name: definition})
     return found
+
+
+@lru_cache
+def hash_of(name: str) -> str:
+    """Give the hash of a type by which ROS 2 compares definitions, from Iron on."""
+    return str(store().hash_rihs01(name))
 
 
 def make(name: str, /, **fields: Any) -> Any:  # noqa: ANN401

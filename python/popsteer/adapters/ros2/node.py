@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,8 @@ from popsteer.adapters.ros2.conversions import (
     path_message,
 )
 from popsteer.adapters.ros2.intake import Intake
-from popsteer.adapters.ros2.messages import CONTROL, ODOMETRY, encode
+from popsteer.adapters.ros2.messages import CONTROL, CONTROL_MODE, ODOMETRY, decode, encode
+from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.adapters.ros2.waiting import why_none_is_usable
@@ -62,6 +64,8 @@ class Options:
     """Odometry older than this is not steered by [s]."""
     hold: float = 0.2
     """How long the last command is held before the node brakes [s]."""
+    keep_path: float = 1.0
+    """How long the last path stays in force where those after it are refused [s]."""
     timeout: float = 10.0
     """How long it waits for the first odometry and the first path [s]."""
     closed: bool = False
@@ -78,6 +82,7 @@ class Options:
             "rate": (1.0, 1000.0),
             "stale": (0.01, 1.0),
             "hold": (0.0, 10.0),
+            "keep_path": (0.0, 1e6),
             "timeout": (0.0, 1e6),
             "report_rate": (0.1, 1000.0),
         }
@@ -142,11 +147,11 @@ class Node:
         self._say = say or (lambda _: None)
         topics, types = options.topics, options.topics.types()
         self._odometry = participant.reader(topics.odometry, ODOMETRY)
-        # One hears all publishers; those that keep their messages send the other the last one.
-        self._paths = [
-            participant.reader(topics.path, topics.path_type, reliable=True, latched=latched)
-            for latched in (False, True)
-        ]
+        self._paths = participant.latest(topics.path, topics.path_type)
+        self._mode = participant.reader(topics.mode, CONTROL_MODE) if topics.mode else None
+        self._autonomous = False
+        names = participant.node, participant.namespace
+        self._resets = participant.service(expanded("~/reset", *names))
         # Autoware's controllers keep their last command, as its gate asks for.
         latched = topics.command_type == CONTROL
         self._writers = {
@@ -160,46 +165,34 @@ class Node:
         }
         self._course_number = 0
         self._jump = ""
+        self._path_jump = 0.0
         self._deviation = 0.0
         self._reported = 0
         self._told = ""
 
     @property
     def odometry_reader(self) -> Reader:
-        """Where odometry comes in.
-
-        Returns
-        -------
-        Reader
-            The subscription.
-        """
+        """Where odometry comes in."""
         return self._odometry
 
     @property
-    def path_readers(self) -> list[Reader]:
-        """Where paths come in.
-
-        Returns
-        -------
-        list of Reader
-            The subscriptions: to all publishers, and to those that keep their last message.
-        """
+    def path_reader(self) -> Reader:
+        """Where paths come in."""
         return self._paths
 
     def jumped(self, seconds: float) -> None:
-        """Note that the clock has jumped: what was measured before is discarded.
-
-        Parameters
-        ----------
-        seconds : float
-            How far [s].
-        """
+        """Note that the clock has jumped by `seconds`: what was measured before is discarded."""
         self.loop.jumps += 1
         self._jump = f"time jumped by {seconds:+.2f} s"
         self._reported = 0
         self.intake.forget_odometry()
         if self.pilot is not None:
             self.pilot.reset()
+
+    def release(self) -> str:
+        """Forget the fault that it brakes for; says what it was."""
+        fault = self.pilot.release() if self.pilot is not None else ""
+        return f"released: {fault}" if fault else "there is no fault"
 
     def cycle(self, now: int, dt: float, missed: int = 0) -> DriveCommand | None:
         """Do one cycle: take, steer, publish.
@@ -231,43 +224,29 @@ class Node:
         return self.drive
 
     def finish(self, now: int) -> None:
-        """Command a speed of 0, as the last command.
-
-        Parameters
-        ----------
-        now : int
-            The time of the node's clock [ns].
-        """
+        """Command a speed of 0, as the last command, at `now` of the node's clock [ns]."""
         if self.drive is not None:
             limit = abs(self.drive.limit)
             self._publish_drive(DriveCommand(self.drive.steer, 0.0, -limit, limit), now)
 
     def check_silence(self, waited: float) -> None:
-        """Give up where nothing has come in.
+        """Give up where nothing has come in for `waited` seconds.
 
-        Parameters
-        ----------
-        waited : float
-            How long it has waited [s].
-
-        Raises
-        ------
-        PopsteerError
-            The time-out has passed; says what is missing and what is known about it.
+        Raises PopsteerError where the time-out has passed; says what is missing and why.
         """
         if self.pilot is not None or waited < self.options.timeout:
             return
         topics, intake, participant = self.options.topics, self.intake, self._participant
         if intake.measured is None:
             topic, kind, count = topics.odometry, ODOMETRY, intake.odometry
-            readers = [self._odometry]
+            reader = self._odometry
         else:
             topic, kind, count = topics.path, topics.path_type, intake.courses
-            readers = self._paths
+            reader: Reader = self._paths
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
             f" {self.options.timeout:g} s:"
-            f" {why_none_is_usable(count, topic, kind, readers, participant)}"
+            f" {why_none_is_usable(count, topic, kind, reader, participant)}"
         )
 
     def _take(self, now: int) -> None:
@@ -275,11 +254,17 @@ class Node:
         for data in self._odometry.take():
             self._record(topics.odometry, ODOMETRY, data, now)
             self.intake.take_odometry(data, seconds)
-        for number, reader in enumerate(self._paths):
-            for data in reader.take():
-                if not self.intake.is_repeated(data, number):
-                    self._record(topics.path, topics.path_type, data, now)
-                    self.intake.take_course(data, seconds)
+        for data in self._paths.take():
+            self._record(topics.path, topics.path_type, data, now)
+            self.intake.take_course(data, seconds)
+        for header in self._resets.take():
+            self._resets.answer(header, self.release())
+        for data in self._mode.take() if self._mode is not None else ():
+            self._record(topics.mode, CONTROL_MODE, data, now)
+            with suppress(Exception):  # bytes that are no message say nothing
+                was, self._autonomous = self._autonomous, decode(CONTROL_MODE, data).mode == 1
+                if self._autonomous and not was:
+                    self.release()
 
     def _renew(self) -> None:
         """Go over to the path that came last."""
@@ -292,8 +277,19 @@ class Node:
             self.pilot = Pilot(self._make(course.path), hold=self.options.hold)
             self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
         else:
+            with suppress(InputError):  # of a pose that the controller refuses, too
+                paths = self.pilot.controller.path, course.path
+                self._path_jump = max(self._path_jump, self._step_between(*paths))
             self.pilot.set_path(course.path)
         self._course_number = self.intake.course_number
+
+    def _step_between(self, *paths: Path) -> float:
+        """How far beside the vehicle one path lies from another [m]."""
+        if self.intake.measured is None:
+            return 0.0
+        place = self.intake.measured[:2]
+        was, now = (path.project(*place).cross_track_error for path in paths)
+        return abs(now - was)
 
     def _concern(self, now: int) -> tuple[str, Measured | None]:
         """Say what is missing, and what can be steered by all the same."""
@@ -306,7 +302,8 @@ class Node:
         self._jump = ""
         if course is None:
             return f"no path on {topics.path}{_because(intake.course_refused)}", None
-        if intake.course_refused:
+        waited = 1e-9 * now - intake.course_refused_at
+        if intake.course_refused and waited > self.options.keep_path:
             return f"path on {topics.path} refused: {intake.course_refused}", measured
         if course.stands:
             return f"path on {topics.path} says stand", measured
@@ -347,18 +344,7 @@ class Node:
         return self.note(told)
 
     def note(self, told: str) -> bool:
-        """Say what goes on, where that is news.
-
-        Parameters
-        ----------
-        told : str
-            What goes on.
-
-        Returns
-        -------
-        bool
-            Whether it is news: more than another number in the same words.
-        """
+        """Say what goes on, where that is news: more than another number in the same words."""
         words = re.sub(r"[-+]?\d[\d.]*", "", told)
         changed, self._told = words != self._told, words
         if changed:
@@ -368,18 +354,29 @@ class Node:
     def _report(self, now: int) -> None:
         """Publish diagnostics and the intended trajectory."""
         topics = self.options.topics
+        graph = self._participant.graph
+        graph.look()
+        around = diagnostics.Around(
+            command=topics.command,
+            listeners=self._writers[topics.command].peers,
+            rivals=graph.others(topics.command),
+            clocks=graph.others(topics.clock) if self.options.sim_time else 0,
+            path_jump=self._path_jump,
+        )
         report = diagnostics.message(
             self.loop,
             self.intake,
             self.pilot,
             self.drive,
+            around,
             waits=self.waits,
             deviation=self._deviation,
             nanoseconds=now,
         )
         self._publish(topics.diagnostics, report, now)
         self.loop.begin()
-        self._reported, self._deviation = now, 0.0
+        self.intake.odometry.lately = self.intake.courses.lately = 0
+        self._reported, self._deviation, self._path_jump = now, 0.0, 0.0
         heard = self._recording is not None or self._writers[topics.predicted].peers > 0
         driving = self.pilot is not None and self.pilot.state is State.DRIVING
         if not (heard and driving and self.pilot is not None and self.intake.course is not None):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from typing import TYPE_CHECKING
 
@@ -44,29 +45,34 @@ def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> N
         Nothing to drive by has come in within the time-out.
     """
     now = [0]
+    # The collector would look through all that has been loaded in mid-drive, for nothing.
+    gc.collect()
+    gc.freeze()
     try:
         if node.options.sim_time:
             _spin_simulated(node, participant, stopped, now)
         else:
             _spin_real(node, stopped, now)
     finally:
+        gc.unfreeze()
         node.finish(now[0])
 
 
 def _spin_real(node: Node, stopped: Callable[[], bool], at: list[int]) -> None:
     period = round(node.options.period * _SECOND)
-    begun = before = due = time.monotonic_ns()
+    begun = before = time.monotonic_ns()
     offset = time.time_ns() - begun
+    came = False
     while not stopped():
-        due += period
-        time.sleep(max(due - time.monotonic_ns(), 0) / _SECOND)
+        # It steps on the odometry, which is given half a period longer where it came the last time.
+        due = before + (period * 3 // 2 if came else period)
+        time.sleep(max(before + period * 3 // 4 - time.monotonic_ns(), 0) / _SECOND)
+        came = node.odometry_reader.wait(max(due - time.monotonic_ns(), 0) / _SECOND)
         steady, at[0] = time.monotonic_ns(), time.time_ns()
-        missed = max(steady - due, 0) // period
-        due += missed * period
         jump, offset = at[0] - steady - offset, at[0] - steady
         if abs(jump) > _JUMP * _SECOND:
             node.jumped(jump / _SECOND)
-        node.cycle(at[0], (steady - before) / _SECOND, missed)
+        node.cycle(at[0], (steady - before) / _SECOND, max(steady - due, 0) // period)
         before = steady
         node.check_silence((steady - begun) / _SECOND)
 
@@ -101,7 +107,7 @@ def _spin_simulated(
             topic = node.options.topics.clock
             raise PopsteerError(
                 f"no {CLOCK} on {topic} in domain {participant.domain} within"
-                f" {node.options.timeout:g} s: {why_silent(topic, CLOCK, [clock], participant)}"
+                f" {node.options.timeout:g} s: {why_silent(topic, CLOCK, clock, participant)}"
             )
         node.check_silence(waited)
 

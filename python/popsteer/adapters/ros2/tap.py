@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
+from popsteer.adapters.ros2.messages import PATH, TRAJECTORY
 from popsteer.adapters.ros2.waiting import why_silent
 from popsteer.errors import PopsteerError
 
@@ -55,21 +56,22 @@ def tap(
     PopsteerError
         Nothing has come in within the time-out.
     """
-    # A latched path is heard by the second kind alone if it was sent before.
+    # Only a path may have been published before it matters; the others may be of best effort.
     readers = {
-        topic: [participant.reader(topic, kind), participant.reader(topic, kind, latched=True)]
+        topic: (participant.latest if kind in (PATH, TRAJECTORY) else participant.reader)(
+            topic, kind
+        )
         for topic, kind in topics.items()
     }
-    counts, last = dict.fromkeys(topics, 0), dict.fromkeys(topics, b"")
+    counts = dict.fromkeys(topics, 0)
     begun = time.monotonic()
     while not stopped() and time.monotonic() - begun < seconds:
         time.sleep(_PERIOD)
         for topic, kind in topics.items():
-            for data in (each for reader in readers[topic] for each in reader.take()):
-                if data != last[topic]:
-                    recording.add_bytes(topic, kind, data, time.time_ns())
-                    counts[topic] += 1
-                last[topic] = data
+            for data in readers[topic].take():
+                recording.add_bytes(topic, kind, data, time.time_ns())
+                counts[topic] += 1
+        participant.graph.look()
         if not any(counts.values()) and time.monotonic() - begun >= timeout:
             why = "; ".join(
                 f"{topic}: {why_silent(topic, kind, readers[topic], participant)}"

@@ -9,11 +9,13 @@ from popsteer.adapters.ros2.messages import (
     ACKERMANN,
     CLOCK,
     CONTROL,
+    CONTROL_MODE,
     DIAGNOSTICS,
     ODOMETRY,
     PATH,
     TRAJECTORY,
 )
+from popsteer.adapters.ros2.names import check_name, expanded
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -46,8 +48,18 @@ class Topics:
     """Out: ``diagnostic_msgs/DiagnosticArray``."""
     clock: str = "/clock"
     """In: ``rosgraph_msgs/Clock``, where time is simulated."""
+    mode: str = ""
+    """In: Autoware's ``ControlModeReport``; none where this is empty."""
     path_type: str = PATH
     command_type: str = ACKERMANN
+
+    def __post_init__(self) -> None:
+        names = self._names()
+        for what, name in names.items():
+            check_name(f"topic {what}", name)
+            others = [other for other, given in names.items() if given == name]
+            if others != [what]:
+                raise ConfigError("topic", name, f"given once, not for {' and '.join(others)}")
 
     @classmethod
     def of_autoware(cls) -> Topics:
@@ -62,17 +74,28 @@ class Topics:
             odometry="/localization/kinematic_state",
             path="/planning/trajectory",
             command="/control/trajectory_follower/control_cmd",
+            mode="/vehicle/status/control_mode",
             path_type=TRAJECTORY,
             command_type=CONTROL,
         )
 
-    def renamed(self, names: Mapping[str, str]) -> Topics:
+    def renamed(
+        self,
+        names: Mapping[str, str],
+        node: str = "popsteer",
+        namespace: str = "/",
+        rules: Mapping[str, str] | None = None,
+    ) -> Topics:
         """Give the same with other names.
 
         Parameters
         ----------
         names : mapping of str to str
             The new names, by field.
+        node, namespace : str, optional
+            The node's name and namespace, which relative names and those by default are in.
+        rules : mapping of str to str, optional
+            What to call topics in place of their names, as ROS's remapping rules have it.
 
         Returns
         -------
@@ -82,29 +105,36 @@ class Topics:
         Raises
         ------
         ConfigError
-            There is no such topic, or a name does not begin with a slash.
+            There is no such topic, a name is none that ROS takes, or a topic is given twice.
         """
-        known = [name for name in asdict(self) if not name.endswith("_type")]
-        for what, name in names.items():
-            if what not in known:
-                raise ConfigError.unknown("topic", what, known)
-            if not name.startswith("/") or not name.strip("/"):
-                raise ConfigError(f"topic {what}", name, "a name that begins with /")
-        return replace(self, **names)
+        known, plain = self._names(), Topics()
+        for what in names:
+            if what not in (*known, "mode"):
+                raise ConfigError.unknown("topic", what, [*known])
+        own = {"odometry": "odom", "path": "path", "command": "drive"}
+        own["predicted"] = "~/predicted_path"
+        relative = {what: name for what, name in own.items() if known[what] == getattr(plain, what)}
+        within = node, namespace
+        full = {what: expanded(name, *within) for what, name in {**relative, **names}.items()}
+        remaps = {expanded(a, *within): expanded(b, *within) for a, b in (rules or {}).items()}
+        found = {what: remaps.get(name, name) for what, name in {**known, **full}.items()}
+        return replace(self, **found)
 
     def types(self) -> dict[str, str]:
-        """Give the type of each topic.
-
-        Returns
-        -------
-        dict of str to str
-            Types by name of the topic.
-        """
-        return {
+        """Give the type of each topic, by its name."""
+        found = {
             self.odometry: ODOMETRY,
             self.path: self.path_type,
             self.command: self.command_type,
             self.predicted: PATH,
             self.diagnostics: DIAGNOSTICS,
             self.clock: CLOCK,
+            self.mode: CONTROL_MODE,
         }
+        found.pop("", None)
+        return found
+
+    def _names(self) -> dict[str, str]:
+        """Give the topics that there are, by field."""
+        fields = asdict(self).items()
+        return {what: name for what, name in fields if name and not what.endswith("_type")}
