@@ -68,6 +68,13 @@ sys.exit(any(name.startswith(parts) for name in sys.modules))
         (["--topic", "path=/1abc"], "topic path must be words of letters"),
         (["--topic", "path=/a/"], "topic path must be words of letters"),
         (["--topic", "command=/odom"], "topic must be given once, not for odometry and command"),
+        (["--topic", "path=/a", "--topic", "path=/b"], "--topic must be given once, got 'path'"),
+        (["--ros-args", "-r", "odom"], "--remap must be written NAME:=VALUE, got 'odom'"),
+        (["--ros-args", "-r", "__node:=my node"], "node name must be letters, digits"),
+        (["--ros-args", "-r", "__ns:=car"], "namespace must be words of letters"),
+        (["--ros-args", "-p", "rates:=3"], "unknown parameter 'rates'; known: rate"),
+        (["--ros-args", "-p", "rate:=fast"], "parameter rate must be a number, got 'fast'"),
+        (["--ros-args", "-p", "rate:=0"], "rate must be in [1, 1000], got 0"),
         (["--path-type", "points"], "unknown --path-type 'points'; known: path, trajectory"),
         (["--rate", "0"], "rate must be in [1, 1000], got 0"),
         (["--max-speed", "0"], "--max-speed must be in (0, 10000], got 0"),
@@ -85,6 +92,24 @@ def test_option_that_cannot_be_is_refused_by_name(
     assert outcome.status == 2
     assert outcome.err.startswith(f"popsteer: {said}"), outcome.err
     assert outcome.out == ""
+
+
+def test_ros_arguments_name_the_node_its_topics_and_parameters(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+    from popsteer.cli import ros2_options
+
+    names = ros2_options.names_of(
+        ["__ns:=/car", "__node:=steer", "odom:=/ego/odom", "drive:=out", "~/predicted_path:=ahead"]
+    )
+    topics = ros2_options.topics_of(["path=plan"], None, None, autoware=False, names=names)
+    assert (topics.odometry, topics.path) == ("/ego/odom", "/car/plan")
+    assert (topics.command, topics.predicted) == ("/car/out", "/car/ahead")
+    assert (topics.diagnostics, topics.clock) == ("/diagnostics", "/clock")
+    file = tmp_path / "params.yaml"
+    text = "/**:\n  ros__parameters: {rate: 20, stale: 0.2}\n/car/steer:\n  ros__parameters:\n"
+    file.write_text(f"{text}    stale: 0.25\nother:\n  ros__parameters: {{hold: 9}}\n")
+    found = ros2_options.parameters_of(["rate:=40"], [str(file)], names)
+    assert found == {"rate": 40, "stale": 0.25}
 
 
 def _number() -> str:

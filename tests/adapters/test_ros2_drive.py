@@ -213,6 +213,31 @@ def _until_stand(reader: Any) -> list[Any]:
     raise AssertionError("the node does not stop")
 
 
+def test_recording_of_a_process_that_is_killed_lacks_its_last_second_at_most(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "cut.mcap"
+    code = f"""
+import itertools, time
+from popsteer.adapters import ros2
+recording = ros2.Recording({str(file)!r})
+for k in itertools.count(1):
+    at = 10**9 + k * 10**7
+    recording.add("/odom", ros2.odometry_message(k, 0.0, 0.0, 5.0, at, "map"), at)
+    recording.add("/drive", ros2.ackermann_message(0.1, 5.0, 0.0, at, "base_link"), at)
+    time.sleep(0.01)
+    print(k, flush=True)
+"""
+    with process(sys.executable, "-c", code) as recorder:
+        assert recorder.stdout is not None
+        for line in recorder.stdout:
+            if int(line) == 250:
+                break
+        recorder.kill()
+    assert list(tmp_path.iterdir()) == [file]
+    assert len(logs.read(file)) > 100
+
+
 def test_simulated_run_is_recorded_as_its_messages(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     options = ("--track", "slalom", "--controllers", "preview-pop", "--record", str(file))

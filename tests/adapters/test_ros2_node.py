@@ -236,18 +236,18 @@ def test_fault_of_the_controller_brakes_until_it_is_released() -> None:
     bench.run(10)
     # Two metres beside a path that it was on: as if the road were ice.
     for _ in range(20):
-        message = ros2.odometry_message(bench.x, 2.0, 0.0, 4.0, bench.now + PERIOD, "map")
+        message = ros2.odometry_message(bench.x, 2.0, 0.0, 0.0, bench.now + PERIOD, "map")
         bench.send(bench.odometry, message)
         bench.cycle()
     assert (bench.state, bench.reason) == ("braking", "deviating")
     assert bench.report()["popsteer: steering"].level == 2
-    bench.run(100, y=0.0)
+    bench.run(100, y=0.0, speed=0.0)
     assert (bench.state, bench.reason) == ("standing", "deviating")
     client = Client(bench.member, "/popsteer/reset")
-    assert client.call(lambda: bench.run(1, y=0.0)) == (True, "released: deviating")
-    bench.run(3, y=0.0)
+    assert client.call(lambda: bench.run(1, y=0.0, speed=0.0)) == (True, "released: deviating")
+    bench.run(3, y=0.0, speed=0.0)
     assert (bench.state, bench.reason) == ("driving", "")
-    assert client.call(lambda: bench.run(1, y=0.0)) == (True, "there is no fault")
+    assert client.call(lambda: bench.run(1, y=0.0, speed=0.0)) == (True, "there is no fault")
 
 
 def test_new_run_of_the_autonomous_state_releases_a_fault() -> None:

@@ -58,7 +58,8 @@ WANTED = {
     "ros2": GIVEN
     | WIRE
     | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}
-    | {"--max-speed", "--rate", "--stale", "--hold", "--sim-time"},
+    | {"--max-speed", "--rate", "--stale", "--hold", "--keep-path", "--sim-time"}
+    | {"--ros-args", "--params-file"},
     "record": WIRE | {"--seconds"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},

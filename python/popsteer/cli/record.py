@@ -48,7 +48,8 @@ def record(
 
     topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
     stopped = ros2_options.stop_on_signals()
-    participant = Participant(domain, local=True if localhost else None)
+    node = "popsteer_record"
+    participant = Participant(domain, local=True if localhost else None, node=node)
     with Recording(file) as recording:
         counts = tap(
             participant,

@@ -23,10 +23,11 @@ Run a ROS 2 node that steers along the paths that a planner publishes. It needs 
 messages come with the extra 'ros2'.
 
 It takes odometry and a path, and publishes drive commands, the intended trajectory and diagnostics.
-It steers from the first path on, at a fixed rate, by the time that has really passed. If odometry
-is missing or too old, a path is in another frame, or time jumps, it holds the last command for
---hold, then brakes to a standstill, says why, and resumes when it can. At a status of level fault
-it brakes at once. Ctrl-C ends it; its last command is a speed of 0.
+It steers from the first path on, at each odometry message, or --rate times a second where none
+comes. If odometry is missing or too old, or time jumps, it holds the last command for --hold, then
+brakes to a standstill, says why, and resumes when it can. A path that cannot be used leaves the
+last one in force for --keep-path. At a status of level fault it brakes at once, and stands until
+the service ~/reset (std_srvs/Trigger) is called. Ctrl-C ends it; its last command is a speed of 0.
 
 \b
 Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
@@ -38,6 +39,8 @@ Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
   predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
   diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
   clock        /clock                    rosgraph_msgs/Clock, with --sim-time
+  mode         none, or with --autoware  autoware_vehicle_msgs/ControlModeReport: where it becomes
+                                         autonomous, a fault is forgotten
 
 \b
 Examples:
@@ -45,6 +48,7 @@ Examples:
   popsteer ros2 --vehicle car.toml --max-speed 3 --topic odometry=/ego/odom --topic path=/plan
   popsteer ros2 --vehicle car.toml --params tuned.toml --controller pop --rate 100
   popsteer ros2 --vehicle car.toml --autoware --record drive.mcap
+  popsteer ros2 --vehicle car.toml --ros-args -r __ns:=/car -r odom:=/ego/odom -p rate:=100.0
   ROS_DOMAIN_ID=7 popsteer ros2 --vehicle car.toml --sim-time
 
 The pose of the odometry has to be that of the vehicle's point, from which its rear_axle is
@@ -90,6 +94,13 @@ def ros2(
             help="How long the last command is held before the node brakes to a stand.",
         ),
     ] = 0.2,
+    keep_path: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long the last path stays in force where those after it cannot be used.",
+        ),
+    ] = 1.0,
     topic: ros2_options.Topic = None,
     path_type: ros2_options.PathType = None,
     command_type: ros2_options.CommandType = None,
@@ -104,6 +115,10 @@ def ros2(
     localhost: ros2_options.Localhost = False,
     timeout: ros2_options.Timeout = 10.0,
     record: options.Record = None,
+    ros_args: ros2_options.RosArgs = False,
+    remap: ros2_options.Remap = None,
+    param: ros2_options.Param = None,
+    params_file: ros2_options.ParamsFile = None,
 ) -> None:
     """Run a ROS 2 node that steers, without ROS."""
     from popsteer.adapters.ros2.dds import Participant
@@ -115,26 +130,34 @@ def ros2(
     tuning = inputs.tuned(
         [controller], preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )
-    topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
-    settings = Options(
-        rate=rate,
-        stale=stale,
-        hold=hold,
-        timeout=timeout,
-        closed=closed,
-        sim_time=sim_time,
-        topics=topics,
-    )
+    del ros_args  # the options after it say the same without it
+    names = ros2_options.names_of(remap)
+    topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware, names=names)
+    chosen: dict[str, Any] = {
+        "rate": rate,
+        "stale": stale,
+        "hold": hold,
+        "keep_path": keep_path,
+        "timeout": timeout,
+        "closed": closed,
+        "max_speed": max_speed,
+        "use_sim_time": sim_time,
+        **ros2_options.parameters_of(param, params_file, names),
+    }
+    max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
+    settings = Options(**chosen, sim_time=sim_time, topics=topics)
     make = partial(_make, controller, _limited(given, max_speed), tuning)
     stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.
-        participant = Participant(domain, local=True if localhost else None)
+        participant = Participant(
+            domain, local=True if localhost else None, node=names.node, namespace=names.namespace
+        )
         recording = None if record is None else stack.enter_context(Recording(record))
         node = Node(participant, make, settings, recording=recording, say=_say)
         _say(
             f"domain {participant.domain}: {topics.odometry}, {topics.path} -> {topics.command}"
-            f" at {rate:g} Hz"
+            f" at {settings.rate:g} Hz"
         )
         spin(node, participant, stopped)
     loop, intake = node.loop, node.intake

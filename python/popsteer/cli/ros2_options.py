@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import signal
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import typer
 
 from popsteer.cli import logs, options
 from popsteer.errors import ConfigError
+from popsteer.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -21,13 +24,22 @@ __all__ = [
     "CommandType",
     "Domain",
     "Localhost",
+    "Names",
+    "Param",
+    "ParamsFile",
     "PathType",
+    "Remap",
+    "RosArgs",
     "Timeout",
     "Topic",
+    "names_of",
+    "parameters_of",
     "stop_on_signals",
     "topics_of",
 ]
 
+_FLAGS = ("closed", "use_sim_time")
+_PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_FLAGS)
 
 Domain: TypeAlias = Annotated[
     int | None,
@@ -65,6 +77,33 @@ Topic: TypeAlias = Annotated[
         " repeated.",
     ),
 ]
+RosArgs: TypeAlias = Annotated[
+    bool, typer.Option("--ros-args", help="What follows is as ROS's launch files write it.")
+]
+Remap: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-r",
+        "--remap",
+        metavar="FROM:=TO",
+        help="Another name for a topic, for the node (__node) or for its namespace (__ns). Can be"
+        " repeated.",
+    ),
+]
+Param: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-p",
+        "--param",
+        metavar="NAME:=VALUE",
+        help="A ROS parameter: rate, stale, hold, keep_path, timeout, max_speed, closed or"
+        " use_sim_time. Can be repeated.",
+    ),
+]
+ParamsFile: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--params-file", metavar="FILE", help="A YAML file of ROS parameters."),
+]
 Timeout: TypeAlias = Annotated[
     float, typer.Option(metavar="SECONDS", help="How long to wait for the first messages.")
 ]
@@ -78,8 +117,89 @@ def stop_on_signals() -> Callable[[], bool]:
     return lambda: bool(came)
 
 
+class Names(NamedTuple):
+    """What ``-r`` says: the node's name, its namespace, and other names for topics."""
+
+    node: str = "popsteer"
+    namespace: str = "/"
+    rules: Mapping[str, str] = MappingProxyType({})
+
+
+def names_of(remaps: list[str] | None, node: str = "popsteer") -> Names:
+    """Give the names that ``FROM:=TO`` each ask for.
+
+    Examples
+    --------
+    >>> names_of(["__ns:=/car", "odom:=/ego/odom"])[1:]
+    ('/car', {'odom': '/ego/odom'})
+    """
+    from popsteer.adapters.ros2.names import check_namespace, check_node
+
+    rules = _assigned("--remap", remaps)
+    named = {key: rules.pop(key) for key in ("__node", "__name", "__ns") if key in rules}
+    node = named.get("__node", named.get("__name", node))
+    return Names(check_node(node), check_namespace(named.get("__ns", "/")), rules)
+
+
+def parameters_of(
+    given: list[str] | None, files: list[str] | None, names: Names
+) -> dict[str, float | bool]:
+    """Give the ROS parameters of the node: those of the files, and over them those given.
+
+    Raises ConfigError where one is not known or is of another type, OSError where a file cannot be
+    read.
+
+    Examples
+    --------
+    >>> parameters_of(["rate:=100.0", "use_sim_time:=true"], None, Names())
+    {'rate': 100.0, 'use_sim_time': True}
+    """
+    if not given and not files:
+        return {}
+    require("a file of ROS parameters", "ros2", "rosbags")
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    yaml = YAML(typ="safe")
+    full = f"{names.namespace.rstrip('/')}/{names.node}"
+    found: dict[str, Any] = {}
+    for file in files or []:
+        text = Path(file).read_text(encoding="utf-8")
+        try:
+            nodes = yaml.load(text) or {}
+            for who in ("/**", full, full.lstrip("/")):
+                found |= (nodes.get(who) or {}).get("ros__parameters") or {}
+        except (YAMLError, AttributeError, TypeError) as error:
+            raise ConfigError("--params-file", file, "a YAML file of ROS parameters") from error
+    found |= {name: yaml.load(text) for name, text in _assigned("--param", given).items()}
+    for name, value in found.items():
+        if name not in _PARAMETERS:
+            raise ConfigError.unknown("parameter", name, _PARAMETERS)
+        if isinstance(value, bool) != (name in _FLAGS) or not isinstance(value, int | float):
+            raise ConfigError(
+                f"parameter {name}", value, "a bool" if name in _FLAGS else "a number"
+            )
+    return found
+
+
+def _assigned(option: str, given: list[str] | None) -> dict[str, str]:
+    """Split ``NAME:=VALUE`` each; the last one of a name counts."""
+    found = {}
+    for each in given or []:
+        name, sign, value = each.partition(":=")
+        if not (name and sign and value):
+            raise ConfigError(option, each, "written NAME:=VALUE")
+        found[name] = value
+    return found
+
+
 def topics_of(
-    renamed: list[str] | None, path_type: str | None, command_type: str | None, *, autoware: bool
+    renamed: list[str] | None,
+    path_type: str | None,
+    command_type: str | None,
+    *,
+    autoware: bool,
+    names: Names | None = None,
 ) -> Topics:
     """Give the topics that the options ask for.
 
@@ -93,8 +213,11 @@ def topics_of(
     paths = {"path": PATH, "trajectory": TRAJECTORY}
     commands = {"ackermann": ACKERMANN, "control": CONTROL}
     topics = Topics.of_autoware() if autoware else Topics()
+    asked = [each.partition("=")[0] for each in renamed or []]
+    if twice := [name for name in asked if asked.count(name) > 1]:
+        raise ConfigError("--topic", twice[0], "given once")
     return replace(
-        topics.renamed(logs.pairs("--topic", renamed)),
+        topics.renamed(logs.pairs("--topic", renamed), *(names or Names())),
         path_type=_chosen("--path-type", path_type, paths, topics.path_type),
         command_type=_chosen("--command-type", command_type, commands, topics.command_type),
     )

@@ -239,10 +239,10 @@ class Node:
         topics, intake, participant = self.options.topics, self.intake, self._participant
         if intake.measured is None:
             topic, kind, count = topics.odometry, ODOMETRY, intake.odometry
-            reader = self._odometry
+            reader: Reader = self._odometry
         else:
             topic, kind, count = topics.path, topics.path_type, intake.courses
-            reader: Reader = self._paths
+            reader = self._paths
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
             f" {self.options.timeout:g} s:"

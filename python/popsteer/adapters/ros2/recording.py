@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import shutil
 import tempfile
+import time
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -30,15 +30,20 @@ if TYPE_CHECKING:
 __all__ = ["Recording", "record_run"]
 
 _FRAME = "map"
+# The records "data end" and "footer", which say that there is no index, and the magic number.
+_END = b"\x0f\x04" + bytes(11) + b"\x02\x14" + bytes(27) + b"\x89MCAP0\r\n"
+_FLUSH = 1.0  # how often what has been written is given to the system [s]
 
 
 class Recording:
-    """Writes messages to an MCAP file, which appears when it is closed.
+    """Writes messages to an MCAP file, which grows second by second.
+
+    If the process is killed, the file has all but its last second.
 
     Parameters
     ----------
     file : str or os.PathLike
-        The file, ``*.mcap``; an existing one is replaced.
+        The file, ``*.mcap``; an existing one is replaced by the first message.
 
     Raises
     ------
@@ -67,21 +72,15 @@ class Recording:
 
     def __init__(self, file: str | os.PathLike[str]) -> None:
         store()  # names the extra where it is missing
-        from rosbags.rosbag2 import StoragePlugin, Writer
-
         self.file = FilePath(file)
         if self.file.suffix != ".mcap":
             raise ConfigError("--record", str(file), "a file *.mcap")
         check_files([self.file])
         self.file.parent.mkdir(parents=True, exist_ok=True)
-        # Beside the file, so that it is moved there whole.
-        self._folder = FilePath(
-            tempfile.mkdtemp(prefix=f".{self.file.name}.", dir=self.file.parent)
-        )
-        bag = self._folder / "bag"
-        self._writer = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.open()
+        self._writer: Any = None
         self._connections: dict[tuple[str, str], Any] = {}
+        self._flushed = 0.0
+        self._closed = False
         self.count = 0
 
     def __enter__(self) -> Self:
@@ -124,12 +123,16 @@ class Recording:
         nanoseconds : int
             When it was sent or received [ns].
         """
+        if self._writer is None:
+            self._begin()
         if (topic, kind) not in self._connections:
             self._connections[topic, kind] = self._writer.add_connection(
                 topic, kind, typestore=store()
             )
         self._writer.write(self._connections[topic, kind], nanoseconds, data)
         self.count += 1
+        if time.monotonic() - self._flushed > _FLUSH:
+            self._flush()
 
     def close(self, *, discard: bool = False) -> None:
         """Finish the file.
@@ -139,15 +142,48 @@ class Recording:
         discard : bool, default False
             Whether to leave none.
         """
-        if not self._folder.exists():
+        if self._closed or (discard and self._writer is None):
             return
-        try:
+        self._closed = True
+        if self._writer is None:
+            self._begin()
+        with tempfile.TemporaryDirectory() as folder:
+            self._writer.metapath = FilePath(folder) / "metadata.yaml"  # which nobody needs
             self._writer.close()
-            (found,) = (self._folder / "bag").glob("*.mcap")
-            if not discard:
-                found.replace(self.file)
-        finally:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        if discard:
+            self.file.unlink()
+
+    def _flush(self) -> None:
+        """Give the system what has been written, with an end that the next message replaces."""
+        storage = self._writer.storage
+        storage.close_chunk()
+        end = storage.bio.tell()
+        storage.bio.write(_END)
+        storage.bio.seek(end)
+        self._flushed = time.monotonic()
+
+    def _begin(self) -> None:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.rosbag2.enums import CompressionMode
+
+        self.file.unlink(missing_ok=True)
+        folder: Any = _Folder(self.file)
+        plugin = StoragePlugin.MCAP
+        self._writer = Writer(f"{self.file}.bag", version=9, storage_plugin=plugin)
+        # Not `open`, which makes a folder: the file is to be where it stays.
+        self._writer.storage = Writer.STORAGE_PLUGINS[plugin](folder, CompressionMode.NONE)
+        self._flushed = time.monotonic()
+
+
+class _Folder:
+    """The folder of a bag, as rosbags asks for it, whose only file is a given one."""
+
+    def __init__(self, file: FilePath) -> None:
+        self.name = file.stem
+        self._file = file
+
+    def __truediv__(self, _: str) -> FilePath:
+        return self._file
 
 
 def record_run(run: Run, file: str | os.PathLike[str]) -> int:
