@@ -154,7 +154,7 @@ def drive(arguments: argparse.Namespace) -> dict[str, Any]:
             link.publish_pose(car, at)
             link.publish_time(at)
             # Before the node is there, time goes on without it.
-            answered = _await(link, car, at, 20.0 if heard else 0.05)
+            answered = _await(link, car, at, 20.0 if heard else 0.2)
             late += heard and not answered
             heard = heard or answered
             at += step

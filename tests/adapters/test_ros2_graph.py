@@ -195,9 +195,9 @@ def test_path_reader_fits_planners_that_keep_their_paths_and_those_that_do_not(
     [
         ({}, None, ["<MaxAutoParticipantIndex>32<", "<Peers></Peers>"]),
         (
-            {"ROS_STATIC_PEERS": "10.0.0.2; host"},
+            {"ROS_STATIC_PEERS": "one; two"},
             None,
-            ['address="10.0.0.2"/><Peer address="host"'],
+            ['address="one"/><Peer address="two"'],
         ),
         ({"ROS_LOCALHOST_ONLY": "1", "CYCLONEDDS_URI": "<a/>"}, None, ['"localhost"', ",<a/>"]),
         ({"CYCLONEDDS_URI": "file:///x.xml"}, True, ["Multicast>false", ",file:///x.xml"]),

@@ -87,7 +87,8 @@ def test_period_is_measured_and_late_cycles_are_not_caught_up_with(
 
     found = spun(bench, monkeypatch, each, 8)
     assert [missed for _, missed in found] == [0, 0, 0, 0, 0, 2, 0, 0]
-    periods = [0.02, 0.02, 0.02, 0.02, 0.02, 0.07, 0.02, 0.02]
+    # The late one is 10 ms late; the next is on time again.
+    periods = [0.02, 0.02, 0.02, 0.02, 0.02, 0.07, 0.01, 0.02]
     assert [dt for dt, _ in found] == pytest.approx(periods)
     assert bench.node.loop.missed == 2
 

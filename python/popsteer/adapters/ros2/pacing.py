@@ -60,20 +60,21 @@ def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> N
 
 def _spin_real(node: Node, stopped: Callable[[], bool], at: list[int]) -> None:
     period = round(node.options.period * _SECOND)
-    begun = before = time.monotonic_ns()
+    begun = before = base = time.monotonic_ns()
     offset = time.time_ns() - begun
     came = False
     while not stopped():
         # It steps on the odometry, which is given half a period longer where it came the last time.
-        due = before + (period * 3 // 2 if came else period)
-        time.sleep(max(before + period * 3 // 4 - time.monotonic_ns(), 0) / _SECOND)
+        due = base + (period * 3 // 2 if came else period)
+        time.sleep(max(base + period * 3 // 4 - time.monotonic_ns(), 0) / _SECOND)
         came = node.odometry_reader.wait(max(due - time.monotonic_ns(), 0) / _SECOND)
         steady, at[0] = time.monotonic_ns(), time.time_ns()
         jump, offset = at[0] - steady - offset, at[0] - steady
         if abs(jump) > _JUMP * _SECOND:
             node.jumped(jump / _SECOND)
-        node.cycle(at[0], (steady - before) / _SECOND, max(steady - due, 0) // period)
-        before = steady
+        missed = max(steady - due, 0) // period
+        node.cycle(at[0], (steady - before) / _SECOND, missed)
+        before, base = steady, steady if came else due + missed * period
         node.check_silence((steady - begun) / _SECOND)
 
 
