@@ -26,6 +26,8 @@ and `popsteer.reference` (the same controllers in plain Python). To look at: `po
 (comparisons, margins, benchmarks, their tables and figures).
 """
 
+from popsteer import interrupt as interrupt  # isort: skip - before all that takes time
+
 from importlib import import_module
 from typing import TYPE_CHECKING
 

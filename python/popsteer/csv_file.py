@@ -7,12 +7,12 @@ import math
 import os
 from array import array
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from popsteer.errors import PathError
+from popsteer.files import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -80,7 +80,7 @@ def read_waypoints(
 def _read(name: str) -> NDArray[np.float64]:
     """Read the columns that are parsed, (N, 2) or (N, 3)."""
     try:
-        data = Path(name).read_bytes()
+        data = read_bytes(name)
     except OSError as error:
         raise PathError(f"{name}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:  # a name that no file can have, with a null character in it

@@ -24,6 +24,9 @@ __all__ = [
 ]
 
 
+_LONGEST = 200  # characters of a name or a value in a message
+
+
 def in_range(low: float, high: float) -> str:
     """Word the requirement that a number lies in a closed range.
 
@@ -78,6 +81,12 @@ def below(count: int) -> str:
     return f"below {count}"
 
 
+def _short(text: str) -> str:
+    """Cut what would flood a terminal, such as the key of a file that is no text."""
+    cut = f"{text[:_LONGEST]}... ({len(text)} characters)"
+    return text if len(text) <= len(cut) else cut
+
+
 class PopsteerError(Exception):
     """Base of all errors that popsteer raises on purpose.
 
@@ -106,7 +115,7 @@ class _FieldError(PopsteerError, ValueError):
     requirement: str
 
     def __init__(self, field: str, value: object, requirement: str) -> None:
-        super().__init__(f"{field} must be {requirement}, got {value!r}")
+        super().__init__(f"{_short(field)} must be {requirement}, got {_short(repr(value))}")
         self.field = field
         self.value = value
         self.requirement = requirement
@@ -161,7 +170,7 @@ class ConfigError(_FieldError):
         """
         listed = ", ".join(known)
         error = cls(what, name, f"one of {listed}")
-        error.args = (f"unknown {what} {name!r}; known: {listed}",)
+        error.args = (f"unknown {what} {_short(repr(name))}; known: {listed}",)
         return error
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = [
     "check_files",
     "check_folder",
+    "read_bytes",
     "write_bytes_atomic",
     "write_files_atomic",
     "write_text_atomic",
@@ -88,6 +89,18 @@ def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> N
     with _naming(folder):
         _try_out(Path(os.path.realpath(folder)))
     check_files(Path(folder) / name for name in names)
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Read a file or a pipe to its end; a device such as ``/dev/zero``, which has none, is refused.
+
+    Raises OSError where it cannot be read.
+    """
+    with _naming(path), Path(path).open("rb") as stream:
+        mode = os.fstat(stream.fileno()).st_mode
+        if stat.S_ISBLK(mode) or (stat.S_ISCHR(mode) and not stream.isatty()):
+            raise OSError(errno.EINVAL, "is a device, not a file")
+        return stream.read()
 
 
 def write_text_atomic(path: str | os.PathLike[str], text: str) -> None:

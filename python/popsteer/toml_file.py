@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import sys
 import textwrap
-from pathlib import Path
 from typing import Any
 
 from popsteer.errors import ConfigError
+from popsteer.files import read_bytes
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -24,7 +24,7 @@ def read(file: str | os.PathLike[str], kind: str) -> dict[str, Any]:
     Raises ConfigError, which names the file, where it cannot be read or is no TOML.
     """
     try:
-        return tomllib.loads(Path(file).read_bytes().decode("utf-8"))
+        return tomllib.loads(read_bytes(file).decode("utf-8"))
     except OSError as error:
         why = error.strerror or str(error)
     except UnicodeDecodeError as error:

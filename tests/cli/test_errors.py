@@ -227,3 +227,41 @@ def test_output_to_a_terminal_without_greek_is_no_error() -> None:
     )
     assert outcome.status == 0
     assert outcome.err == ""
+
+
+HEAD = "t,x,y,yaw,speed,steer\n0,0,0,0,1,0\n"
+WILD = {
+    "digits.csv": (HEAD + f"0.1,{'1' * 5_000_000},0,0,1,0\n0.2,x,0,0,1,0\n", "identify"),
+    "two-rows.csv": (HEAD + "0.1,0.1,0,0,1,0\n", "identify"),
+    "nested.toml": (f"a = {'[' * 20_000}{']' * 20_000}", "sweep", "--distributions"),
+    "key-of-draws.toml": (f"{'k' * 1_000_000} = 1\n", "sweep", "--distributions"),
+    "key.toml": (f"{'k' * 1_000_000} = 1\n", "compare", "--vehicle"),
+    "key-of-tuning.toml": (f"[pop]\n{'k' * 1_000_000} = 1\n", "compare", "--params"),
+    "table.toml": (f"[{'k' * 1_000_000}]\nx = 1\n", "compare", "--params"),
+    "value.toml": (f"steer_lag = '{'v' * 1_000_000}'\n", "compare", "--vehicle"),
+}
+
+
+@looped("name", WILD)
+def test_wild_file_is_one_short_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    text, *arguments = WILD[name]
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    outcome = command.call(capsys, *arguments, str(tmp_path / name))
+    assert (outcome.status, outcome.out) == (2, "")
+    assert name in outcome.err or "quantity" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert len(outcome.err) < 1500
+
+
+@looped("arguments", [("replay",), ("compare", "--waypoints"), ("compare", "--vehicle", ".toml")])
+def test_device_without_an_end_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...]
+) -> None:
+    endless = tmp_path / f"endless{arguments[2] if len(arguments) > 2 else '.csv'}"
+    endless.unlink(missing_ok=True)
+    endless.symlink_to("/dev/zero")
+    outcome = command.call(capsys, *arguments[:2], str(endless))
+    assert outcome.status == 2
+    assert "is a device, not a file" in outcome.err

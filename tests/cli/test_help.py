@@ -138,3 +138,15 @@ for name in {_COMMANDS!r}:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.count("Usage: popsteer ") == len(_COMMANDS)
+
+
+def test_completion_completes_commands_and_is_offered() -> None:
+    shown = command.run("--show-completion", "bash")
+    assert (shown.status, shown.err) == (0, "")
+    assert "_POPSTEER_COMPLETE=complete_bash" in shown.out
+    asked = {
+        "_POPSTEER_COMPLETE": "complete_bash",
+        "COMP_WORDS": "popsteer comp",
+        "COMP_CWORD": "1",
+    }
+    assert command.run(environment=asked).out.split() == ["compare"]

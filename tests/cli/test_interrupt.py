@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import pytest
 
 from popsteer.lab.sweep import rows
 from tests.cli import command, logs
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -129,3 +131,33 @@ def test_sweep_interrupted_keeps_its_rows(tmp_path: Path, who: tuple[str, ...]) 
     assert {file.name for file in tmp_path.iterdir()} == {"sweep.csv.part"}
     _, kept = rows.read(tmp_path / "sweep.csv.part")
     assert len({row["run"] for row in kept}) == len(kept)
+
+
+@looped(
+    "module", ["numpy", "popsteer._core", "popsteer.status", "rich", "typer", "popsteer.cli.app"]
+)
+def test_interrupted_while_it_loads_says_nothing(module: str) -> None:
+    # Ctrl-C comes as this module is looked for; the script is begun as the installed one is.
+    code = f"""
+import os, signal, sys
+
+class Interrupts:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts())
+sys.argv = ["/usr/bin/popsteer", "tracks"]
+from popsteer.cli import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+
+
+def test_library_leaves_the_interrupt_to_its_program() -> None:
+    code = (
+        "import signal, popsteer;"
+        "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -47,7 +47,18 @@ def test_project_drives_to_its_end(project: Path) -> None:
 def test_tests_of_the_project_pass(project: Path) -> None:
     ran = _python(project, "test_drive.py")
     assert (ran.returncode, ran.stderr) == (0, "")
-    assert ran.stdout.count(": passed\n") == 3
+    assert len(set(re.findall(r"^(test_\w+): passed$", ran.stdout, re.MULTILINE))) == 3
+
+
+def test_commands_of_the_readme_run(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(project)
+    readme = (project / "README.md").read_text(encoding="utf-8")
+    found = re.findall(r"popsteer (plan [^`\n]+|stability [^`\n]+)", readme)
+    assert len(found) == 2
+    for line in found:
+        outcome = command.run(*line.split())
+        assert (outcome.status, outcome.err) == (0, ""), line
+    assert popsteer.Path.from_csv("course.csv").speed is not None
 
 
 def test_test_of_the_project_fails_where_its_loop_is_broken(project: Path, tmp_path: Path) -> None:

@@ -32,11 +32,16 @@ QUICK["stability"] = COMMANDS["stability"][:-2]
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 
 
-def _shell(redirection: str, arguments: tuple[str, ...], folder: Path) -> tuple[int, str, str]:
+def _shell(
+    redirection: str,
+    arguments: tuple[str, ...],
+    folder: Path,
+    environment: dict[str, str] = BUFFERED,
+) -> tuple[int, str, str]:
     """Run the command with its output redirected by a shell."""
     line = ["sh", "-c", f'exec "$@" {redirection}', "sh", command.script(), *arguments]
     done = subprocess.run(
-        line, capture_output=True, encoding="utf-8", cwd=folder, env=BUFFERED, check=False
+        line, capture_output=True, encoding="utf-8", cwd=folder, env=environment, check=False
     )
     return done.returncode, done.stdout, done.stderr
 
@@ -53,8 +58,9 @@ def test_closed_stdout_is_one_line_before_anything_is_done(
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
 @looped("name", ["help", "compare", "tracks", "export"])
 def test_full_stdout_is_one_line(tmp_path: Path, name: str) -> None:
-    outcome = _shell(">/dev/full", COMMANDS[name], tmp_path)
-    assert outcome == (2, "", "popsteer: standard output: No space left on device\n")
+    for environment in (BUFFERED, {**BUFFERED, "PYTHONUNBUFFERED": "1"}):
+        outcome = _shell(">/dev/full", COMMANDS[name], tmp_path, environment)
+        assert outcome == (2, "", "popsteer: standard output: No space left on device\n")
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,7 @@ def test_sweep_takes_the_vehicle_the_tuning_and_the_distributions_of_files(
         (("--vary", "steer_lag"), "--vary must be written NAME=DISTRIBUTION, got 'steer_lag'"),
         (("--vary", "steer_lag=gamma(1)"), "steer_lag must be a number, uniform(LOW,HIGH)"),
         (("--vary", "steer_lag=normal(0,1)"), ": steer_lag must be in"),
-        (("--distributions", "nowhere.toml"), "--distributions must be readable: No such file"),
+        (("--distributions", "nowhere.toml"), "nowhere.toml: No such file"),
         (("--params", "nowhere.toml"), "nowhere.toml: No such file"),
         (("--out", "sweep.txt"), "--out must be a file *.parquet or *.csv"),
         (("--out", "/dev/null/sweep.csv"), "/dev/null/sweep.csv: Not a directory"),

@@ -15,12 +15,11 @@ PACKAGE = ROOT / "python" / "popsteer"
 # From the ground up. A part may import the parts of the layers below its own, and itself; the
 # parts of one layer do not know each other.
 LAYERS = (
-    ("_core", "errors"),
-    ("ranges", "extras"),
+    ("_core", "errors", "interrupt"),
+    ("ranges", "extras", "files"),
     (
         "state",
         "status",
-        "files",
         "csv_file",
         "toml_file",
         "parameters",

@@ -160,6 +160,12 @@ def test_path_of_bad_waypoints_names_the_waypoint(
     assert (str(caught.value), caught.value.index) == (message, index)
 
 
+def test_path_of_x_and_y_says_how_to_pass_them() -> None:
+    make: Any = popsteer.Path
+    with pytest.raises(TypeError, match=r"Path\(numpy\.column_stack\(\(x, y\)\)"):
+        make([0, 1, 2], [0, 0, 0])
+
+
 def test_path_open_may_return_to_its_start() -> None:
     assert popsteer.Path([*XY, XY[0]]).length == 12.0
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -188,6 +189,21 @@ def test_read_bag_whose_clocks_share_no_time_is_refused(
     with pytest.raises(LogError, match="have no time in common"):
         logs.read(file)
     assert START > 0.0
+
+
+def test_read_bag_whose_index_has_another_time_than_its_messages_is_one_line(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("rosbags")
+    t = 0.1 * np.arange(50)
+    columns = {"t": t, "x": t, "y": 0 * t, "yaw": 0 * t, "speed": 0 * t + 1, "steer": 0 * t}
+    file = write_bag(tmp_path / "bag", columns)
+    raw, begin = file.read_bytes(), struct.pack("<Q", round(START * 1e9))
+    # The last but one is of the index of chunks, the last of the statistics.
+    at = raw.rindex(begin, 0, raw.rindex(begin))
+    file.write_bytes(raw[:at] + struct.pack("<Q", 2**63) + raw[at + 8 :])
+    with pytest.raises(LogError, match="promises messages that are not there"):
+        logs.read(file)
 
 
 @pytest.mark.parametrize("name", ["broken.mcap", "broken.db3"])

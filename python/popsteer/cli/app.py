@@ -88,7 +88,6 @@ status 2.
 app = typer.Typer(
     name="popsteer",
     help=_HELP,
-    add_completion=False,
     no_args_is_help=False,
     pretty_exceptions_enable=False,
     # Plain text reads the same on a terminal, in a file and through a pager.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from popsteer.errors import PopsteerError
 from popsteer.extras import MODULES, MissingExtra, missing, require
+from popsteer.interrupt import handle_as_usual
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,6 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     Traceback (most recent call last):
     SystemExit: 2
     """
+    handle_as_usual()
     _set_up_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -168,8 +170,10 @@ def _refuse(message: str) -> int:
 
 def _is_full(stream: TextIO) -> bool:
     """Whether nothing more can be written; asked where a write has failed already."""
-    stream.write("\n")
-    return _drop_what_fails(stream)
+    with suppress(OSError):  # where nothing is buffered, the write itself fails
+        stream.write("\n")
+        return _drop_what_fails(stream)
+    return True
 
 
 def _drop_what_fails(stream: TextIO) -> bool:

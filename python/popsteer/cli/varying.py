@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from popsteer import presets, sim
+from popsteer import presets, sim, toml_file
 from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import usual
 from popsteer.params_file import load_all
-from popsteer.toml_file import tomllib
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,12 +56,7 @@ def distributions(
     """
     texts: dict[str, Any] = {}
     if file is not None:
-        try:
-            texts = tomllib.loads(file.read_bytes().decode("utf-8"))
-        except OSError as error:
-            raise ConfigError("--distributions", str(file), f"readable: {error.strerror}") from None
-        except ValueError as error:
-            raise ConfigError("--distributions", str(file), f"a TOML file: {error}") from None
+        texts = toml_file.read(file, "--distributions")
     elif not vary or all(each.partition("=")[2].strip() == "none" for each in vary):
         texts = dict(usual(sim.vehicle_of(plant), plant))
     for each in vary or []:

@@ -163,7 +163,7 @@ def _acceleration(speed: Array, cell: float) -> Array:
 
 def _usual_speed(t: Array, yaw: Array, speed: Array) -> float:
     """Give the speed at which the car turns: the mean, weighted by the square of the yaw rate."""
-    every = max(1, round(0.5 / float(np.median(np.diff(t)))))
+    every = min(max(1, round(0.5 / float(np.median(np.diff(t))))), len(t) - 1)
     turned = np.diff(yaw[::every]) / np.diff(t[::every])
     weight = turned**2 + 1e-12
     middle = 0.5 * np.abs(speed[::every][1:] + speed[::every][:-1])

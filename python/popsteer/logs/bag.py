@@ -174,6 +174,8 @@ def _log(
     topic: str,
 ) -> Log:
     """Put both topics on one clock."""
+    if not (len(poses) and len(angles)):
+        raise LogError(f"{path}: its index promises messages that are not there")
     remarks = []
     stamped = not (np.isnan(poses[:, 0]).any() or np.isnan(angles[:, 0]).any())
     clock = 0 if stamped else 1

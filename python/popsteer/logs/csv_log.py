@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.files import read_bytes
 from popsteer.logs.log import COLUMNS, Log, LogError
 from popsteer.logs.units import factor
 
@@ -75,7 +76,9 @@ def read_csv(
     if first is None:
         raise LogError(f"{name}: the file is empty")
     separator = next((mark for mark in ",;\t" if mark in lines[first]), ",")
-    names = [entry.strip() for entry in next(csv.reader([lines[first]], delimiter=separator))]
+    names = [
+        entry.strip() for entry in _entries(f"{name}, line {first + 1}", lines[first], separator)
+    ]
     places = {}
     for key, called in wanted.items():
         if called not in names:
@@ -93,7 +96,7 @@ def read_csv(
 
 def _text(name: str) -> str:
     try:
-        return Path(name).read_bytes().decode("utf-8-sig")
+        return read_bytes(name).decode("utf-8-sig")
     except OSError as error:
         raise LogError(f"{name}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
@@ -130,11 +133,18 @@ def _carefully(
         content = _content(line)
         if not content:
             continue
-        entries = next(csv.reader([content], delimiter=separator))
+        entries = _entries(f"{name}, line {place}", content, separator)
         if len(entries) <= max(use):
             raise LogError(f"{name}, line {place}: found {len(entries)} columns, too few")
         rows.append([_number(f"{name}, line {place}, column {k + 1}", entries[k]) for k in use])
     return np.array(rows).reshape(-1, len(use))
+
+
+def _entries(where: str, line: str, separator: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=separator))
+    except csv.Error as error:
+        raise LogError(f"{where}: {error}") from None
 
 
 def _number(where: str, entry: str) -> float:

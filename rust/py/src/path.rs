@@ -11,6 +11,7 @@ use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{ClosestPoint, Path, PathView, locate, projection};
 use popsteer_core::{Point, math};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
@@ -96,15 +97,25 @@ impl PyPath {
 #[pymethods]
 impl PyPath {
     #[new]
-    #[pyo3(signature = (xy, *, speed=None, closed=false, reverse=None, drop_duplicates=false))]
+    #[pyo3(
+        signature = (xy, *more, speed=None, closed=false, reverse=None, drop_duplicates=false),
+        text_signature = "(xy, *, speed=None, closed=False, reverse=None, drop_duplicates=False)"
+    )]
     fn new(
         py: Python<'_>,
         xy: &Bound<'_, PyAny>,
+        more: &Bound<'_, PyTuple>,
         speed: Option<&Bound<'_, PyAny>>,
         closed: bool,
         reverse: Option<Vec<bool>>,
         drop_duplicates: bool,
     ) -> PyResult<Self> {
+        if !more.is_empty() {
+            return Err(PyTypeError::new_err(
+                "Path takes one array of waypoints, shape (N, 2): \
+                 Path(numpy.column_stack((x, y)), speed=...)",
+            ));
+        }
         let mut given = Waypoints::read(py, xy, speed, reverse)?;
         if drop_duplicates {
             given = given.distinct(closed);

@@ -1,0 +1,29 @@
+"""Ctrl-C while the command ``popsteer`` still loads: it ends at once, without a traceback.
+
+Imported first of all; from there on `popsteer.cli.main` handles it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+__all__ = ["end", "handle_as_usual"]
+
+
+def end(*_: object) -> None:
+    """End the process with the status that a shell has for Ctrl-C."""
+    os._exit(130)
+
+
+def handle_as_usual() -> None:
+    """Let Ctrl-C raise KeyboardInterrupt again."""
+    if signal.getsignal(signal.SIGINT) is end:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# A worker of the command's own has its name, and handles Ctrl-C as its pool does.
+_name = "".join(getattr(sys, "argv", [])[:1]).replace("\\", "/").rpartition("/")[2]
+if _name.removesuffix(".exe") == "popsteer" and "multiprocessing" not in sys.modules:
+    signal.signal(signal.SIGINT, end)
