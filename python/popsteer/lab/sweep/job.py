@@ -27,7 +27,7 @@ from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
-from popsteer.lab.common.varied import Varied, draws, run_seed, varied
+from popsteer.lab.common.varied import STEERING, Varied, draws, run_seed, varied
 from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, object_of, plant_name
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SCHEMA", "Job", "from_text"]
 
-SCHEMA = "popsteer-sweep/2"
+SCHEMA = "popsteer-sweep/3"
 """What a file of a sweep says it is."""
 _MAX_RUNS = 10_000_000
 
@@ -199,6 +199,7 @@ class Job:
             of_plant["vehicle"] = plant.vehicle.as_dict()
         else:
             of_plant["params"] = plant.params.as_dict()
+            of_plant["steering"] = {name: getattr(plant.vehicle, name) for name in STEERING}
         path = self.path
         columns = {"x": path.x, "y": path.y, "speed": path.speed, "reverse": path.reverse}
         document = {
@@ -254,7 +255,6 @@ def from_text(text: str) -> Job:
         )
     adapt = document["adapt"]
     columns = {name: _unpacked(each) for name, each in document["path"].items()}
-    settings = {k: v for k, v in document["settings"].items() if k != "keep_records"}
     name, pedals = document["controller"], document["longitudinal"]
     kind: Any = controllers if name in controllers.names() else baselines
     return Job(
@@ -277,7 +277,7 @@ def from_text(text: str) -> Job:
         speed=document["speed"],
         constant_speed=document["constant_speed"],
         longitudinal=pedals and longitudinal.KINDS[pedals["name"]](**pedals["params"]),
-        settings=Settings(**settings),
+        settings=Settings(**document["settings"]),
         course=document["course"],
         label=document["label"],
     )
@@ -288,7 +288,8 @@ def _plant(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of pl
     if name in CORE_PLANTS:
         return CORE_PLANTS[name](Vehicle(**document["vehicle"]), **document["params"])
     found: Any = plants.get(name)
-    return found.with_params(found.params.replace(**document["params"]))
+    made = found.with_params(found.params.replace(**document["params"]))
+    return made.with_steering(**document["steering"])
 
 
 def _packed(column: Any) -> str:  # noqa: ANN401 - any array

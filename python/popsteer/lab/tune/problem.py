@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SCHEMA", "Problem", "Score", "usual_search"]
 
-SCHEMA = "popsteer-tune/2"
+SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
 _UNFINISHED = 100.0  # m: worse than any error of a run that finished
 _MAX_CARS = 1000
@@ -279,12 +279,13 @@ class Problem:
                 paths.update(b"-" if column is None else np.ascontiguousarray(column).tobytes())
         plant = self.plant
         own = plant.as_dict() if hasattr(plant, "as_dict") else plant.params.as_dict()
+        own = {**own, "vehicle": plant.vehicle.as_dict()}
         adapt = self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt
         pedals = self.longitudinal
         document = {
             "schema": SCHEMA,
             "version": __version__,
-            "tracks": list(self.paths),
+            "tracks": {name: path.closed for name, path in self.paths.items()},
             "waypoints": paths.hexdigest(),
             "controller": self.controller,
             "base": self.base.as_dict(),

@@ -1,0 +1,117 @@
+"""Figures and tables of the pages of matrix, steps' times and runs, against hand calculations."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import sim
+from popsteer.lab import compare
+from popsteer.lab.compare.metrics_json import metrics_json
+from popsteer.lab.report import matrix as matrix_page
+from popsteer.lab.report import sweep as sweep_page
+from popsteer.lab.report import times
+from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.compare import actor_of
+from popsteer.lab.report.scene import _car, travelled
+from popsteer.lab.sweep import repeat
+from tests.pages_of_html import Html
+from tests.values.tables import STRAIGHT, job
+
+
+def test_percentiles_of_steps_are_of_each_controllers_own_times() -> None:
+    # 1,000 calls of one controller: 1 to 1,000 µs; ten of the other, in nanoseconds.
+    nanoseconds = [1000 * k for k in range(1, 1001)]
+    stand_in: Any = SimpleNamespace(
+        latencies={"pop": nanoseconds, "stanley": [500] * 10},
+        step_times={"pop": 2.5e-6, "stanley": 0.4e-6},
+    )
+    page = Html(times.latency_table(stand_in))
+    found = [text for text in page.texts["td"] if text]
+    assert found[:7] == ["2.50", "501.00", "901.00", "991.00", "1000.00", "1000.0", "1000"]
+    assert found[7:] == ["0.40", "0.50", "0.50", "0.50", "0.50", "0.5", "10"]
+    (figure,) = times.latency_figure(stand_in)
+    for trace, lowest in zip(figure["traces"], (1.0, 0.5), strict=True):
+        assert sum(trace["y"]) == pytest.approx(100.0, abs=0.05)
+        first = next(x for x, y in zip(trace["x"], trace["y"], strict=True) if y)
+        assert 0.88 * lowest < first <= lowest * (1.0 + 1e-9)
+    assert figure["traces"][0]["y"][0] == 0.0
+    assert times.latency_figure(SimpleNamespace(latencies={})) == []  # type: ignore[arg-type]
+
+
+def _run(error: float, finished: bool = True) -> Any:
+    metrics = SimpleNamespace(settled_mean_abs_cross_track_error=error, finished=finished)
+    return SimpleNamespace(metrics=metrics, settings=sim.Settings(settling_time=4.0))
+
+
+def test_matrix_marks_the_best_of_those_that_finished() -> None:
+    runs = {"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
+    comparison = SimpleNamespace(runs=runs, track="slalom", plant="car", first=runs["pop"])
+    text = matrix_page._pivot(SimpleNamespace(comparisons=[comparison]))  # type: ignore[arg-type]
+    page = Html(text)
+    assert page.texts["strong"] == ["0.0200"]
+    assert [each for each in page.texts["td"] if "." in each] == ["0.0200", "(0.0100)", "0.0300"]
+    assert "after 4 s [m]" in text
+    runs["pop"] = _run(math.nan, False)
+    assert "(–)" in matrix_page._pivot(SimpleNamespace(comparisons=[comparison]))  # type: ignore[arg-type]
+
+
+def test_logarithmic_axis_reaches_from_end_to_end() -> None:
+    axis = log_axis("t", 0.011, 0.3)
+    assert axis["tickvals"] == pytest.approx([0.02, 0.05, 0.1, 0.2])
+
+
+def test_car_on_the_map_has_its_axles_where_they_are() -> None:
+    shape = _car(popsteer.Vehicle(wheelbase=2.5, rear_axle=-1.0))
+    assert (shape["rear"], shape["front"]) == (-1.0, 1.5)
+    assert shape["tail"] < -1.0 < 1.5 < shape["nose"]
+    assert shape["half"] == pytest.approx(0.8)
+
+
+def test_distance_driven_is_positive_backwards() -> None:
+    assert travelled(np.arange(3.0), np.array([-1.0, -1.0, -3.0])).tolist() == [0.0, 1.0, 3.0]
+
+
+def test_car_of_a_run_has_its_records_in_degrees() -> None:
+    run = sim.run(popsteer.Stanley(STRAIGHT), "kinematic-bicycle", constant_speed=5.0)
+    columns = actor_of(run, "stanley", "Stanley", ["", ""]).columns
+    for name in ("time", "x", "y", "yaw", "speed", "cross_track_error", "status"):
+        assert np.array_equal(columns[name], run.records[name]), name
+    for name in ("steer", "heading_error"):
+        assert columns[f"{name}_deg"] == pytest.approx(np.degrees(run.records[name])), name
+    assert columns["distance"] == pytest.approx(run.records["x"], abs=1e-6)
+
+
+def test_worst_runs_are_marked_where_their_settled_error_is_greatest() -> None:
+    pytest.importorskip("scipy")
+    one = job(runs=2, constant_speed=5.0, settings=sim.Settings(settling_time=2.0))
+    scene = sweep_page._scene(one, [0], [1], None)
+    assert [actor.name for actor in scene.actors] == ["run-0", "run-1"]
+    records = repeat(one, 1).records
+    settled = records["time"] >= 2.0
+    error = np.abs(records["cross_track_error"])
+    at = int(np.flatnonzero(settled)[np.argmax(error[settled])])
+    ((x, y, said),) = scene.marks
+    assert (x, y) == (records["x"][at], records["y"][at])
+    assert said == f"run 1: {error[at]:.2f} m"
+    assert scene.panels[0].limit == one.deviation
+
+
+def test_document_of_a_comparison_has_every_figure_of_its_runs() -> None:
+    found = compare.run(STRAIGHT, ["stanley", "pop"], "kinematic-bicycle", constant_speed=5.0)
+    document = json.loads(metrics_json(found))
+    for name, run in found.runs.items():
+        written = document["controllers"][name]
+        assert written["faults"] == list(run.metrics.faults.names)
+        for key, value in vars(run.metrics).items():
+            place, own = written, key
+            if key.startswith("rear_axle_"):
+                place, own = written["rear_axle"], key.removeprefix("rear_axle_")
+            if key != "faults":
+                assert place[own] == value, (name, key)

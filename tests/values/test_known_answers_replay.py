@@ -1,0 +1,153 @@
+"""A replay's and an identification's tables, files and figures, of values known by hand."""
+
+from __future__ import annotations
+
+import csv
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import Status
+from popsteer.lab.replay import Replay, Shadow, replay_csv, replay_table, summary_csv
+from popsteer.lab.replay.table import caption, statuses
+from popsteer.lab.report import replay as report
+from popsteer.logs import Log
+from tests.values.tables import STRAIGHT, cells
+
+STEER = [0.1, 0.1, 0.2, 0.2, 0.2]
+LOG = Log(
+    [10.0, 10.1, 10.2, 12.2, 12.3],
+    [0.0, 0.5, 1.0, 11.0, 11.5],
+    [0.0] * 5,
+    [0.1] * 5,
+    [5.0, 5.0, 5.0, 7.0, 7.0],
+    STEER,
+    name="drive.csv",
+)
+DEVIATING, SATURATED = int(Status.DEVIATING), int(Status.SATURATED)
+
+
+def replay() -> Replay:
+    shadow = Shadow(
+        "pop",
+        STRAIGHT,
+        np.array([0.1, 0.2, 0.1, 0.5, 0.2]),
+        np.array([0.5, -1.5, 0.0, 1.0, 0.0]),
+        np.array([0.0, 0.1, -0.2, 0.0, 0.0]),
+        np.array([0, SATURATED, DEVIATING | SATURATED, SATURATED, 0], dtype=np.uint32),
+    )
+    return Replay(LOG, popsteer.Vehicle(), {"pop": shadow}, "the course")
+
+
+def test_table_has_degrees_rates_and_shares_without_the_gap() -> None:
+    _, driver, pop = cells(replay_table(replay()))
+    # 0.1 rad in 0.1 s in one of three steps; the step over the gap counts for nothing.
+    assert float(driver[3]) == pytest.approx(math.degrees(math.sqrt(1.0 / 3.0)), abs=0.006)
+    difference = np.degrees([0.0, 0.1, 0.1, 0.3, 0.0])
+    assert float(pop[1]) == pytest.approx(difference.mean(), abs=0.006)
+    assert float(pop[2]) == pytest.approx(difference.max(), abs=0.006)
+    assert float(pop[3]) == pytest.approx(math.degrees(math.sqrt(11.0 / 3.0)), abs=0.006)
+    assert [float(each) for each in pop[4:6]] == [0.6, 1.5]
+    assert [float(each) for each in pop[6:]] == [40.0, 20.0]
+
+
+def test_files_say_what_the_table_says() -> None:
+    (line,) = csv.DictReader(summary_csv(replay()).splitlines())
+    assert float(line["mean_abs_difference_deg"]) == pytest.approx(math.degrees(0.1))
+    assert float(line["max_abs_cross_track_error"]) == 1.5
+    text = replay_csv(replay())
+    rows = list(csv.DictReader(each for each in text.splitlines() if not each.startswith("#")))
+    assert [float(row["t"]) for row in rows] == LOG.t.tolist()
+    for name, values in (("steer", STEER), ("pop.steer", [0.1, 0.2, 0.1, 0.5, 0.2])):
+        assert [float(row[name]) for row in rows] == values
+    assert [float(row["pop.heading_error"]) for row in rows] == [0.0, 0.1, -0.2, 0.0, 0.0]
+    assert [float(row["pop.cross_track_error"]) for row in rows] == [0.5, -1.5, 0.0, 1.0, 0.0]
+    assert f"{DEVIATING} deviating" in text
+
+
+def test_words_have_the_duration_the_period_and_the_shares() -> None:
+    assert caption(replay()) == "drive.csv: 2.3 s, 5 rows every 100 ms, along the course"
+    (said,) = statuses(replay())
+    assert "saturated 60.0 %" in said
+    assert "deviating 20.0 %" in said
+    shadow = replay().shadows["pop"]
+    assert shadow.conditions() == {"saturated": 0.6, "deviating": 0.2}
+
+
+def test_page_of_a_replay_has_degrees_and_breaks_at_the_gap() -> None:
+    scene = report._scene(replay())
+    driver, pop = (actor.columns for actor in scene.actors)
+    nan = math.nan
+    assert driver["time"] == pytest.approx([0.0, 0.1, 0.2, 2.2, 2.3])
+    assert driver["steer_deg"] == pytest.approx(np.degrees([0.1, 0.1, 0.2, nan, 0.2]), nan_ok=True)
+    assert pop["difference_deg"] == pytest.approx(
+        np.degrees([0.0, 0.1, -0.1, nan, 0.0]), nan_ok=True
+    )
+    assert pop["heading_error_deg"][1:3] == pytest.approx(np.degrees([0.1, -0.2]))
+    # The trapezium of the speeds, 5 m/s to 7 m/s over the gap.
+    assert driver["distance"] == pytest.approx([0.0, 0.5, 1.0, 13.0, 13.7])
+    figure = report._histogram(replay())
+    (trace,) = figure["traces"]
+    assert sum(trace["y"]) == pytest.approx(100.0, abs=0.01)
+    largest = math.degrees(0.3)
+    assert (trace["x"][0], trace["x"][-1]) == pytest.approx((-largest, largest), rel=1e-3)
+    counted = {x: y for x, y in zip(trace["x"], trace["y"], strict=True) if y}
+    assert sorted(counted.values()) == pytest.approx([20.0, 20.0, 20.0, 40.0])
+
+
+def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
+    pytest.importorskip("scipy")
+    from popsteer.identification import Identification
+    from popsteer.lab.identify.table import caption as identified_caption
+    from popsteer.lab.identify.table import identified_table
+
+    ones = np.ones(5)
+    records: dict[str, Any] = dict.fromkeys(("x", "y", "simulated_x", "simulated_y"), 0.0 * ones)
+    records |= {"t": LOG.t, "counts": np.array([True, True, True, True, False])}
+    records |= {"yaw_rate": np.array([0.3, -0.3, 0.3, 0.3, 9.0])}
+    records |= {"simulated_yaw_rate": np.array([0.3, -0.3, 0.3, 0.1, 0.0])}
+    records |= {"position_error": np.array([0.1, 0.1, -0.1, 0.1, 9.0])}
+    car = popsteer.Vehicle(
+        wheelbase=2.7, understeer=0.00312, steer_offset=0.01274, steer_lag=0.12, dead_time=0.2
+    )
+    errors = {"wheelbase": 0.012, "understeer": 3.1e-4, "steer_offset": 0.0021}
+    errors |= {"steer_lag": 0.013, "dead_time": 0.011}
+    found = Identification(
+        vehicle=car,
+        errors=errors,
+        delay=0.32,
+        delay_error=0.013,
+        turning_length=2.95,
+        turning_length_error=0.014,
+        speed=8.0,
+        lag_of="wheels",
+        notes=(),
+        noise={"yaw": 0.002, "position": 0.02},
+        records=records,
+        log=LOG,
+    )
+    assert found.yaw_rate_residual == pytest.approx(0.1)
+    assert found.yaw_rate_rms == pytest.approx(0.3)
+    assert found.position_residual == pytest.approx(0.1)
+    shown = {line[0]: line[1:] for line in cells(identified_table(found))[1:]}
+
+    def number(text: str) -> float:
+        return float(text.split(maxsplit=1)[0])
+
+    for name, value, error, unit in (
+        ("wheelbase", 2.7, 0.012, "m"),
+        ("understeer", 0.00312, 3.1e-4, "s²/m"),
+        ("steering offset", 0.73, 0.12, "deg"),
+        ("lag", 120.0, 13.0, "ms"),
+        ("dead time", 200.0, 11.0, "ms"),
+        ("dead time and lag together", 320.0, 13.0, "ms"),
+        ("turning length at 8.0 m/s", 2.95, 0.014, "m"),
+    ):
+        line = shown[name]
+        assert number(line[0]) == pytest.approx(value, rel=1e-3), name
+        assert number(line[1].removeprefix("± ")) == pytest.approx(error, rel=0.05), name
+        assert line[-1] == unit, name
+    assert "2.3 s, 5 rows every 100 ms" in identified_caption(found)

@@ -1,0 +1,179 @@
+"""What a tuning's scores, tables and choices say, of figures whose right answers are known."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import sim
+from popsteer.lab import tune
+from popsteer.lab.common.distributions import distribution
+from popsteer.lab.tune import report, study
+from popsteer.lab.tune.problem import Score, usual_search
+from popsteer.lab.tune.report import Judged
+from popsteer.lab.tune.study import Trial, Tuned
+from tests.values.tables import STRAIGHT, cells
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+pytest.importorskip("scipy")
+
+SEARCH = {"min_lookahead": "uniform(2,12)", "lookahead_gain": "loguniform(0.1,0.9)"}
+
+
+def problem(**changes: Any) -> tune.Problem:
+    given: dict[str, Any] = {
+        "search": {name: distribution(name, text) for name, text in SEARCH.items()},
+        "plant": sim.KinematicBicycle(),
+        "vary": {},
+        "cars": 1,
+        "longitudinal": popsteer.SpeedPidParams(),
+        **changes,
+    }
+    paths = given.pop("paths", {"straight": STRAIGHT})
+    params = given.pop("base", popsteer.PopParams())
+    return tune.Problem(paths, "pop", params, **given)
+
+
+def score(errors: Mapping[str, Any], efforts: Mapping[str, Any]) -> Score:
+    return Score(dict(errors), dict(efforts))
+
+
+def trial(number: int, error: float, effort: float, ratio: float = 1.0, gain: float = 0.3) -> Trial:
+    values = {"min_lookahead": 7.0, "lookahead_gain": gain}
+    return Trial(number, values, error, effort, error, error, ratio)
+
+
+USUAL = score({"a": (0.1, 0.3), "b": (0.2, 0.6)}, {"a": (0.1, 0.3), "b": (0.2, 0.2)})
+
+
+def test_score_is_the_mean_of_mean_and_worst() -> None:
+    assert USUAL.mean == pytest.approx(0.3)
+    assert USUAL.worst == 0.6
+    assert USUAL.error == pytest.approx(0.45)
+    assert USUAL.effort == pytest.approx(0.2)
+
+
+def test_effort_ratio_is_the_greatest_of_all_and_of_each_unvaried_car() -> None:
+    busier = score(USUAL.errors, {"a": (0.1, 0.5), "b": (0.2, 0.2)})
+    assert busier.effort_ratio(USUAL) == pytest.approx(1.25)
+    shaky = score(USUAL.errors, {"a": (0.3, 0.1), "b": (0.2, 0.2)})
+    assert shaky.effort_ratio(USUAL) == pytest.approx(3.0)
+
+
+def test_front_has_the_trials_that_none_beats_in_both() -> None:
+    tried = [trial(0, 0.5, 0.1), trial(1, 0.4, 0.3), trial(2, 0.4, 0.2), trial(3, 0.6, 0.05)]
+    tried += [trial(4, 0.1, 0.9), trial(5, 0.2, 1.0)]
+    found = Tuned(problem(), USUAL, tried, None, 1.1)
+    assert [each.number for each in found.front] == [3, 0, 2, 4]
+
+
+def test_tuning_that_was_chosen_is_said_with_its_values() -> None:
+    chosen = trial(1, 0.2, 0.2, gain=0.123456)
+    found = Tuned(problem(), USUAL, [trial(0, 0.5, 0.1), chosen], chosen, 1.1)
+    assert report.caption(found) == (
+        "pop, the best of 2 trials: min_lookahead 7, lookahead_gain 0.1235"
+    )
+    assert found.params == popsteer.PopParams(min_lookahead=7.0, lookahead_gain=0.123456)
+    none = Tuned(problem(), USUAL, [trial(0, 0.5, 0.1)], None, 1.1)
+    assert "none of 1 trials is better within 1.1 times" in report.caption(none)
+    assert none.params == popsteer.PopParams()
+
+
+def test_table_has_means_worsts_and_efforts_before_and_after() -> None:
+    after = score({"a": (0.05, 0.15), "b": (0.3, 12.0)}, {"a": (0.2, 0.2), "b": (0.4, 0.6)})
+    two = problem(paths={"a": STRAIGHT, "b": STRAIGHT})
+    one = problem(paths={"c": STRAIGHT})
+    unseen = score({"c": (1.0, 3.0)}, {"c": (0.5, 0.7)})
+    judged = [Judged(two, USUAL, after, True), Judged(one, unseen, unseen, False)]
+    (shown,) = report.tables(judged)
+    _, first, second, third = cells(shown)
+    assert first == ["a", "yes", "0.2000", "0.1000", "0.3000", "0.1500", "0.2000", "0.2000"]
+    assert second == ["b", "yes", "0.4000", "6.1500", "0.6000", "12.0", "0.2000", "0.5000"]
+    assert third[:4] == ["c", "no", "2.0000", "2.0000"]
+    cars = [Judged(two, USUAL, after, True), Judged(two, USUAL, after, False)]
+    seen = [line[1] for line in cells(report.tables(cars)[0])[1:]]
+    assert seen == ["yes", "yes", "cars no", "cars no"]
+
+
+def test_losses_are_told_from_two_percent_and_a_millimetre_on() -> None:
+    base = problem()
+
+    def told(error: float, effort: float) -> list[str]:
+        old = score({"straight": (0.1,)}, {"straight": (0.2,)})
+        new = score({"straight": (error,)}, {"straight": (effort,)})
+        return report.losses([Judged(base, old, new, True)])
+
+    assert told(0.1019, 0.219) == ["Worse than before on none of these tracks."]
+    assert told(0.1021, 0.2) == ["Less precise than before on: straight 0.1000 → 0.1021 m."]
+    assert told(0.09, 0.221) == [
+        "Steers more than 1.1 times as before on: straight 0.200 → 0.221 rad/s."
+    ]
+
+
+def test_end_of_the_search_is_told_at_either_end() -> None:
+    for values, said in (
+        ({"min_lookahead": 2.1, "lookahead_gain": 0.5}, "min_lookahead"),
+        ({"min_lookahead": 11.9, "lookahead_gain": 0.5}, "min_lookahead"),
+        ({"min_lookahead": 7.0, "lookahead_gain": 0.89}, "lookahead_gain"),
+    ):
+        chosen = trial(0, 0.1, 0.1)._replace(values=values)
+        found = Tuned(problem(), USUAL, [chosen], chosen, 1.1)
+        told = [note for note in report.notes(found, []) if "search farther" in note]
+        assert len(told) == 1, values
+        assert told[0].startswith(said)
+
+
+def test_usual_search_is_a_quarter_to_four_times_each_value() -> None:
+    params, car = popsteer.PreviewPopParams(), popsteer.Vehicle(wheelbase=2.7)
+    resolved = params.resolved(car).as_dict()
+    for name, each in usual_search("preview-pop", params, car).items():
+        assert each.bounds == pytest.approx((resolved[name] / 4, resolved[name] * 4)), name
+        assert each.name == "loguniform"
+    gain = usual_search("pop", popsteer.PopParams(lookahead_gain=0.0), car)["lookahead_gain"]
+    assert gain.bounds == (0.0, 1.0)
+
+
+def test_run_that_does_not_finish_scores_worse_than_any_that_does() -> None:
+    short = problem(settings=sim.Settings(time_limit=1.0)).score(popsteer.PopParams())
+    assert short.errors["straight"] == (100.0, 100.0)
+
+
+def test_choice_is_the_least_error_within_the_effort_and_never_unfinished() -> None:
+    pytest.importorskip("optuna")
+    # Standing in for runs: the error rises with the lookahead, the effort is high below 6 m.
+    base = problem(base=popsteer.PopParams(min_lookahead=9.0))
+
+    def fake(params: popsteer.PopParams, progress: object = None) -> Score:
+        far = params.resolved(base.given).min_lookahead or 0.0
+        error = 100.0 if far < 4.0 else 0.05 * far
+        return score({"straight": (error,)}, {"straight": (1.2 if far < 6.0 else 1.0,)})
+
+    object.__setattr__(base, "score", fake)
+    found = tune.run(base, trials=60)
+    assert found.chosen is not None
+    assert 6.0 <= found.chosen.values["min_lookahead"] < 7.5
+    assert found.chosen.error < found.usual.error
+    best = min(each.error for each in found.trials if each.ratio <= 1.1)
+    assert found.chosen.error == best
+    assert found.chosen.mean == found.chosen.worst == found.chosen.error
+
+
+def test_near_the_best_stays_in_bounds_and_differs_by_trial() -> None:
+    base = problem()
+    tried = [trial(k, 1.0 / (k + 1), 0.1) for k in range(22)]
+    found = [study._near_the_best(base, tried[:count], 1.1) for count in range(15, 23)]
+    assert [each is None for each in found] == [count % 3 == 0 for count in range(15, 23)]
+    proposed = [each for each in found if each is not None]
+    for each in proposed:
+        assert 2.0 <= each["min_lookahead"] <= 12.0
+        assert 0.1 <= each["lookahead_gain"] <= 0.9
+    assert len({each["min_lookahead"] for each in proposed}) == len(proposed)
+    assert study._near_the_best(base, tried[:14], 1.1) is None
+    assert study._near_the_best(base, [each._replace(ratio=2.0) for each in tried], 1.1) is None
+    near = np.array([[each[name] for name in SEARCH] for each in proposed])
+    assert np.median(np.abs(near[:, 0] - 7.0)) < 3.0
