@@ -11,10 +11,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 use crate::batch_inputs::{Ages, Inputs, on_error_of};
-use crate::commands::PyCommandBatch;
 use crate::errors::OrRaise;
 use crate::params::{Count, Number};
 use crate::path::PyPath;
+use crate::tracker::commands::PyCommandBatch;
 use crate::vehicles::{Recipe, Vehicles, each};
 
 /// More copies of one controller than this are a mistake, not a batch.

@@ -7,7 +7,7 @@ use popsteer_sim::{Controller, Longitudinal, Perception, Simulation, closed_loop
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
-use crate::lateral::law_of;
+use crate::laws::law_of;
 use crate::python_driver::PythonDriver;
 use crate::python_plant::PythonPlant;
 

@@ -13,12 +13,12 @@ use pyo3::types::PyDict;
 use pyo3::{PyTraverseError, PyVisit};
 
 use crate::errors::{OrRaise, entry_error};
-use crate::longitudinal::longitudinal_of;
 use crate::path::PyPath;
 use crate::plants::any_plant;
 use crate::pool;
 use crate::python_plant::{PythonPlant, limit_of};
 use crate::settings::PySettings;
+use crate::speed::controllers::longitudinal_of;
 
 /// Observations, rewards, whether the episodes are terminated, whether they are truncated, info.
 type StepArrays<'py> = (

@@ -13,21 +13,16 @@ mod arrays;
 mod batch;
 mod batch_inputs;
 mod choice;
-mod command;
-mod commands;
 mod driving;
 mod empty_call;
 mod episodes;
 mod errors;
 mod functions;
-mod in_flight;
-mod lateral;
-mod longitudinal;
+mod laws;
 mod many;
 mod metrics;
 mod params;
 mod path;
-mod planning;
 mod plants;
 mod pool;
 mod projection;
@@ -37,8 +32,8 @@ mod record;
 mod records;
 mod settings;
 mod sim;
-mod speed_tracker;
-mod state;
+mod speed;
+mod tracker;
 mod vehicle;
 mod vehicles;
 mod waypoints;
@@ -52,30 +47,31 @@ mod _core {
     #[pymodule_export]
     use crate::{
         batch::PyBatch,
-        command::PyCommand,
-        commands::PyCommandBatch,
         empty_call::PyEmptyCall,
         episodes::PyEpisodes,
         functions::{
             get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition,
             wrap,
         },
-        in_flight::PyInFlight,
-        lateral::{
-            PyMonitorParams, PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop,
-            PyPreviewPopParams, PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
-        },
-        longitudinal::{
-            PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
+        laws::{
+            PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop, PyPreviewPopParams,
+            PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
         many::run_many,
         path::PyPath,
-        planning::{path_curvature, path_cusps, plan_speeds},
         plants::{PyCarlaIdentified, PyKinematicBicycle, plants},
         projection::{PyLookahead, PyProjection},
         settings::{PyNoise, PySettings},
         sim::PySimulation,
-        speed_tracker::{PySpeedCommand, PySpeedTracker, PySpeedTrackerParams},
+        speed::controllers::{
+            PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
+        },
+        speed::planning::{path_curvature, path_cusps, plan_speeds},
+        speed::tracker::{PySpeedCommand, PySpeedTracker, PySpeedTrackerParams},
+        tracker::command::PyCommand,
+        tracker::commands::PyCommandBatch,
+        tracker::in_flight::PyInFlight,
+        tracker::monitor::PyMonitorParams,
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
     };
 
@@ -85,7 +81,7 @@ mod _core {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add(
             "_speed_defaults",
-            crate::planning::speed_defaults(module.py())?,
+            crate::speed::planning::speed_defaults(module.py())?,
         )?;
         let profile = if cfg!(debug_assertions) {
             "debug"

@@ -13,12 +13,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::{OrRaise, entry_error};
-use crate::lateral::law_of;
-use crate::longitudinal::{GivenPedals, longitudinal_for};
+use crate::laws::law_of;
 use crate::metrics::figures;
 use crate::plants::plant_of;
 use crate::pool;
 use crate::settings::{PyNoise, PySettings};
+use crate::speed::controllers::{GivenPedals, longitudinal_for};
 
 /// How often signals and progress are handled: well within the 100 ms that a person notices.
 const LOOK_EVERY: Duration = Duration::from_millis(20);

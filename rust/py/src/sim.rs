@@ -12,13 +12,13 @@ use pyo3::{PyTraverseError, PyVisit};
 
 use crate::driving::driven;
 use crate::errors::{OrRaise, argument_error};
-use crate::longitudinal::{GivenPedals, longitudinal_for};
 use crate::metrics::by_name;
 use crate::path::PyPath;
 use crate::plants::{AnyPlant, any_plant, plant_object};
 use crate::python_plant::{PythonPlant, limit_of};
 use crate::records::{Begin, SavedState, columns_of, put_together, taken_apart};
 use crate::settings::{PyNoise, PySettings};
+use crate::speed::controllers::{GivenPedals, longitudinal_for};
 use crate::vehicle::PyVehicle;
 
 /// A vehicle on a path, moved one control step at a time and measured.

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::errors::{IntoPyErr, OrRaise, entry_error};
-use crate::lateral::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley};
+use crate::laws::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley};
 use crate::pool;
-use crate::state;
+use crate::tracker::state;
 
 /// The vehicles, of one controller each time: a batch of mixed ones would be as wide as the widest
 /// state.

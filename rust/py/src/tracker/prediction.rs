@@ -15,7 +15,7 @@ use crate::errors::argument_error;
 const MOST: usize = 100_000;
 
 /// Room for the instants of `time` [s], one each `dt` [s].
-pub(super) fn room(time: f64, dt: f64) -> Result<Vec<Predicted>, InputError> {
+pub(crate) fn room(time: f64, dt: f64) -> Result<Vec<Predicted>, InputError> {
     input_in_range("time", time, 0.0, MAX_DT)?;
     let dt = checked_dt(dt)?;
     let periods = to_count(time / dt + 0.5);
@@ -30,7 +30,7 @@ pub(super) fn room(time: f64, dt: f64) -> Result<Vec<Predicted>, InputError> {
 }
 
 /// The `popsteer.Prediction` of these instants.
-pub(super) fn shown<'py>(py: Python<'py>, instants: &[Predicted]) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn shown<'py>(py: Python<'py>, instants: &[Predicted]) -> PyResult<Bound<'py, PyAny>> {
     if instants.is_empty() {
         let none = py.None().into_bound(py);
         let wanted = "known: predict goes on from the last step, take one first";

@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 
 use crate::errors::{OrRaise, argument_error};
 use crate::params::params;
-use crate::speed_tracker::PySpeedTracker;
-use crate::state;
+use crate::speed::tracker::PySpeedTracker;
+use crate::tracker::state;
 
 popsteer_core::CoupledLongitudinalParams! { params {
     /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.

@@ -1,11 +1,7 @@
-//! The lateral controllers, with their parameters and states.
+//! The lateral controllers, with their parameters.
 
-mod controller;
-mod monitor;
 mod params;
-mod prediction;
 
-pub(crate) use monitor::PyMonitorParams;
 pub(crate) use params::{
     PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams,
 };
@@ -20,13 +16,14 @@ use popsteer_sim::batch::Member;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use self::controller::{controller, track};
-use self::monitor::Monitored;
-use crate::command::PyCommand;
 use crate::errors::OrRaise;
 use crate::params::{Count, NewArgs, Number};
 use crate::path::PyPath;
-use crate::state;
+use crate::tracker::command::PyCommand;
+use crate::tracker::controller::{controller, track};
+use crate::tracker::monitor::{Monitored, PyMonitorParams};
+use crate::tracker::prediction;
+use crate::tracker::state;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
 /// The optional inputs of a step.

@@ -15,7 +15,7 @@ use crate::errors::OrRaise;
 use crate::params::{Number, params};
 use crate::path::PyPath;
 use crate::record::record;
-use crate::state;
+use crate::tracker::state;
 use crate::vehicle::PyVehicle;
 
 popsteer_core::SpeedTrackerParams! { params {

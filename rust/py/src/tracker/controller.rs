@@ -8,7 +8,7 @@ use super::monitor::Monitored;
 use crate::vehicle::Adapt;
 
 /// The tracker of `law`, with the given adaptation and monitor.
-pub(super) fn track<L: LateralLaw>(
+pub(crate) fn track<L: LateralLaw>(
     law: L,
     adapt: &Adapt,
     monitor: &Monitored,
@@ -497,4 +497,4 @@ macro_rules! controller {
         }
     };
 }
-pub(super) use controller;
+pub(crate) use controller;

@@ -1,0 +1,10 @@
+//! What all lateral controllers have in common: their steps, what these take and return, their
+//! state.
+
+pub(crate) mod command;
+pub(crate) mod commands;
+pub(crate) mod controller;
+pub(crate) mod in_flight;
+pub(crate) mod monitor;
+pub(crate) mod prediction;
+pub(crate) mod state;
