@@ -3,7 +3,17 @@
 import os
 from collections.abc import Callable, Iterable, Sequence
 from inspect import Signature
-from typing import Any, ClassVar, Generic, Literal, TypeAlias, TypeVar, final, type_check_only
+from typing import (
+    Any,
+    ClassVar,
+    Final,
+    Generic,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    final,
+    type_check_only,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -198,32 +208,23 @@ class _Controller(_Stateful[_ParamsT]):
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
-    @property
-    def vehicle(self) -> Vehicle: ...
-    @property
-    def vehicle_given(self) -> bool: ...
-    @property
-    def adapt(self) -> AdaptParams | None: ...
-    @property
-    def monitor(self) -> MonitorParams | None: ...
-    @property
-    def estimate(self) -> Estimate: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def tracked_point(self) -> float: ...
+    vehicle: Final[Vehicle]
+    vehicle_given: Final[bool]
+    adapt: Final[AdaptParams | None]
+    monitor: Final[MonitorParams | None]
+    estimate: Final[Estimate]
+    path: Final[Path]
+    tracked_point: Final[float]
     def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
 
 @type_check_only
 class _CorePlant(_Params):
-    @property
-    def vehicle(self) -> Vehicle: ...
+    vehicle: Final[Vehicle]
     def __hash__(self) -> int: ...  # type: ignore[override]
 
 @type_check_only
 class _Vehicle(_Params):
-    @property
-    def front_axle(self) -> float: ...
+    front_axle: Final[float]
     def turning_length(self, speed: float) -> float: ...
     @staticmethod
     def load(file: str | os.PathLike[str]) -> Vehicle: ...
@@ -242,28 +243,19 @@ class Projection(_Value):
         cross_track_error: float,
         path_yaw: float,
     ) -> Self: ...
-    @property
-    def segment(self) -> int: ...
-    @property
-    def fraction(self) -> float: ...
-    @property
-    def point(self) -> _Point: ...
-    @property
-    def arc_length(self) -> float: ...
-    @property
-    def cross_track_error(self) -> float: ...
-    @property
-    def path_yaw(self) -> float: ...
+    segment: Final[int]
+    fraction: Final[float]
+    point: Final[_Point]
+    arc_length: Final[float]
+    cross_track_error: Final[float]
+    path_yaw: Final[float]
 
 @final
 class Lookahead(_Value):
     def __new__(cls, *, index: int, point: _Point, found: bool) -> Self: ...
-    @property
-    def index(self) -> int: ...
-    @property
-    def point(self) -> _Point: ...
-    @property
-    def found(self) -> bool: ...
+    index: Final[int]
+    point: Final[_Point]
+    found: Final[bool]
 
 @final
 class Command(_Value):
@@ -281,26 +273,16 @@ class Command(_Value):
         distance_to_stop: float,
         status: Status,
     ) -> Self: ...
-    @property
-    def steer(self) -> float: ...
-    @property
-    def cross_track_error(self) -> float: ...
-    @property
-    def heading_error(self) -> float: ...
-    @property
-    def predicted_cross_track_error(self) -> float: ...
-    @property
-    def predicted_heading_error(self) -> float: ...
-    @property
-    def target(self) -> _Point: ...
-    @property
-    def reverse(self) -> bool: ...
-    @property
-    def reference_speed(self) -> float | None: ...
-    @property
-    def distance_to_stop(self) -> float: ...
-    @property
-    def status(self) -> Status: ...
+    steer: Final[float]
+    cross_track_error: Final[float]
+    heading_error: Final[float]
+    predicted_cross_track_error: Final[float]
+    predicted_heading_error: Final[float]
+    target: Final[_Point]
+    reverse: Final[bool]
+    reference_speed: Final[float | None]
+    distance_to_stop: Final[float]
+    status: Final[Status]
 
 @final
 class Path:
@@ -315,20 +297,13 @@ class Path:
     ) -> Self: ...
     @classmethod
     def from_csv(cls, file: str | os.PathLike[str], *, closed: bool = False) -> Self: ...
-    @property
-    def x(self) -> _Floats: ...
-    @property
-    def y(self) -> _Floats: ...
-    @property
-    def s(self) -> _Floats: ...
-    @property
-    def speed(self) -> _Floats | None: ...
-    @property
-    def reverse(self) -> _Flags | None: ...
-    @property
-    def length(self) -> float: ...
-    @property
-    def closed(self) -> bool: ...
+    x: Final[_Floats]
+    y: Final[_Floats]
+    s: Final[_Floats]
+    speed: Final[_Floats | None]
+    reverse: Final[_Flags | None]
+    length: Final[float]
+    closed: Final[bool]
     def __len__(self) -> int: ...
     def __getnewargs_ex__(self) -> tuple[tuple[_Floats], dict[str, Any]]: ...
     def nearest_waypoint(self, x: float, y: float) -> int: ...
@@ -388,18 +363,12 @@ class Estimate(_NamedValue):
         slip_length: float = 0.0,
         acceleration: float = 0.0,
     ) -> Self: ...
-    @property
-    def gain(self) -> float: ...
-    @property
-    def steer_offset(self) -> float: ...
-    @property
-    def dead_time(self) -> float: ...
-    @property
-    def slip(self) -> float: ...
-    @property
-    def slip_length(self) -> float: ...
-    @property
-    def acceleration(self) -> float: ...
+    gain: Final[float]
+    steer_offset: Final[float]
+    dead_time: Final[float]
+    slip: Final[float]
+    slip_length: Final[float]
+    acceleration: Final[float]
 
 @final
 @final
@@ -434,26 +403,16 @@ class CommandBatch:
         distance_to_stop: _Floats,
         status: NDArray[np.uint32],
     ) -> Self: ...
-    @property
-    def steer(self) -> _Floats: ...
-    @property
-    def cross_track_error(self) -> _Floats: ...
-    @property
-    def heading_error(self) -> _Floats: ...
-    @property
-    def predicted_cross_track_error(self) -> _Floats: ...
-    @property
-    def predicted_heading_error(self) -> _Floats: ...
-    @property
-    def target(self) -> _Floats: ...
-    @property
-    def reverse(self) -> _Flags: ...
-    @property
-    def reference_speed(self) -> _Floats: ...
-    @property
-    def distance_to_stop(self) -> _Floats: ...
-    @property
-    def status(self) -> NDArray[np.uint32]: ...
+    steer: Final[_Floats]
+    cross_track_error: Final[_Floats]
+    heading_error: Final[_Floats]
+    predicted_cross_track_error: Final[_Floats]
+    predicted_heading_error: Final[_Floats]
+    target: Final[_Floats]
+    reverse: Final[_Flags]
+    reference_speed: Final[_Floats]
+    distance_to_stop: Final[_Floats]
+    status: Final[NDArray[np.uint32]]
     def __len__(self) -> int: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
@@ -490,8 +449,7 @@ class Batch:
         self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None
     ) -> None: ...
     def reset(self) -> None: ...
-    @property
-    def states(self) -> list[State]: ...
+    states: Final[list[State]]
     def __len__(self) -> int: ...
     def __setstate__(self, kept: tuple[list[State], list[Path | None]]) -> None: ...
 
@@ -499,8 +457,7 @@ class Batch:
 class CoupledLongitudinal:
     def __new__(cls, params: CoupledLongitudinalParams | None = None) -> Self: ...
     def step(self, speed: float, steer: float) -> tuple[float, float]: ...
-    @property
-    def params(self) -> CoupledLongitudinalParams: ...
+    params: Final[CoupledLongitudinalParams]
 
 @final
 class SpeedPid(_Stateful[SpeedPidParams]):
@@ -519,16 +476,11 @@ class SpeedCommand(_Value):
         reverse: bool,
         standing: bool,
     ) -> Self: ...
-    @property
-    def acceleration(self) -> float: ...
-    @property
-    def reference_speed(self) -> float: ...
-    @property
-    def distance_to_stop(self) -> float: ...
-    @property
-    def reverse(self) -> bool: ...
-    @property
-    def standing(self) -> bool: ...
+    acceleration: Final[float]
+    reference_speed: Final[float]
+    distance_to_stop: Final[float]
+    reverse: Final[bool]
+    standing: Final[bool]
 
 @final
 class SpeedTracker(_Stateful[SpeedTrackerParams]):
@@ -538,12 +490,9 @@ class SpeedTracker(_Stateful[SpeedTrackerParams]):
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> SpeedCommand: ...
     def set_path(self, path: Path) -> None: ...
     def reset(self) -> None: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def vehicle(self) -> Vehicle: ...
-    @property
-    def plan(self) -> _Floats: ...
+    path: Final[Path]
+    vehicle: Final[Vehicle]
+    plan: Final[_Floats]
 
 @final
 class Episodes:
@@ -582,28 +531,17 @@ class Simulation:
     ) -> Self: ...
     @property
     def state(self) -> _Numbers: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def plant(self) -> str: ...
-    @property
-    def vehicle(self) -> Vehicle: ...
-    @property
-    def settings(self) -> Settings: ...
-    @property
-    def time(self) -> float: ...
-    @property
-    def reverse(self) -> bool: ...
-    @property
-    def progress(self) -> float: ...
-    @property
-    def is_finished(self) -> bool: ...
-    @property
-    def is_over(self) -> bool: ...
-    @property
-    def ending(self) -> str | None: ...
-    @property
-    def reference_speed(self) -> float | None: ...
+    path: Final[Path]
+    plant: Final[str]
+    vehicle: Final[Vehicle]
+    settings: Final[Settings]
+    time: Final[float]
+    reverse: Final[bool]
+    progress: Final[float]
+    is_finished: Final[bool]
+    is_over: Final[bool]
+    ending: Final[str | None]
+    reference_speed: Final[float | None]
     def step(
         self, steer: float, throttle: float = 0.0, brake: float = 0.0, reverse: bool = False
     ) -> None: ...
@@ -689,36 +627,21 @@ class Vehicle(_Vehicle):
         max_deceleration: float | None = None,
         drive_lag: float = 0.0,
     ) -> Self: ...
-    @property
-    def wheelbase(self) -> float: ...
-    @property
-    def rear_axle(self) -> float: ...
-    @property
-    def no_slip_point(self) -> float | None: ...
-    @property
-    def turning_wheelbase(self) -> float | None: ...
-    @property
-    def understeer(self) -> float: ...
-    @property
-    def steer_offset(self) -> float: ...
-    @property
-    def steer_lag(self) -> float: ...
-    @property
-    def dead_time(self) -> float: ...
-    @property
-    def max_steer(self) -> float: ...
-    @property
-    def max_steer_rate(self) -> float | None: ...
-    @property
-    def max_lateral_acceleration(self) -> float | None: ...
-    @property
-    def max_speed(self) -> float | None: ...
-    @property
-    def max_acceleration(self) -> float | None: ...
-    @property
-    def max_deceleration(self) -> float | None: ...
-    @property
-    def drive_lag(self) -> float: ...
+    wheelbase: Final[float]
+    rear_axle: Final[float]
+    no_slip_point: Final[float | None]
+    turning_wheelbase: Final[float | None]
+    understeer: Final[float]
+    steer_offset: Final[float]
+    steer_lag: Final[float]
+    dead_time: Final[float]
+    max_steer: Final[float]
+    max_steer_rate: Final[float | None]
+    max_lateral_acceleration: Final[float | None]
+    max_speed: Final[float | None]
+    max_acceleration: Final[float | None]
+    max_deceleration: Final[float | None]
+    drive_lag: Final[float]
 
 @final
 class AdaptParams(_Params):
@@ -729,12 +652,9 @@ class AdaptParams(_Params):
         slip_time: float = 5.0,
         min_speed: float | None = None,
     ) -> Self: ...
-    @property
-    def turn_time(self) -> float: ...
-    @property
-    def slip_time(self) -> float: ...
-    @property
-    def min_speed(self) -> float | None: ...
+    turn_time: Final[float]
+    slip_time: Final[float]
+    min_speed: Final[float | None]
 
 @final
 class MonitorParams(_Params):
@@ -744,10 +664,8 @@ class MonitorParams(_Params):
         deviation_limit: float | None = None,
         turn_tolerance: float = 0.01,
     ) -> Self: ...
-    @property
-    def deviation_limit(self) -> float | None: ...
-    @property
-    def turn_tolerance(self) -> float: ...
+    deviation_limit: Final[float | None]
+    turn_tolerance: Final[float]
 
 @final
 class PopParams(_LawParams):
@@ -765,26 +683,16 @@ class PopParams(_LawParams):
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
-    @property
-    def lookahead_gain(self) -> float: ...
-    @property
-    def min_lookahead(self) -> float | None: ...
-    @property
-    def steer_span(self) -> float: ...
-    @property
-    def candidate_count(self) -> int: ...
-    @property
-    def exact_lookahead(self) -> bool: ...
-    @property
-    def lookahead_tolerance(self) -> float | None: ...
-    @property
-    def window_ahead(self) -> float | None: ...
-    @property
-    def grid_spacing(self) -> float | None: ...
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
+    lookahead_gain: Final[float]
+    min_lookahead: Final[float | None]
+    steer_span: Final[float]
+    candidate_count: Final[int]
+    exact_lookahead: Final[bool]
+    lookahead_tolerance: Final[float | None]
+    window_ahead: Final[float | None]
+    grid_spacing: Final[float | None]
+    search_distance: Final[float | None]
+    lost_distance: Final[float | None]
 
 @final
 class PreviewPopParams(_LawParams):
@@ -801,24 +709,15 @@ class PreviewPopParams(_LawParams):
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
-    @property
-    def steer_span_rate(self) -> float | None: ...
-    @property
-    def horizon(self) -> float: ...
-    @property
-    def heading_cost(self) -> float | None: ...
-    @property
-    def steer_rate_cost(self) -> float | None: ...
-    @property
-    def approach_angle(self) -> float: ...
-    @property
-    def min_speed(self) -> float | None: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
+    steer_span_rate: Final[float | None]
+    horizon: Final[float]
+    heading_cost: Final[float | None]
+    steer_rate_cost: Final[float | None]
+    approach_angle: Final[float]
+    min_speed: Final[float | None]
+    smoothing_length: Final[float | None]
+    search_distance: Final[float | None]
+    lost_distance: Final[float | None]
 
 @final
 class PidParams(_LawParams):
@@ -834,22 +733,14 @@ class PidParams(_LawParams):
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
-    @property
-    def kp(self) -> float | None: ...
-    @property
-    def ki(self) -> float | None: ...
-    @property
-    def kd(self) -> float | None: ...
-    @property
-    def buffer_length(self) -> int: ...
-    @property
-    def integral_with_dt(self) -> bool: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
+    kp: Final[float | None]
+    ki: Final[float | None]
+    kd: Final[float | None]
+    buffer_length: Final[int]
+    integral_with_dt: Final[bool]
+    smoothing_length: Final[float | None]
+    search_distance: Final[float | None]
+    lost_distance: Final[float | None]
 
 @final
 class PurePursuitParams(_LawParams):
@@ -866,24 +757,15 @@ class PurePursuitParams(_LawParams):
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
-    @property
-    def lookahead_gain(self) -> float: ...
-    @property
-    def min_lookahead(self) -> float | None: ...
-    @property
-    def alpha_by_arccos(self) -> bool: ...
-    @property
-    def exact_lookahead(self) -> bool: ...
-    @property
-    def lookahead_tolerance(self) -> float | None: ...
-    @property
-    def window_ahead(self) -> float | None: ...
-    @property
-    def grid_spacing(self) -> float | None: ...
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
+    lookahead_gain: Final[float]
+    min_lookahead: Final[float | None]
+    alpha_by_arccos: Final[bool]
+    exact_lookahead: Final[bool]
+    lookahead_tolerance: Final[float | None]
+    window_ahead: Final[float | None]
+    grid_spacing: Final[float | None]
+    search_distance: Final[float | None]
+    lost_distance: Final[float | None]
 
 @final
 class StanleyParams(_LawParams):
@@ -898,20 +780,13 @@ class StanleyParams(_LawParams):
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
-    @property
-    def cross_track_gain(self) -> float: ...
-    @property
-    def speed_gain(self) -> float: ...
-    @property
-    def softening(self) -> float | None: ...
-    @property
-    def heading_behind(self) -> bool: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
+    cross_track_gain: Final[float]
+    speed_gain: Final[float]
+    softening: Final[float | None]
+    heading_behind: Final[bool]
+    smoothing_length: Final[float | None]
+    search_distance: Final[float | None]
+    lost_distance: Final[float | None]
 
 @final
 class CoupledLongitudinalParams(_Params):
@@ -922,12 +797,9 @@ class CoupledLongitudinalParams(_Params):
         steer_limit: float = 1.22,
         speed_limit: float = 69.44,
     ) -> Self: ...
-    @property
-    def cutoff(self) -> float: ...
-    @property
-    def steer_limit(self) -> float: ...
-    @property
-    def speed_limit(self) -> float: ...
+    cutoff: Final[float]
+    steer_limit: Final[float]
+    speed_limit: Final[float]
 
 @final
 class SpeedPidParams(_Params):
@@ -938,12 +810,9 @@ class SpeedPidParams(_Params):
         ki: float = 0.1,
         kd: float = 0.0,
     ) -> Self: ...
-    @property
-    def kp(self) -> float: ...
-    @property
-    def ki(self) -> float: ...
-    @property
-    def kd(self) -> float: ...
+    kp: Final[float]
+    ki: Final[float]
+    kd: Final[float]
 
 @final
 class SpeedTrackerParams(_Params):
@@ -956,16 +825,11 @@ class SpeedTrackerParams(_Params):
         reserve: float = 0.4,
         drive_delay: float = 0.0,
     ) -> Self: ...
-    @property
-    def kp(self) -> float: ...
-    @property
-    def ki(self) -> float: ...
-    @property
-    def max_jerk(self) -> float: ...
-    @property
-    def reserve(self) -> float: ...
-    @property
-    def drive_delay(self) -> float: ...
+    kp: Final[float]
+    ki: Final[float]
+    max_jerk: Final[float]
+    reserve: Final[float]
+    drive_delay: Final[float]
 
 @final
 class CarlaIdentified(_CorePlant):
@@ -980,18 +844,12 @@ class CarlaIdentified(_CorePlant):
         bend_loss: float = 0.11,
         braking: float = 9.0,
     ) -> Self: ...
-    @property
-    def throttle_lag(self) -> float: ...
-    @property
-    def drive(self) -> float: ...
-    @property
-    def drag(self) -> float: ...
-    @property
-    def air_drag(self) -> float: ...
-    @property
-    def bend_loss(self) -> float: ...
-    @property
-    def braking(self) -> float: ...
+    throttle_lag: Final[float]
+    drive: Final[float]
+    drag: Final[float]
+    air_drag: Final[float]
+    bend_loss: Final[float]
+    braking: Final[float]
 
 @final
 class KinematicBicycle(_CorePlant):
@@ -1003,12 +861,9 @@ class KinematicBicycle(_CorePlant):
         drag: float = 0.28,
         braking: float = 9.0,
     ) -> Self: ...
-    @property
-    def drive(self) -> float: ...
-    @property
-    def drag(self) -> float: ...
-    @property
-    def braking(self) -> float: ...
+    drive: Final[float]
+    drag: Final[float]
+    braking: Final[float]
 
 @final
 class Noise(_Params):
@@ -1019,12 +874,9 @@ class Noise(_Params):
         yaw: float = 0.0,
         speed: float = 0.0,
     ) -> Self: ...
-    @property
-    def position(self) -> float: ...
-    @property
-    def yaw(self) -> float: ...
-    @property
-    def speed(self) -> float: ...
+    position: Final[float]
+    yaw: Final[float]
+    speed: Final[float]
 
 @final
 class Settings(_Params):
@@ -1039,19 +891,12 @@ class Settings(_Params):
         settling_time: float = 5.0,
         keep_records: bool = True,
     ) -> Self: ...
-    @property
-    def dt(self) -> float: ...
-    @property
-    def substeps(self) -> int: ...
-    @property
-    def stop_distance(self) -> float: ...
-    @property
-    def time_limit(self) -> float: ...
-    @property
-    def give_up_distance(self) -> float: ...
-    @property
-    def settling_time(self) -> float: ...
-    @property
-    def keep_records(self) -> bool: ...
+    dt: Final[float]
+    substeps: Final[int]
+    stop_distance: Final[float]
+    time_limit: Final[float]
+    give_up_distance: Final[float]
+    settling_time: Final[float]
+    keep_records: Final[bool]
 
 # End of the parameters.

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 STUB = Path(inspect.getfile(_core)).with_name("_core.pyi").read_text(encoding="utf-8")
-GETTER = "    def adapt(self) -> AdaptParams | None: ...\n"
+READ_ONLY = "    adapt: Final[AdaptParams | None]\n"
+GETTER = "    @property\n    def adapt(self) -> AdaptParams | None: ...\n"
 SETTER = "    @adapt.setter\n    def adapt(self, adapt: None) -> None: ...\n"
 LAWS = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley")
 
@@ -44,7 +45,8 @@ class Stub:
         """Methods and properties of a class, those of its bases included."""
         found: dict[str, ast.FunctionDef] = {}
         for each in reversed(self._line(name)):
-            methods = [node for node in self.all[each].body if isinstance(node, ast.FunctionDef)]
+            body = [_as_property(node) for node in self.all[each].body]
+            methods = [node for node in body if isinstance(node, ast.FunctionDef)]
             # A setter stands behind its getter.
             found |= {node.name: node for node in reversed(methods)}
         return found
@@ -71,6 +73,16 @@ class Stub:
             for member, node in self.members(name).items():
                 if not _is_property(node):
                     yield kind if member == "__new__" else getattr(kind, member), node
+
+
+def _as_property(node: ast.stmt) -> ast.stmt:
+    """`name: Final[kind]` as the property that it stands for; another statement as it is."""
+    if isinstance(node, ast.AnnAssign):
+        kind = ast.unparse(node.annotation)
+        if kind.startswith("Final["):
+            said = f"@property\ndef {ast.unparse(node.target)}(self) -> {kind[6:-1]}: ..."
+            return ast.parse(said).body[0]
+    return node
 
 
 def _is_property(node: ast.FunctionDef) -> bool:
@@ -252,18 +264,18 @@ def test_stub_is_that_of_the_module(check: Any) -> None:
         (wrong_defaults, "candidate_count: int = 21", "candidate_count: float = 21.0"),
         (wrong_defaults, "hold_limit: int = 10,", "hold_limit: int = 9,"),
         (wrong_names, "def predict(", "def foresee("),
-        (wrong_names, "def lost_distance(", "def gone_distance("),
+        (wrong_names, "    lost_distance: Final", "    gone_distance: Final"),
         (wrong_names, "params: _ParamsT | None = None,", "tuning: _ParamsT | None = None,"),
-        (wrong_types, "def candidate_count(self) -> int", "def candidate_count(self) -> float"),
+        (wrong_types, "    candidate_count: Final[int]", "    candidate_count: Final[float]"),
         (wrong_types, "def state(self) -> State", "def state(self) -> _ParamsT"),
-        (wrong_types, "def reverse(self) -> bool", "def reverse(self) -> float"),
-        (wrong_types, "def tracked_point(self) -> float", "def tracked_point(self) -> _Point"),
+        (wrong_types, "    reverse: Final[bool]", "    reverse: Final[float]"),
+        (wrong_types, "    tracked_point: Final[float]", "    tracked_point: Final[_Point]"),
         (
             wrong_setters,
             "    @state.setter\n    def state(self, state: State) -> None: ...\n",
             "",
         ),
-        (wrong_setters, GETTER, GETTER + SETTER),
+        (wrong_setters, READ_ONLY, GETTER + SETTER),
         (wrong_types, "lost_distance: float | None = None", "lost_distance: int | None = None"),
     ],
 )

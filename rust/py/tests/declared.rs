@@ -77,11 +77,7 @@ fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
     text += "    ) -> Self: ...\n";
     for field in fields {
         let kind = kind(field);
-        writeln!(
-            text,
-            "    @property\n    def {}(self) -> {kind}: ...",
-            field.name
-        )?;
+        writeln!(text, "    {}: Final[{kind}]", field.name)?;
     }
     Ok(text)
 }
