@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 from popsteer.errors import ConfigError
@@ -72,8 +73,13 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
     if scope == "OFF":
         index = "<ParticipantIndex>none</ParticipantIndex>"
         index += f"<Tag>ros_discovery_off_{os.getpid()}</Tag>"
-    general = (
-        "" if scope == "SUBNET" else "<General><AllowMulticast>false</AllowMulticast></General>"
-    )
+    general = ""
+    if scope != "SUBNET":
+        general = "<AllowMulticast>false</AllowMulticast>"
+    if scope == "LOCALHOST" and "NetworkInterface" not in uri and not uri.startswith("file:"):
+        # Cyclone DDS 0.10, which Jazzy has, reaches the loopback from any interface, 11 does not.
+        name = "lo0" if sys.platform == "darwin" else "lo"
+        general = f'<Interfaces><NetworkInterface name="{name}"/></Interfaces>{general}'
+    general = f"<General>{general}</General>" if general else ""
     found = f"<Discovery>{index}<Peers>{listed}</Peers></Discovery>"
     return f"<CycloneDDS><Domain>{general}{found}</Domain></CycloneDDS>,{uri}"
