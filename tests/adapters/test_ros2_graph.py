@@ -47,7 +47,11 @@ class Info:
 
         self.size = size
         self.writer = _writer(member._participant, size)  # whose topic is also the reader's
-        qos = Qos(Policy.Reliability.Reliable(10**8), Policy.Durability.TransientLocal)
+        qos = Qos(
+            Policy.Reliability.Reliable(10**8),
+            Policy.Durability.TransientLocal,
+            Policy.History.KeepLast(100),
+        )
         self.reader = DataReader(member._participant, self.writer.topic, qos=qos)
 
     def nodes(self) -> list[tuple[bytes, str, str, list[bytes], list[bytes]]]:
@@ -80,7 +84,8 @@ class Info:
 
 
 def announced(info: Info, name: str) -> Any:
-    return next((each for each in info.nodes() if each[2] == name), None)
+    """The last message about a node."""
+    return next((each for each in reversed(info.nodes()) if each[2] == name), None)
 
 
 @pytest.mark.parametrize(("distribution", "size"), [("jazzy", 16), ("humble", 24)])
