@@ -65,8 +65,8 @@ PathType: TypeAlias = Annotated[
 CommandType: TypeAlias = Annotated[
     str | None,
     options.optional(
-        "ackermann|control",
-        "What the command is: AckermannDriveStamped, the default, or Autoware's Control.",
+        "ackermann|control|twist|twist-stamped",
+        "What the command is: AckermannDriveStamped, the default, Autoware's Control, or a Twist.",
     ),
 ]
 Topic: TypeAlias = Annotated[
@@ -207,11 +207,19 @@ def topics_of(
     nothing else is given. Raises ConfigError where a name or a type is not known.
     """
     # Here, so that the other commands do not load the adapter.
-    from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, PATH, TRAJECTORY
+    from popsteer.adapters.ros2.messages import (
+        ACKERMANN,
+        CONTROL,
+        PATH,
+        TRAJECTORY,
+        TWIST,
+        TWIST_STAMPED,
+    )
     from popsteer.adapters.ros2.topics import Topics
 
     paths = {"path": PATH, "trajectory": TRAJECTORY}
-    commands = {"ackermann": ACKERMANN, "control": CONTROL}
+    twists = {"twist": TWIST, "twist-stamped": TWIST_STAMPED}
+    commands = {"ackermann": ACKERMANN, "control": CONTROL, **twists}
     topics = Topics.of_autoware() if autoware else Topics()
     asked = [each.partition("=")[0] for each in renamed or []]
     if twice := [name for name in asked if asked.count(name) > 1]:

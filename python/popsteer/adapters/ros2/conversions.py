@@ -20,6 +20,8 @@ from popsteer.adapters.ros2.messages import (
     ODOMETRY,
     PATH,
     TRAJECTORY,
+    TWIST,
+    TWIST_STAMPED,
     decode,
     make,
 )
@@ -39,6 +41,8 @@ __all__ = [
     "path_of",
     "path_of_bytes",
     "time_message",
+    "twist_message",
+    "twist_stamped_message",
     "yaw_of",
 ]
 
@@ -415,6 +419,24 @@ def control_message(steer: float, speed: float, acceleration: float, nanoseconds
         is_defined_acceleration=True,
     )
     return make(CONTROL, stamp=stamp, lateral=lateral, longitudinal=longitudinal)
+
+
+def twist_message(speed: float, yaw_rate: float) -> Any:  # noqa: ANN401
+    """Make a twist of a speed [m/s], negative backwards, and a yaw rate [rad/s].
+
+    Examples
+    --------
+    >>> twist_message(2.0, 0.5).angular.z
+    0.5
+    """
+    linear = make("geometry_msgs/msg/Vector3", x=float(speed))
+    angular = make("geometry_msgs/msg/Vector3", z=float(yaw_rate))
+    return make(TWIST, linear=linear, angular=angular)
+
+
+def twist_stamped_message(twist: Any, nanoseconds: int, frame: str) -> Any:  # noqa: ANN401
+    """Make a twist with its time [ns] and the vehicle's frame."""
+    return make(TWIST_STAMPED, header=_header(nanoseconds, frame), twist=twist)
 
 
 def _pose(x: float, y: float, yaw: float) -> Any:  # noqa: ANN401

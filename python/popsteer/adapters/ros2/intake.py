@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of_bytes
@@ -101,8 +101,10 @@ class Intake:
         self.course_number = 0
         self.odometry_refused = self.course_refused = ""
         self.course_refused_at = 0.0
+        self.stale = stale
+        # Gives a measurement in another frame, or raises MessageError; None where nothing does.
+        self.transform: Callable[[Measured, str], Measured] | None = None
         self._course_type = course_type
-        self._stale = stale
         self._closed = closed
 
     def take_odometry(self, data: bytes, now: float) -> bool:
@@ -115,6 +117,9 @@ class Intake:
             measured = measured_of(_used(decode, ODOMETRY, data))
             at = 1e-9 * measured.stamp if measured.stamp else now
             self._check_time(at, now)
+            wanted = measured.frame if self.course is None else self.course.frame
+            if self.transform is not None:
+                measured = self.transform(measured, wanted)
             if self.course is not None:
                 _check_frame(measured.frame, "path", self.course.frame)
         except MessageError as error:
@@ -133,19 +138,30 @@ class Intake:
         try:
             path, frame = _used(path_of_bytes, self._course_type, data, closed=self._closed)
             # Odometry that is stale says nothing: both may have gone over to another frame.
-            here = self.measured if now - self.measured_at <= self._stale else None
-            if here is not None:
+            here = self.measured if now - self.measured_at <= self.stale else None
+            if here is not None and self.transform is not None:
+                self.transform(here, frame)
+            elif here is not None:
                 _check_frame(frame, "odometry", here.frame)
         except MessageError as error:
             if not self.course_refused:
                 self.course_refused_at = now
             self.course_refused = self.courses.refuse(error)
             return False
+        self.use(path, frame)
+        return True
+
+    def use(self, path: Path, frame: str) -> None:
+        """Take a path that came by another way than a message."""
         stands = path.speed is not None and not path.speed.any()
         self.course = Course(path, frame, stands)
         self.course_number += 1
         self.course_refused = ""
-        return True
+
+    def stand(self) -> None:
+        """Stand on the present path until another one comes."""
+        if self.course is not None:
+            self.course = replace(self.course, stands=True)
 
     def forget_odometry(self) -> None:
         """Wait for odometry of the clock as it is now, after that has jumped."""
@@ -154,7 +170,7 @@ class Intake:
     def _check_time(self, at: float, now: float) -> None:
         if at > now + AHEAD:
             raise MessageError(f"stamp is {at - now:.2f} s in the future")
-        if now - at > self._stale:
+        if now - at > self.stale:
             raise MessageError(f"stamp is {now - at:.2f} s old")
         if self.measured is not None and at < self.measured_at:
             raise MessageError(f"stamp is {self.measured_at - at:.3f} s before the last one")

@@ -17,6 +17,8 @@ __all__ = [
     "ODOMETRY",
     "PATH",
     "TRAJECTORY",
+    "TWIST",
+    "TWIST_STAMPED",
     "TYPES",
     "decode",
     "encode",
@@ -35,6 +37,10 @@ ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 """Angle and speed to drive with."""
 CONTROL = "autoware_control_msgs/msg/Control"
 """Angle, speed and acceleration to drive with."""
+TWIST = "geometry_msgs/msg/Twist"
+"""Speed and yaw rate to drive with."""
+TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
+"""The same with a stamp."""
 CONTROL_MODE = "autoware_vehicle_msgs/msg/ControlModeReport"
 """Whether the vehicle obeys (1) or a person drives."""
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"

@@ -13,9 +13,19 @@ from popsteer.adapters.ros2.conversions import (
     ackermann_message,
     control_message,
     path_message,
+    twist_message,
+    twist_stamped_message,
 )
 from popsteer.adapters.ros2.intake import Intake
-from popsteer.adapters.ros2.messages import CONTROL, CONTROL_MODE, ODOMETRY, decode, encode
+from popsteer.adapters.ros2.messages import (
+    CONTROL,
+    CONTROL_MODE,
+    ODOMETRY,
+    TWIST,
+    TWIST_STAMPED,
+    decode,
+    encode,
+)
 from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
@@ -323,13 +333,17 @@ class Node:
         return drive
 
     def _publish_drive(self, drive: DriveCommand, now: int) -> None:
-        topics = self.options.topics
+        topics, measured = self.options.topics, self.intake.measured
+        frame = "base_link" if measured is None else measured.child_frame
+        kind = topics.command_type
         message: Any
-        if topics.command_type == CONTROL:
+        if kind == CONTROL:
             message = control_message(drive.steer, drive.speed, drive.acceleration, now)
+        elif kind in (TWIST, TWIST_STAMPED) and self.pilot is not None:
+            message = twist_message(drive.speed, self.pilot.yaw_rate(drive))
+            if kind == TWIST_STAMPED:
+                message = twist_stamped_message(message, now, frame)
         else:
-            measured = self.intake.measured
-            frame = "base_link" if measured is None else measured.child_frame
             message = ackermann_message(drive.steer, drive.speed, drive.limit, now, frame)
         self._publish(topics.command, message, now)
 

@@ -90,7 +90,7 @@ class Pilot:
         self.command: Command | None = None
         self.state = State.STANDING
         self.reason = ""
-        self._hold = hold
+        self.hold = hold
         self._tracker = _tracker(controller.path, controller.vehicle)
         self._speed: float | None = None
         self._measured_speed = 0.0
@@ -109,6 +109,15 @@ class Pilot:
             The controller's.
         """
         return self.controller.vehicle
+
+    def yaw_rate(self, drive: DriveCommand) -> float:
+        """Give the yaw rate of a command [rad/s]: v tan(angle) / (L + understeer v²).
+
+        The wheels' angle is the commanded one and the steering offset.
+        """
+        car, speed = self.vehicle, drive.speed
+        length = (car.turning_wheelbase or car.wheelbase) + car.understeer * speed * speed
+        return speed * math.tan(drive.steer + car.steer_offset) / length
 
     def set_path(self, path: Path) -> None:
         """Go on along another path, without a jump.
@@ -181,7 +190,7 @@ class Pilot:
         self._concerned = self._concerned + dt if concern else 0.0
         self.reason = concern or self._fault
         moves = self.state in (State.DRIVING, State.HOLDING) and not self._fault
-        if concern and moves and self._concerned <= self._hold:
+        if concern and moves and self._concerned <= self.hold:
             self.state = State.HOLDING
             return DriveCommand(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
         if self.reason or known is None:

@@ -1,0 +1,67 @@
+"""Poses in the frame of the path, and of the vehicle's point, by tf2."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rclpy.duration import Duration
+from rclpy.time import Time
+from tf2_ros import Buffer, TransformException, TransformListener
+
+from popsteer.adapters.ros2 import Measured, MessageError, yaw_of
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+
+class Frames:
+    """Transforms what odometry says.
+
+    `base` is the frame of the vehicle's point; empty for the odometry's own child frame.
+    """
+
+    def __init__(self, node: Node, base: str) -> None:
+        self.base = base
+        self._buffer = Buffer(cache_time=Duration(seconds=10))
+        self._listener = TransformListener(self._buffer, node)
+
+    def find(self, target: str, source: str, stamp: int = 0) -> tuple[float, float, float]:
+        """Give place and yaw of a frame in another: at a time [ns], or else the last known.
+
+        Raises MessageError where tf does not know them.
+        """
+        for at in (stamp, 0):  # localisation comes later than odometry, and changes slowly
+            try:
+                found = self._buffer.lookup_transform(target, source, Time(nanoseconds=at))
+            except TransformException as error:
+                said = str(error)
+                continue
+            moved = found.transform
+            return moved.translation.x, moved.translation.y, yaw_of(moved.rotation)
+        raise MessageError(f"no transform from {source!r} to {target!r}: {said}")
+
+    def transform(self, measured: Measured, frame: str) -> Measured:
+        """Give what is measured in a frame, of the vehicle's point."""
+        pose = measured[:3]
+        if measured.frame != frame:
+            pose = _after(self.find(frame, measured.frame, measured.stamp), pose)
+        child = measured.child_frame
+        if self.base and child and child != self.base:
+            pose = _after(pose, self.find(child, self.base))
+            measured = measured._replace(child_frame=self.base)
+        x, y, yaw = pose
+        return measured._replace(x=x, y=y, yaw=yaw, frame=frame)
+
+    def close(self) -> None:
+        """Hear no more of tf."""
+        self._listener.unregister()
+
+
+def _after(
+    first: tuple[float, float, float], then: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Give a pose that is given in the frame of another pose."""
+    (x, y, yaw), (ahead, left, turn) = first, then
+    c, s = math.cos(yaw), math.sin(yaw)
+    return x + c * ahead - s * left, y + s * ahead + c * left, math.remainder(yaw + turn, math.tau)

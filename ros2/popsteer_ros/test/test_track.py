@@ -1,0 +1,258 @@
+"""The node in a ROS installation, with a kinematic car: lifecycle, parameters, tf, FollowPath."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from typing import Any
+
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+import pytest
+import rclpy
+from ackermann_msgs.msg import AckermannDriveStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
+from nav2_msgs.action import FollowPath
+from nav_msgs.msg import Odometry, Path
+from popsteer_ros.node import Track, load_path
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from tf2_ros import TransformBroadcaster
+
+WHEELBASE = 2.7
+
+
+class Car:
+    """A kinematic car at 50 Hz, whose odometry drifts: its frame turns and moves in the map."""
+
+    def __init__(self, *, drifts: bool = False, **parameters: Any) -> None:
+        given = {"vehicle": "paper", **parameters}
+        overrides = [Parameter(name, value=value) for name, value in given.items()]
+        self.track = Track(parameter_overrides=overrides)
+        self.node = rclpy.create_node("car")
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.track)
+        self.executor.add_node(self.node)
+        self.x = self.y = self.yaw = self.speed = self.steer = 0.0
+        self.drifts, self.farthest, self.publishes = drifts, 0.0, True
+        self.begun = time.monotonic()
+        self.odometry = self.node.create_publisher(Odometry, "odom", 1)
+        self.paths = self.node.create_publisher(Path, "path", 1)
+        self.tf = TransformBroadcaster(self.node)
+        self.commands: list[Any] = []
+        self.node.create_subscription(AckermannDriveStamped, "drive", self.obey, 1)
+        self.node.create_timer(0.02, self.step)
+        self.client = ActionClient(self.node, FollowPath, "follow_path")
+
+    def obey(self, message: Any) -> None:
+        self.commands.append(message)
+        self.speed, self.steer = message.drive.speed, message.drive.steering_angle
+
+    def step(self) -> None:
+        self.x += 0.02 * self.speed * math.cos(self.yaw)
+        self.y += 0.02 * self.speed * math.sin(self.yaw)
+        self.yaw += 0.02 * self.speed * math.tan(self.steer) / WHEELBASE
+        self.farthest = max(self.farthest, abs(self.y))
+        if not self.publishes:
+            return
+        passed = time.monotonic() - self.begun
+        turn, shift = (0.1 + 0.01 * passed, 3.0 + 0.05 * passed) if self.drifts else (0.0, 0.0)
+        now = self.node.get_clock().now().to_msg()
+        if self.drifts:
+            moved = TransformStamped()
+            moved.header.stamp, moved.header.frame_id, moved.child_frame_id = now, "map", "odom"
+            moved.transform.translation.x = shift
+            moved.transform.rotation.z, moved.transform.rotation.w = (
+                math.sin(turn / 2),
+                math.cos(turn / 2),
+            )
+            self.tf.sendTransform(moved)
+        message = Odometry()
+        message.header.stamp = now
+        message.header.frame_id = "odom" if self.drifts else "map"
+        message.child_frame_id = "base_link"
+        x, y, yaw = self.x - shift, self.y, self.yaw - turn
+        place = message.pose.pose.position
+        place.x = math.cos(turn) * x + math.sin(turn) * y
+        place.y = -math.sin(turn) * x + math.cos(turn) * y
+        message.pose.pose.orientation.z = math.sin(yaw / 2)
+        message.pose.pose.orientation.w = math.cos(yaw / 2)
+        message.twist.twist.linear.x = self.speed
+        self.odometry.publish(message)
+
+    def until(self, holds: Any, seconds: float = 20.0) -> bool:
+        end = time.monotonic() + seconds
+        while not holds() and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        return bool(holds())
+
+    def start(self) -> Car:
+        self.track.trigger_configure()
+        self.track.trigger_activate()
+        return self
+
+    def goal(self, length: float = 12.0, frame: str = "map") -> Any:
+        assert self.until(self.client.server_is_ready)
+        self.feedback: list[Any] = []
+        goal = FollowPath.Goal(path=path(self.x, length, frame))
+        sent = self.client.send_goal_async(goal, lambda each: self.feedback.append(each.feedback))
+        assert self.until(sent.done)
+        return sent.result()
+
+    def outcome(self, handle: Any, seconds: float = 30.0) -> tuple[int, int]:
+        ended = handle.get_result_async()
+        assert self.until(ended.done, seconds)
+        return ended.result().status, ended.result().result.error_code
+
+    def close(self) -> None:
+        self.track.stop()
+        self.executor.shutdown()
+        self.track.destroy_node()
+        self.node.destroy_node()
+
+
+def path(begin: float, length: float, frame: str = "map") -> Path:
+    found = Path()
+    found.header.frame_id = frame
+    for k in range(int(2 * length) + 1):
+        pose = PoseStamped()
+        pose.header.frame_id = frame
+        pose.pose.position.x = begin + 0.5 * k
+        found.poses.append(pose)
+    return found
+
+
+@pytest.fixture(autouse=True)
+def ros() -> Any:
+    rclpy.init()
+    yield
+    rclpy.try_shutdown()
+
+
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+
+
+def test_lifecycle_goes_both_ways_and_ends_with_a_command_to_stand() -> None:
+    car = Car()
+    state = lambda: car.track._state_machine.current_state[1]  # noqa: E731
+    assert state() == "unconfigured"
+    car.start()
+    assert state() == "active"
+    assert car.until(lambda: car.odometry.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    car.paths.publish(path(0.0, 50.0))
+    assert car.until(lambda: car.speed > 0.5)
+    car.track.trigger_deactivate()
+    assert state() == "inactive"
+    assert car.until(lambda: car.commands[-1].drive.speed == 0.0)
+    assert car.node.count_publishers("/drive") == 0
+    car.track.trigger_cleanup()
+    assert state() == "unconfigured"
+    car.start()
+    assert state() == "active"
+    car.close()
+
+
+def test_vehicle_that_is_none_is_refused_when_configured() -> None:
+    car = Car(vehicle="nowhere.toml")
+    car.track.trigger_configure()
+    assert car.track._state_machine.current_state[1] == "unconfigured"
+    car.close()
+
+
+def test_parameters_change_while_it_drives_and_are_checked() -> None:
+    car = Car().start()
+    change = lambda **values: car.track.set_parameters(  # noqa: E731
+        [Parameter(name, value=value) for name, value in values.items()]
+    )[0]
+    assert change(hold=0.5).successful
+    assert car.track.core.options.hold == 0.5
+    assert not change(hold=-1.0).successful
+    assert not change(hold="long").successful
+    refused = change(controller="pop")
+    assert (refused.successful, refused.reason) == (
+        False,
+        "controller can be changed while the node is inactive",
+    )
+    car.close()
+
+
+def test_goal_in_a_map_that_odometry_drifts_in_is_reached() -> None:
+    car = Car(drifts=True).start()
+    handle = car.goal()
+    assert handle.accepted
+    assert car.outcome(handle) == (SUCCEEDED, 0)
+    assert car.farthest < 0.1
+    assert abs(car.x - 12.0) < 0.4
+    assert [each.distance_to_goal for each in car.feedback][-1] < 0.5
+    car.close()
+
+
+def test_goal_that_is_cancelled_stands_and_the_next_one_drives() -> None:
+    car = Car().start()
+    handle = car.goal(40.0)
+    assert car.until(lambda: car.speed > 1.0)
+    cancelled = handle.cancel_goal_async()
+    assert car.until(cancelled.done)
+    assert car.outcome(handle)[0] == CANCELED
+    assert car.until(lambda: car.speed == 0.0)
+    assert car.outcome(car.goal(4.0)) == (SUCCEEDED, 0)
+    car.close()
+
+
+def test_goal_is_preempted_by_another_which_is_driven() -> None:
+    car = Car().start()
+    first = car.goal(40.0)
+    assert car.until(lambda: car.speed > 1.0)
+    second = car.goal(12.0)
+    assert car.outcome(first)[0] == ABORTED
+    speed = car.speed
+    assert speed > 0.5  # it does not stop in between
+    assert car.outcome(second) == (SUCCEEDED, 0)
+    car.close()
+
+
+def test_goals_that_cannot_be_driven_are_aborted_with_their_codes() -> None:
+    codes = FollowPath.Result
+    car = Car(progress_time=1.5).start()
+    assert car.outcome(car.goal(0.0)) == (ABORTED, codes.INVALID_PATH)
+    lost = car.goal(40.0)
+    assert car.until(lambda: car.speed > 1.0)
+    car.publishes = False  # the odometry dies
+    assert car.outcome(lost) == (ABORTED, codes.TF_ERROR)
+    car.publishes = True
+    stuck = car.goal(40.0)
+    car.obey = lambda _: None  # type: ignore[method-assign]
+    car.node.destroy_subscription(next(iter(car.node.subscriptions)))
+    car.speed = 0.0
+    assert car.outcome(stuck) == (ABORTED, codes.FAILED_TO_MAKE_PROGRESS)
+    car.close()
+
+
+def test_twist_turns_by_the_wheelbase() -> None:
+    car = Car(command_type="twist_stamped").start()
+    twists: list[Any] = []
+    car.node.create_subscription(TwistStamped, "cmd_vel", twists.append, 10)
+    car.y = 0.5  # it steers to the right
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.speed = 1.0
+    car.paths.publish(path(0.0, 50.0))
+    assert car.until(lambda: len(twists) > 3)
+    drive, twist = car.track.core.drive, twists[-1]
+    assert twist.header.frame_id == "base_link"
+    wheelbase = car.track.core.pilot.vehicle.wheelbase
+    rate = twist.twist.linear.x * math.tan(drive.steer) / wheelbase
+    assert rate < 0.0
+    assert twist.twist.angular.z == pytest.approx(rate, rel=0.05)
+    car.close()
+
+
+def test_raceline_of_f1tenth_has_speeds(tmp_path: Any) -> None:
+    file = tmp_path / "line.csv"
+    head = "# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n"
+    file.write_text(f"{head}0; 0; 1; 0; 0; 3; 0\n5; 5; 1; 0; 0; 4; 0\n")
+    found = load_path(str(file), closed=False)
+    assert (found.x.tolist(), found.speed.tolist()) == ([0.0, 5.0], [3.0, 4.0])
