@@ -65,6 +65,7 @@ def read_waypoints(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "waypoints.csv"
     ...     _ = file.write_text("x, y, speed  # metres, m/s\n0, 0, 1.5\n1, 0.5, 2\n")

@@ -154,11 +154,11 @@ def test_diagnostics_say_what_the_command_says_in_its_units() -> None:
     times = _values(made, "loop")
     assert (times["mean_period_s"], times["longest_step_s"]) == ("0.03", "0.004")
     assert (times["cycles"], times["missed_cycles"]) == ("1", "2")
-    said = {each.name: (each.level, each.message) for each in made.status}
-    assert said["popsteer: loop"] == (1, "2 cycles missed")
-    assert said["popsteer: inputs"][0] == said["popsteer: outputs"][0] == 1
-    assert "2 publishers of the clock" in said["popsteer: inputs"][1]
-    assert "path jumped by 4.00 m" in said["popsteer: inputs"][1]
+    statuses = {each.name: (each.level, each.message) for each in made.status}
+    assert statuses["popsteer: loop"] == (1, "2 cycles missed")
+    assert statuses["popsteer: inputs"][0] == statuses["popsteer: outputs"][0] == 1
+    assert "2 publishers of the clock" in statuses["popsteer: inputs"][1]
+    assert "path jumped by 4.00 m" in statuses["popsteer: inputs"][1]
     assert _values(made, "outputs") == {"command_subscribers": "3", "other_publishers": "1"}
     assert made.header.stamp.sec == 1
 
