@@ -37,6 +37,15 @@ def test_percentiles_are_of_values_that_occur_in_the_runs() -> None:
     assert rate[1:] == ["12.0000", "20.0000", "20.0000", "20.0000"]
 
 
+def test_percentiles_are_of_all_runs_however_many_there_are() -> None:
+    for count in range(1, 12):
+        errors = [float(7 * k % 11) for k in range(count)]
+        shown = cells(summary.tables(job(), [row(k, error) for k, error in enumerate(errors)])[0])
+        found = [float(each) for each in shown[1][1:]]
+        places = [math.ceil(share * (count - 1)) for share in (0.5, 0.9, 0.99, 1.0)]
+        assert found == [sorted(errors)[place] for place in places], count
+
+
 def test_worst_runs_are_named_in_their_order_with_their_own_error() -> None:
     found = [each["run"] for each in summary.worst(ROWS, 4)]
     assert found == [9, 8, 7, 6]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from tests.values.tables import STRAIGHT, cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
 pytest.importorskip("scipy")
 
@@ -139,8 +141,16 @@ def test_usual_search_is_a_quarter_to_four_times_each_value() -> None:
 
 
 def test_run_that_does_not_finish_scores_worse_than_any_that_does() -> None:
-    short = problem(settings=sim.Settings(time_limit=1.0)).score(popsteer.PopParams())
-    assert short.errors["straight"] == (100.0, 100.0)
+    # Before it has settled, and long after; a plant in Python goes another way.
+    plants: list[Any] = [sim.KinematicBicycle()]
+    if find_spec("vehiclemodels"):
+        plants.append(sim.geometry.object_of("commonroad-st-1"))
+    for plant in plants:
+        for limit in (1.0, 9.0):
+            short = problem(
+                plant=plant, constant_speed=4.0, settings=sim.Settings(time_limit=limit)
+            )
+            assert short.score(popsteer.PopParams()).errors["straight"] == (100.0, 100.0)
 
 
 def test_choice_is_the_least_error_within_the_effort_and_never_unfinished() -> None:
@@ -161,6 +171,25 @@ def test_choice_is_the_least_error_within_the_effort_and_never_unfinished() -> N
     best = min(each.error for each in found.trials if each.ratio <= 1.1)
     assert found.chosen.error == best
     assert found.chosen.mean == found.chosen.worst == found.chosen.error
+
+
+def test_processes_that_join_a_study_draw_otherwise_than_the_first_and_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("optuna")
+    base = problem()
+    monkeypatch.setattr(tune.Problem, "score", lambda *_: USUAL)
+    tune.run(base, tmp_path / "first", trials=2)
+    drawn = []
+    for process in (None, 11, 12):
+        file = tmp_path / f"joined-{process}"
+        if process is not None:
+            monkeypatch.setattr("os.getpid", lambda process=process: process)
+            file.write_bytes((tmp_path / "first").read_bytes())
+        count = 2 if process is None else 4
+        drawn.append([each.values for each in tune.run(base, file, trials=count).trials[-2:]])
+    values = [each["min_lookahead"] for pair in drawn for each in pair]
+    assert len(set(values)) == 6
 
 
 def test_near_the_best_stays_in_bounds_and_differs_by_trial() -> None:

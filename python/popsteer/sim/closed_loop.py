@@ -33,7 +33,16 @@ if TYPE_CHECKING:
     from popsteer._core import Noise
     from popsteer.sim.steering import OwnController
 
-__all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
+__all__ = [
+    "START_OFFSET",
+    "Pose",
+    "Run",
+    "at_constant_speed",
+    "check_seed",
+    "default_start",
+    "run",
+    "start_speed",
+]
 
 START_OFFSET = 2.44
 """How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
@@ -291,8 +300,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         if longitudinal is not None:
             raise ConfigError("constant_speed", constant_speed, "None where longitudinal is given")
         path, longitudinal = at_constant_speed(path, constant_speed)
-        if speed is None:
-            speed = -constant_speed if _starts_backwards(path) else constant_speed
+        speed = start_speed(path, constant_speed) if speed is None else speed
     if pedals is not None and not isinstance(longitudinal, SpeedTracker):
         raise ConfigError("pedals", pedals, "None where longitudinal is no SpeedTracker")
     check_seed(seed)
@@ -327,6 +335,19 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         plant_vehicle=vehicle,
         ending=simulation.ending or "stopped",
     )
+
+
+def start_speed(path: Path, constant_speed: float | None) -> float:
+    """Give the speed that a run starts with [m/s]: the constant one in the path's direction, or 0.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> start_speed(popsteer.Path([(0.0, 0.0), (9.0, 0.0)], reverse=[True, True]), 4.0)
+    -4.0
+    """
+    speed = 0.0 if constant_speed is None else constant_speed
+    return -speed if _starts_backwards(path) else speed
 
 
 def check_seed(seed: int) -> None:

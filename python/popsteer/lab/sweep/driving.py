@@ -9,6 +9,7 @@ from popsteer import sim
 from popsteer._core import Settings
 from popsteer.lab.compare.runs import controller
 from popsteer.lab.sweep.job import Job, from_text
+from popsteer.sim.closed_loop import start_speed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -148,10 +149,7 @@ def _speed(job: Job, drawn: float | None) -> float:
         return drawn
     if job.speed is not None:
         return job.speed
-    if job.constant_speed is None:
-        return 0.0
-    backwards = job.path.reverse is not None and bool(job.path.reverse[0])
-    return -job.constant_speed if backwards else job.constant_speed
+    return start_speed(job.path, job.constant_speed)
 
 
 def _row(job: Job, run: int, figures: dict[str, Any]) -> dict[str, Any]:

@@ -23,10 +23,10 @@ from popsteer._core import (
 from popsteer.errors import ConfigError
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
-from popsteer.lab.common.varied import draws, run_seed, varied
+from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.lab.compare.runs import controller
 from popsteer.ranges import check_count
-from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
@@ -169,10 +169,12 @@ class Problem:
         drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
         found: list[tuple[str, Any, Any, int]] = []
         for name, path in self.paths.items():
-            road: Any = (path, longitudinal.made(self.longitudinal, path, self.given))
-            if self.constant_speed is not None:
-                road = at_constant_speed(path, self.constant_speed)
-            check_longitudinal(road[1], path, sim.vehicle_of(self.plant))
+            road: Any = (
+                (path, longitudinal.made(self.longitudinal, path, self.given))
+                if self.constant_speed is None
+                else at_constant_speed(path, self.constant_speed)
+            )
+            check_longitudinal(road[1], road[0], sim.vehicle_of(self.plant))
             for car in range(self.cars + 1):
                 values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
                 made = varied(self.plant, path, values)
@@ -210,7 +212,6 @@ class Problem:
     def _driven(
         self, params: Params, progress: Callable[[float], object] | None
     ) -> list[tuple[str, float, float]]:
-        speed = self.constant_speed or 0.0
         drivers = {
             name: controller(self.controller, road[0], self.given, params, self.adapt)
             for name, road, _, _ in self.scenarios
@@ -221,7 +222,7 @@ class Problem:
                 many,
                 [made.plant for _, _, made, _ in self.scenarios],
                 start=[made.start for _, _, made, _ in self.scenarios],
-                speed=[made.speed or speed for _, _, made, _ in self.scenarios],
+                speed=[self._speed(road, made) for _, road, made, _ in self.scenarios],
                 longitudinal=[road[1] for _, road, _, _ in self.scenarios],
                 pedals=self.pedals,
                 settings=self.settings,
@@ -236,17 +237,23 @@ class Problem:
                 strict=True,
             )
         else:
-            columns = zip(*self._one_by_one(drivers, speed, progress), strict=True)
+            columns = zip(*self._one_by_one(drivers, progress), strict=True)
+        # A run of one step has no rate; a search would drop such a trial, and never end.
         return [
-            (name, error if ended and math.isfinite(error) else _UNFINISHED, effort)
+            (
+                name,
+                error if ended and math.isfinite(error) else _UNFINISHED,
+                effort if math.isfinite(effort) else 0.0,
+            )
             for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True)
         ]
 
+    def _speed(self, road: tuple[Path, Any], made: Varied) -> float:
+        """Give the speed at the start of a run [m/s]."""
+        return start_speed(road[0], self.constant_speed) if made.speed is None else made.speed
+
     def _one_by_one(
-        self,
-        drivers: Mapping[str, Any],
-        speed: float,
-        progress: Callable[[float], object] | None,
+        self, drivers: Mapping[str, Any], progress: Callable[[float], object] | None
     ) -> tuple[list[bool], list[float], list[float]]:
         found: tuple[list[bool], list[float], list[float]] = ([], [], [])
         settings = Settings() if self.settings is None else self.settings
@@ -256,7 +263,7 @@ class Problem:
                 made.plant,
                 path=road[0],
                 start=made.start,
-                speed=made.speed or speed,
+                speed=self._speed(road, made),
                 longitudinal=road[1],
                 pedals=self.pedals,
                 settings=settings.replace(keep_records=False),
