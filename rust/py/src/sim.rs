@@ -16,10 +16,20 @@ use crate::metrics::by_name;
 use crate::path::PyPath;
 use crate::plants::{AnyPlant, any_plant, plant_object};
 use crate::python_plant::{PythonPlant, limit_of};
-use crate::records::{Begin, SavedState, columns_of, put_together, taken_apart};
+use crate::records::columns_of;
 use crate::settings::{PyNoise, PySettings};
 use crate::speed::controllers::{GivenPedals, longitudinal_for};
+use crate::tracker::state;
 use crate::vehicle::PyVehicle;
+
+/// Path, plant, start, tracked point and settings of a simulation that was taken apart.
+type Begin<'py> = (
+    Py<PyPath>,
+    Bound<'py, PyAny>,
+    (f64, f64, f64, f64),
+    f64,
+    Py<PySettings>,
+);
 
 /// A vehicle on a path, moved one control step at a time and measured.
 ///
@@ -124,21 +134,25 @@ impl PySimulation {
         };
         let (path, settings) = (this.path(py), this.settings());
         let begin = (path, plant, this.start, this.tracked_point, settings);
-        let state = taken_apart(py, this.simulation.save(), this.limit.clone());
+        let state = state::data(&this.simulation.save(), py)?;
         let restore = slf.get_type().getattr("_restored")?;
-        (restore, (begin, state)).into_pyobject(py)
+        (restore, (begin, state, &this.limit)).into_pyobject(py)
     }
 
     /// The simulation that `__reduce__` took apart. The plant goes on as it is.
     #[staticmethod]
     #[pyo3(name = "_restored")]
-    fn restored(py: Python<'_>, begin: Begin<'_>, state: SavedState<'_>) -> PyResult<Self> {
+    fn restored(
+        py: Python<'_>,
+        begin: Begin<'_>,
+        state: Bound<'_, PyAny>,
+        limit: Option<String>,
+    ) -> PyResult<Self> {
         let (path, plant, start, tracked_point, settings) = begin;
         let (plant, tracked_point) = (any_plant(&plant)?, Some(tracked_point));
         let begun = Self::begun(py, path, plant, start, tracked_point, Some(settings))?;
-        let (saved, limit) = put_together(state)?;
         Ok(Self {
-            simulation: begun.simulation.restored(saved),
+            simulation: begun.simulation.restored(state::of_data(state)?),
             limit,
             ..begun
         })

@@ -7,6 +7,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Commands that have not reached the plant yet.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Delay {
     /// Angle [rad] and how long it was commanded [s], oldest first.
     commands: VecDeque<(f64, f64)>,
@@ -24,13 +25,6 @@ impl Delay {
     /// Commands in flight, oldest first.
     pub fn commands(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.commands.iter().copied()
-    }
-
-    /// Commands in flight before.
-    pub fn restored(commands: impl Iterator<Item = (f64, f64)>) -> Self {
-        Self {
-            commands: commands.collect(),
-        }
     }
 
     /// Lets `substeps` steps of `dt` [s] pass under `command`: `act` is given each angle that

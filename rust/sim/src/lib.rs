@@ -31,7 +31,6 @@ pub mod closed_loop;
 pub mod delay;
 #[cfg(feature = "std")]
 pub mod episodes;
-mod follower;
 pub mod law;
 pub mod longitudinal;
 #[cfg(feature = "std")]
@@ -40,7 +39,7 @@ pub mod metrics;
 pub mod noise;
 pub mod plant;
 pub mod record;
-pub mod saved;
+pub mod run_state;
 pub mod settings;
 pub mod simulation;
 
@@ -55,6 +54,6 @@ pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
 pub use record::Record;
-pub use saved::Saved;
+pub use run_state::RunState;
 pub use settings::Settings;
 pub use simulation::Simulation;

@@ -51,7 +51,8 @@ pub struct Metrics {
     pub faults: Status,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Accumulator {
     count: usize,
     sum: f64,
@@ -68,15 +69,6 @@ impl Accumulator {
         self.max = self.max.max(error);
     }
 
-    fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
-        let mut count = popsteer_core::math::from_count(self.count);
-        visit(&mut count);
-        self.count = popsteer_core::math::to_count(count);
-        visit(&mut self.sum);
-        visit(&mut self.squares);
-        visit(&mut self.max);
-    }
-
     fn stats(&self) -> ErrorStats {
         let count = popsteer_core::math::from_count(self.count);
         ErrorStats {
@@ -87,7 +79,8 @@ impl Accumulator {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct ErrorAccumulator {
     cross_track: Accumulator,
     settled_cross_track: Accumulator,
@@ -105,13 +98,6 @@ impl ErrorAccumulator {
         }
     }
 
-    fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
-        self.cross_track.visit(visit);
-        self.settled_cross_track.visit(visit);
-        self.heading.visit(visit);
-        self.settled_heading.visit(visit);
-    }
-
     fn errors(&self) -> Errors {
         Errors {
             cross_track: self.cross_track.stats(),
@@ -123,7 +109,8 @@ impl ErrorAccumulator {
 }
 
 /// Metrics gathered step by step, without keeping the records.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Gatherer {
     reference: ErrorAccumulator,
     rear_axle: ErrorAccumulator,
@@ -132,6 +119,7 @@ pub(crate) struct Gatherer {
     max_abs_steer: f64,
     speed_sum: f64,
     steps: usize,
+    #[cfg_attr(feature = "serde", serde(with = "crate::record::bits"))]
     faults: Status,
 }
 
@@ -154,25 +142,6 @@ impl Gatherer {
         self.speed_sum += record.speed;
         self.steps += 1;
         self.faults |= record.status.faults();
-    }
-
-    /// Shows every number, to be read or replaced; a missing one is NaN.
-    pub(crate) fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
-        self.reference.visit(visit);
-        self.rear_axle.visit(visit);
-        self.steer_rate.visit(visit);
-        let mut previous = self.previous_steer.unwrap_or(f64::NAN);
-        visit(&mut previous);
-        self.previous_steer = (!previous.is_nan()).then_some(previous);
-        visit(&mut self.max_abs_steer);
-        visit(&mut self.speed_sum);
-        let mut steps = popsteer_core::math::from_count(self.steps);
-        visit(&mut steps);
-        self.steps = popsteer_core::math::to_count(steps);
-        let mut faults = f64::from(self.faults.bits());
-        visit(&mut faults);
-        let bits = u32::try_from(popsteer_core::math::to_count(faults)).unwrap_or(0);
-        self.faults = Status::from_bits(bits).unwrap_or_default();
     }
 
     pub(crate) fn metrics(&self, time: f64, finished: bool) -> Metrics {

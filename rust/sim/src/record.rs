@@ -1,10 +1,10 @@
 //! What a control step of a run was measured as.
 
-use popsteer_core::math::to_count;
 use popsteer_core::{Point, Status};
 
 /// One control step as it was measured, before the plant moved on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Record {
     /// Time [s].
     pub time: f64,
@@ -36,6 +36,7 @@ pub struct Record {
     /// Point aimed at [m]; not a number without a controller.
     pub target: Point,
     /// How the controller's step went.
+    #[cfg_attr(feature = "serde", serde(with = "bits"))]
     pub status: Status,
 }
 
@@ -65,45 +66,23 @@ impl Record {
             f64::from(self.status.bits()),
         ]
     }
+}
 
-    /// The record of these numbers.
-    pub fn of(numbers: [f64; Self::LENGTH]) -> Self {
-        let [
-            time,
-            reference_x,
-            reference_y,
-            x,
-            y,
-            yaw,
-            speed,
-            steer,
-            throttle,
-            brake,
-            cross_track_error,
-            heading_error,
-            rear_cross_track_error,
-            rear_heading_error,
-            target_x,
-            target_y,
-            status,
-        ] = numbers;
-        let bits = u32::try_from(to_count(status)).unwrap_or(0);
-        Self {
-            time,
-            reference: Point::new(reference_x, reference_y),
-            x,
-            y,
-            yaw,
-            speed,
-            steer,
-            throttle,
-            brake,
-            cross_track_error,
-            heading_error,
-            rear_cross_track_error,
-            rear_heading_error,
-            target: Point::new(target_x, target_y),
-            status: Status::from_bits(bits).unwrap_or_default(),
-        }
+/// A status as its bits.
+#[cfg(feature = "serde")]
+pub(crate) mod bits {
+    use popsteer_core::Status;
+    use serde::de::{Deserialize, Deserializer, Error};
+    use serde::ser::Serializer;
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+    pub(crate) fn serialize<S: Serializer>(status: &Status, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_u64(status.bits().into())
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Status, D::Error> {
+        let status = u32::try_from(u64::deserialize(from)?).ok();
+        let status = status.and_then(Status::from_bits);
+        status.ok_or_else(|| D::Error::custom("the bits of a Status"))
     }
 }

@@ -11,32 +11,23 @@ use popsteer_core::speed::defaults;
 use popsteer_core::{Path, Point, Status, VehicleState};
 
 use crate::delay::Delay;
-use crate::follower::Follower;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
 use crate::record::Record;
+use crate::run_state::{Place, RunState};
 use crate::settings::Settings;
 
 /// A vehicle on a path, moved one control step at a time and measured.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    pub(crate) path: Arc<Path>,
+    path: Arc<Path>,
     plant: Arc<dyn Plant>,
     settings: Settings,
-    pub(crate) state: PlantState,
-    pub(crate) reference: Follower,
-    pub(crate) rear: Follower,
-    /// Whether the path is driven backwards where the rear axle is.
-    pub(crate) reverse: bool,
-    pub(crate) leading: Follower,
-    pub(crate) leading_arc: f64,
-    pub(crate) delay: Delay,
-    pub(crate) travelled: f64,
-    pub(crate) steps: usize,
-    pub(crate) finished: bool,
-    pub(crate) lost: bool,
-    pub(crate) gatherer: Gatherer,
-    pub(crate) records: Vec<Record>,
+    /// The point where errors are measured.
+    tracked: Follow,
+    pub(crate) rear: Follow,
+    leading: Follow,
+    pub(crate) run: RunState,
 }
 
 impl Simulation {
@@ -65,16 +56,17 @@ impl Simulation {
         // Where the vehicle changes its direction no axle leads all the way; the rear one is at
         // the path's.
         let lead = if reverses { 0.0 } else { vehicle.wheelbase };
-        let mut leading = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, lead));
-        let closest = leading.follow(&path, start, settings.dt).closest;
-        let mut rear = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
-        let reverse = rear.follow(&path, start, settings.dt).reverse;
-        Ok(Self {
-            state: PlantState::settled(&vehicle, start),
-            reference: Follower::new(tracked),
-            rear,
+        let leading = unlost(Follow::of(&vehicle, vehicle.rear_axle, lead));
+        let rear = unlost(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
+        let (mut leads, mut rears) = (Place::default(), Place::default());
+        let closest = leads.follow(&leading, &path, start, settings.dt).closest;
+        let reverse = rears.follow(&rear, &path, start, settings.dt).reverse;
+        let run = RunState {
+            plant: PlantState::settled(&vehicle, start),
+            reference: Place::default(),
+            rear: rears,
+            leading: leads,
             reverse,
-            leading,
             leading_arc: closest.arc_length(&path.view()),
             delay: Delay::new(vehicle.dead_time),
             travelled: 0.0,
@@ -83,20 +75,26 @@ impl Simulation {
             lost: false,
             gatherer: Gatherer::default(),
             records: Vec::new(),
+        };
+        Ok(Self {
             path,
             plant,
             settings,
+            tracked: unlost(tracked),
+            rear,
+            leading,
+            run,
         })
     }
 
     /// The pose of the vehicle's point, and the speed.
     pub fn vehicle(&self) -> VehicleState {
-        self.state.vehicle
+        self.run.plant.vehicle
     }
 
     /// Whether the path is driven backwards where the rear axle is.
     pub fn reverse(&self) -> bool {
-        self.reverse
+        self.run.reverse
     }
 
     /// The path driven.
@@ -106,10 +104,7 @@ impl Simulation {
 
     /// Measures errors at the point that `tracked` follows from now on.
     pub fn track(&mut self, tracked: Follow) {
-        self.reference = Follower {
-            waypoint: self.reference.waypoint,
-            ..Follower::new(tracked)
-        };
+        self.tracked = unlost(tracked);
     }
 
     /// The plant that moves.
@@ -124,7 +119,7 @@ impl Simulation {
 
     /// Time since the start [s].
     pub fn time(&self) -> f64 {
-        from_count(self.steps) * self.settings.dt
+        from_count(self.run.steps) * self.settings.dt
     }
 
     /// Share of the path behind the front axle, or behind the rear axle where the path is driven
@@ -132,39 +127,38 @@ impl Simulation {
     pub fn progress(&self) -> f64 {
         let length = self.path.view().length();
         let done = if self.path.view().is_closed() {
-            self.travelled
+            self.run.travelled
         } else {
-            self.leading_arc
+            self.run.leading_arc
         };
         (done / length).clamp(0.0, 1.0)
     }
 
     /// Whether the end of the path was reached: of an open one, or once around a closed one.
     pub fn is_finished(&self) -> bool {
-        self.finished
+        self.run.finished
     }
 
     /// Whether the run is over: finished, out of time, or too far from the path.
     pub fn is_over(&self) -> bool {
-        self.finished || self.lost || self.time() >= self.settings.time_limit
+        self.run.finished || self.run.lost || self.time() >= self.settings.time_limit
     }
 
     /// What was measured so far, a record a step, where the settings keep them.
     pub fn records(&self) -> &[Record] {
-        &self.records
+        &self.run.records
     }
 
     /// What the run came to so far.
     pub fn metrics(&self) -> Metrics {
-        self.gatherer.metrics(self.time(), self.finished)
+        self.run.gatherer.metrics(self.time(), self.run.finished)
     }
 
     /// What the path says beside the axle that leads, by the numbers of a controller's command.
     fn ahead(&self) -> Ahead {
-        let at = self
-            .leading
-            .find(&self.path, self.state.vehicle, self.settings.dt);
-        Ahead::behind(&self.path.view(), &self.leading.follow, &at, 0.0)
+        let place = self.run.leading;
+        let at = place.find(&self.leading, &self.path, self.vehicle(), self.settings.dt);
+        Ahead::behind(&self.path.view(), &self.leading, &at, 0.0)
     }
 
     /// Reference speed of the path beside the axle that leads [m/s], where it has one; negative
@@ -187,7 +181,7 @@ impl Simulation {
             .max_deceleration
             .unwrap_or(defaults::STOP_DECELERATION);
         let remaining = ahead.distance_to_stop.max(0.0);
-        let most = sqrt(2.0 * deceleration * remaining).max(Ahead::creep(&self.leading.follow));
+        let most = sqrt(2.0 * deceleration * remaining).max(Ahead::creep(&self.leading));
         Some(speed.abs().min(most).copysign(speed))
     }
 
@@ -213,32 +207,34 @@ impl Simulation {
         }
 
         let record = self.measure(control, target, status);
-        self.gatherer
+        self.run
+            .gatherer
             .push(&record, self.settings.settling_time, self.settings.dt);
         if self.settings.keep_records {
-            self.records.push(record);
+            self.run.records.push(record);
         }
         let substeps = self.settings.substeps;
         let dt = self.settings.dt / from_count(substeps);
-        let (plant, state) = (&self.plant, &mut self.state);
+        let (plant, state) = (&self.plant, &mut self.run.plant);
         let offset = plant.vehicle().steer_offset;
-        self.delay
+        self.run
+            .delay
             .pass(control.steer, dt, substeps, |command, substeps| {
                 let steer = command + offset;
                 plant.advance(state, Control { steer, ..control }, dt, substeps);
             });
-        self.steps += 1;
+        self.run.steps += 1;
         self.look_ahead();
         Ok(())
     }
 
     fn measure(&mut self, control: Control, target: Point, status: Status) -> Record {
-        let vehicle = self.state.vehicle;
+        let vehicle = self.run.plant.vehicle;
         let dt = self.settings.dt;
-        let at = self.reference.follow(&self.path, vehicle, dt);
+        let at = (self.run.reference).follow(&self.tracked, &self.path, vehicle, dt);
         let path = self.path.view();
         let published_yaw = path_yaw_behind(&path, at.closest.nearest_waypoint(&path));
-        let rear = self.rear.follow(&self.path, vehicle, dt);
+        let rear = self.run.rear.follow(&self.rear, &self.path, vehicle, dt);
         Record {
             time: self.time(),
             reference: at.position,
@@ -260,31 +256,31 @@ impl Simulation {
 
     /// Follows the axle that leads: how far the vehicle has come, and whether the run is over.
     fn look_ahead(&mut self) {
-        let at = self
-            .leading
-            .follow(&self.path, self.state.vehicle, self.settings.dt);
+        let (vehicle, dt, run) = (self.vehicle(), self.settings.dt, &mut self.run);
+        let at = run.leading.follow(&self.leading, &self.path, vehicle, dt);
+        let rear = run.rear.follow(&self.rear, &self.path, vehicle, dt);
+        run.reverse = rear.reverse;
         let path = self.path.view();
         let length = path.length();
         let arc = at.closest.arc_length(&path);
-        self.reverse = self
-            .rear
-            .follow(&self.path, self.state.vehicle, self.settings.dt)
-            .reverse;
-        let path = self.path.view();
-        let mut moved = arc - self.leading_arc;
+        let mut moved = arc - run.leading_arc;
         if path.is_closed() {
             // The short way round: a step across the seam is not a lap back.
             moved -= length * (moved / length).round();
         }
-        self.leading_arc = arc;
-        self.travelled += moved;
-        let done = if path.is_closed() {
-            self.travelled
-        } else {
-            arc
-        };
-        self.finished |= length - done <= self.settings.stop_distance;
-        self.lost |= get_distance(at.position, at.closest.point) > self.settings.give_up_distance;
+        run.leading_arc = arc;
+        run.travelled += moved;
+        let done = if path.is_closed() { run.travelled } else { arc };
+        run.finished |= length - done <= self.settings.stop_distance;
+        run.lost |= get_distance(at.position, at.closest.point) > self.settings.give_up_distance;
+    }
+}
+
+/// The same without a search of the whole path: a simulated point does not jump.
+fn unlost(follow: Follow) -> Follow {
+    Follow {
+        lost_distance: f64::INFINITY,
+        ..follow
     }
 }
 

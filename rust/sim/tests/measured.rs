@@ -129,7 +129,6 @@ fn test_metrics_of_a_run_are_those_of_its_errors() {
         assert!(close(record.rear_cross_track_error, offsets[k]));
         assert!(close(record.rear_heading_error, headings[k]));
         assert!(close(record.steer, steers[k]) && close(record.throttle, throttles[k]));
-        assert_eq!(popsteer_sim::Record::of(record.numbers()), *record);
         assert_eq!(record.target, Point::new(1.0, 2.0));
     }
     let metrics = simulation.metrics();
@@ -310,9 +309,5 @@ fn test_finished_or_lost_run_is_restored_as_such() {
         assert_eq!(again.is_over(), run.is_over());
         assert_eq!(again.metrics().steps, run.metrics().steps);
         assert_eq!(run.is_finished(), finished);
-        // A place that the path does not have is none.
-        let mut saved = run.save();
-        saved.numbers[0] = 1e6;
-        assert!(close(fresh().restored(saved).save().numbers[0], -1.0));
     }
 }

@@ -151,38 +151,88 @@ impl Answer {
     }
 }
 
-/// What a [`Tracker`](super::Tracker) remembers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TrackerState<S> {
-    /// What the controller remembers.
-    pub law: S,
-    /// The segment of the last projection of the predicted vehicle; None before the first step.
-    pub waypoint: Option<usize>,
-    /// The same of the measured vehicle, where there is a dead time.
-    pub measured_waypoint: Option<usize>,
-    /// Where both were projected to; None before the first step and after a jump.
-    pub place: Option<Place>,
-    /// The angle last commanded [rad].
-    pub steer: f64,
-    /// A hand-over that is not over.
-    pub handover: Option<Handover>,
-    /// How many inputs in a row were refused.
-    pub held: usize,
-    /// How much time they took, which the next step counts [s].
-    pub held_time: f64,
-    /// The time that the last step counted [s]; 0 before the first.
-    pub period: f64,
-    /// The last answer; None before the first step.
-    pub answer: Option<Answer>,
-    /// Commands in flight, if the vehicle is modelled.
-    pub in_flight: Option<InFlight>,
-    /// The wheels' recent angles; None before the first pose with an age.
-    pub past: Option<Past>,
-    /// The estimator's state.
-    pub estimator: Estimator,
-    /// What the monitor remembers; None before the first step.
-    pub monitor: Option<MonitorState>,
+/// Declares [`TrackerState`], and [`ShortState`], which has its fields but for the long ones.
+macro_rules! states {
+    (
+        { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
+        long { $($(#[doc = $long_text:literal])+ $long:ident: $long_kind:ty,)+ }
+        { $($(#[doc = $last_text:literal])+ $last:ident: $last_kind:ty,)+ }
+    ) => {
+        /// What a [`Tracker`](super::Tracker) remembers.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct TrackerState<S> {
+            $($(#[doc = $text])+ pub $field: $kind,)+
+            $($(#[doc = $long_text])+ pub $long: Option<$long_kind>,)+
+            $($(#[doc = $last_text])+ pub $last: $last_kind,)+
+        }
+
+        /// A [`TrackerState`] without commands in flight and without a past: 5 kB less.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct ShortState<S> {
+            $($field: $kind,)+
+            $($last: $last_kind,)+
+        }
+
+        impl<S: Clone> ShortState<S> {
+            /// The same as `state`, if that has neither.
+            #[inline]
+            pub fn of(state: &TrackerState<S>) -> Option<Self> {
+                let is_short = $(state.$long.is_none())&&+;
+                is_short.then(|| Self {
+                    $($field: state.$field.clone(),)+
+                    $($last: state.$last.clone(),)+
+                })
+            }
+
+            /// The whole state.
+            #[inline]
+            pub fn whole(&self) -> TrackerState<S> {
+                TrackerState {
+                    $($field: self.$field.clone(),)+
+                    $($long: None,)+
+                    $($last: self.$last.clone(),)+
+                }
+            }
+        }
+    };
+}
+
+states! {
+    {
+        /// What the controller remembers.
+        law: S,
+        /// The segment of the last projection of the predicted vehicle; None before the first step.
+        waypoint: Option<usize>,
+        /// The same of the measured vehicle, where there is a dead time.
+        measured_waypoint: Option<usize>,
+        /// Where both were projected to; None before the first step and after a jump.
+        place: Option<Place>,
+        /// The angle last commanded [rad].
+        steer: f64,
+        /// A hand-over that is not over.
+        handover: Option<Handover>,
+        /// How many inputs in a row were refused.
+        held: usize,
+        /// How much time they took, which the next step counts [s].
+        held_time: f64,
+        /// The time that the last step counted [s]; 0 before the first.
+        period: f64,
+        /// The last answer; None before the first step.
+        answer: Option<Answer>,
+    }
+    long {
+        /// Commands in flight, if the vehicle is modelled.
+        in_flight: InFlight,
+        /// The wheels' recent angles; None before the first pose with an age.
+        past: Past,
+    }
+    {
+        /// The estimator's state.
+        estimator: Estimator,
+        /// What the monitor remembers; None before the first step.
+        monitor: Option<MonitorState>,
+    }
 }
 
 impl<S: LateralState> TrackerState<S> {

@@ -29,10 +29,7 @@ pub(crate) fn shown<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let fields = PyDict::new(py);
     fields.set_item(CONTROLLER, controller)?;
-    let own = state
-        .serialize(ToPython(py))
-        .map_err(|error| error.raised(py))?;
-    fields.update(own.cast::<PyDict>()?.as_mapping())?;
+    fields.update(data(state, py)?.cast::<PyDict>()?.as_mapping())?;
     let class = CLASS.import(py, "popsteer.state", "State")?;
     class.call((), Some(&fields))
 }
@@ -63,7 +60,19 @@ pub(crate) fn restored<S: DeserializeOwned>(
         ));
     }
     fields.del_item(CONTROLLER)?;
-    S::deserialize(Given(fields.into_any())).map_err(|error| error.raised(py))
+    of_data(fields.into_any())
+}
+
+/// Numbers, tuples, and a `dict` for each struct.
+pub(crate) fn data<'py>(value: &impl Serialize, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    let made = value.serialize(ToPython(py));
+    made.map_err(|error| error.raised(py))
+}
+
+/// What [`data`] has made.
+pub(crate) fn of_data<S: DeserializeOwned>(data: Bound<'_, PyAny>) -> PyResult<S> {
+    let py = data.py();
+    S::deserialize(Given(data)).map_err(|error| error.raised(py))
 }
 
 /// Why a value does not go over.

@@ -76,7 +76,7 @@ impl Episode {
 
     /// Whether the end of the path was reached, or the vehicle cannot go on.
     pub fn is_terminated(&self) -> bool {
-        self.failed || self.simulation.finished || self.simulation.lost
+        self.failed || self.simulation.run.finished || self.simulation.run.lost
     }
 
     /// Whether the time ran out before that.
@@ -103,7 +103,7 @@ impl Episode {
         }
         let limited = |index: usize| action.get(index).map_or(0.0, |a| a.clamp(-1.0, 1.0));
         let steer = self.simulation.plant().vehicle().max_steer * limited(0);
-        let travelled = self.simulation.travelled;
+        let travelled = self.simulation.run.travelled;
         let Some(control) = self.control(steer, limited(1)) else {
             return self.fail(terms);
         };
@@ -119,8 +119,8 @@ impl Episode {
         let cost = weights.cross_track_error * e * e
             + weights.heading_error * psi * psi
             + weights.steer_rate * rate * rate;
-        self.reward = weights.progress * (self.simulation.travelled - travelled) - dt * cost;
-        if self.simulation.lost {
+        self.reward = weights.progress * (self.simulation.run.travelled - travelled) - dt * cost;
+        if self.simulation.run.lost {
             self.reward -= weights.off_path;
         }
     }
@@ -145,9 +145,12 @@ impl Episode {
     /// Looks at the vehicle where it is now; gives the errors of the rear axle.
     fn observe(&mut self, terms: &Terms) -> [f64; 2] {
         let simulation = &self.simulation;
-        let state = &simulation.state;
+        let state = &simulation.run.plant;
         let dt = simulation.settings().dt;
-        let at = simulation.rear.find(simulation.path(), state.vehicle, dt);
+        let at = simulation
+            .run
+            .rear
+            .find(&simulation.rear, simulation.path(), state.vehicle, dt);
         let path = simulation.path().view();
         let place = at.closest.projection(&path);
         let e = place.cross_track_error;

@@ -29,6 +29,7 @@ pub struct Control {
 
 /// Everything a plant of this crate remembers; a plain one leaves some of it at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlantState {
     /// Pose of the vehicle's point, and speed.
     pub vehicle: VehicleState,
