@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from popsteer.errors import ConfigError
 from popsteer.files import read_bytes
@@ -14,6 +14,9 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 __all__ = ["in_file", "keys", "read", "tomllib"]
 
@@ -43,20 +46,25 @@ def in_file(
     return error
 
 
-def keys(params: Any) -> list[str]:  # noqa: ANN401 - a class of parameters of the core
+def keys(params: Any, unknown: Mapping[str, str] | None = None) -> list[str]:  # noqa: ANN401 - a class of parameters of the core
     """Word parameters as lines of a table, each key below a comment with its meaning and unit.
 
     A key that is None by default and has no value is a comment: left out, it is None. One with
-    another default is inf then.
+    another default is inf then. An `unknown` key has the reason above it, and is a comment where
+    its value is the default.
     """
+    unknown = unknown or {}
     kind = type(params)
     defaults = kind().as_dict()
     lines = []
     for key, value in params.as_dict().items():
         meaning = getattr(kind, key).__doc__
         lines += textwrap.wrap(meaning, 100, initial_indent="# ", subsequent_indent="# ")
+        if key in unknown:
+            lines += textwrap.wrap(f"# NOT FOUND: {unknown[key]}", 100, subsequent_indent="# ")
         if value is None:
             lines.append(f"# {key} =" if defaults[key] is None else f"{key} = inf")
         else:
-            lines.append(f"{key} = {repr(value).lower()}")
+            comment = "# " if key in unknown and value == defaults[key] else ""
+            lines.append(f"{comment}{key} = {repr(value).lower()}")
     return lines

@@ -28,6 +28,7 @@ from popsteer.toml_file import in_file, keys, read
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Mapping
 
 __all__ = ["as_toml", "load", "save"]
 
@@ -112,13 +113,16 @@ def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
     write_text_atomic(file, as_toml(vehicle))
 
 
-def as_toml(vehicle: Vehicle) -> str:
+def as_toml(vehicle: Vehicle, unknown: Mapping[str, str] | None = None) -> str:
     """Word a vehicle as the text of a TOML file, with the meaning and the unit of each field.
 
     Parameters
     ----------
     vehicle : Vehicle
         The vehicle.
+    unknown : mapping of str to str, optional
+        Fields that nobody has measured, and why: they get a comment, and are comments themselves
+        where their value is the default.
 
     Returns
     -------
@@ -130,4 +134,4 @@ def as_toml(vehicle: Vehicle) -> str:
     >>> [line for line in as_toml(Vehicle()).splitlines() if line.startswith("max_")]
     ['max_steer = 1.22', 'max_lateral_acceleration = 4.0']
     """
-    return "\n".join([_HEAD, *keys(vehicle)]) + "\n"
+    return "\n".join([_HEAD, *keys(vehicle, unknown)]) + "\n"

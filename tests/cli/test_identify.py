@@ -40,6 +40,9 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     assert car.steer_offset == pytest.approx(0.01, abs=math.radians(0.05))
     assert car.dead_time + car.steer_lag == pytest.approx(0.25, abs=0.01)
     assert car.rear_axle == pytest.approx(-1.35, abs=0.08)
+    assert "# NOT FOUND: a limit of the wheels' rate was not reached" in out.read_text()
+    assert "± 0.000" not in outcome.out
+    assert "given" not in outcome.out.partition("The vehicle ")[0]
     found = json.loads(document.read_text())
     assert found["vehicle"]["wheelbase"] == car.wheelbase
     assert len(rows.read_text().splitlines()) == 802
@@ -52,9 +55,11 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
         "wheelbase",
         "dead time and lag together",
         "± error",
+        "The vehicle explains the heading to within the noise of the log",
+        "drive steps of 0.2 rad and more",
     ):
         assert part in outcome.out
-    assert max(map(len, outcome.out.split("\n- ")[0].splitlines())) <= 80
+    assert max(map(len, outcome.out.split("\nThe vehicle ")[0].splitlines())) <= 80
 
 
 @pytest.mark.usefixtures("_blank_figures")

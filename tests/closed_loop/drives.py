@@ -14,6 +14,10 @@ from popsteer import sim, tracks
 OFFSET = math.radians(1.0)
 DEAD_TIME = 0.15
 CARS = ("carla-identified", "commonroad-st-2", "commonroad-mb-2", "mujoco-car")
+BICYCLE = popsteer.Vehicle(
+    wheelbase=2.7, rear_axle=-1.35, steer_lag=0.12, understeer=0.002, max_steer=0.6
+)
+"""A car of the model's own structure."""
 SHARE_OF_SPEED = 0.75
 """Of the track's reference speeds: with all of them no margin is left for 0.15 s of dead time."""
 LEAST_SPEED = 5.0
@@ -21,6 +25,9 @@ LEAST_SPEED = 5.0
 
 def plant(name: str, dead_time: float = DEAD_TIME, offset: float = OFFSET) -> Any:
     """Give a plant with a dead time and a steering offset."""
+    if name == "kinematic-bicycle":
+        car = BICYCLE.replace(dead_time=dead_time, steer_offset=offset)
+        return sim.KinematicBicycle(car)
     if name == "carla-identified":
         made = sim.CarlaIdentified()
         vehicle = made.vehicle.replace(dead_time=dead_time, steer_offset=offset)
@@ -135,7 +142,8 @@ def table(seed: int = 0) -> str:
         found = popsteer.identify(Log(**drive(name, seed=seed), name=name))
         car, itself = found.vehicle, sim.vehicle_of(plant(name))
         late = DEAD_TIME + response(name, found.speed)
-        told, identified = track(name, itself), track(name, car)
+        told = track(name, itself)
+        identified = track(name, car.replace(max_steer_rate=itself.max_steer_rate))
         own = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
         lines.append(
             f"| {name} | {math.degrees(car.steer_offset):.3f} (1) | {car.dead_time:.3f}"

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import subprocess
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,8 +12,13 @@ import pytest
 import popsteer
 from popsteer.identification.chain import Chain
 from popsteer.identification.drive import prepare
+from popsteer.identification.whiten import known
 from popsteer.logs import Log, LogError
+from popsteer.vehicle_file import as_toml
 from studies.chain import Chain as Car
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 pytest.importorskip("scipy")
 
@@ -137,10 +142,68 @@ def test_identify_at_one_speed_says_what_it_cannot_tell_apart() -> None:
     def steady(t: np.ndarray) -> np.ndarray:
         return np.full_like(t, 8.0)
 
-    found = popsteer.identify(Log(**_drive(speeds=steady)))
-    assert any("one speed only" in note for note in found.notes)
-    assert found.vehicle.understeer == 0.0
-    assert found.turning_length == pytest.approx(2.7 + 0.003 * 64.0, abs=0.02)
+    # With noise, and as a simulator logs it: then the information has a null direction.
+    for noise in (1.0, 0.0):
+        found = popsteer.identify(Log(**_drive(speeds=steady, noise=noise)))
+        assert "one speed only" in found.unknown["understeer"]
+        assert "drive steps of" in found.unknown["understeer"]
+        assert "understeer" not in found.errors
+        assert found.vehicle.understeer == 0.0
+        assert found.turning_length == pytest.approx(2.7 + 0.003 * 64.0, abs=0.02)
+
+
+def test_known_of_a_null_direction_is_infinite_but_for_what_is_excited() -> None:
+    random = np.random.default_rng(5)
+    one, other = random.standard_normal((2, 500))
+    # Two columns alike, one that is nothing, one that stands alone.
+    jacobian = np.column_stack([one, 10.0 * one, 0.0 * one, other])
+    found = known(jacobian, random.standard_normal(500), 3)
+    assert found.errors()[:3] == [math.inf] * 3
+    assert found.errors()[3] == pytest.approx(500**-0.5, rel=0.2)
+    # The sum that the data show, 1 a + 10 b, has an error; another has none.
+    assert found.error(np.array([1.0, 10.0, 0.0, 0.0])) == pytest.approx(500**-0.5, rel=0.2)
+    assert found.error(np.array([1.0, 0.0, 0.0, 1.0])) == math.inf
+
+
+def test_identify_of_smooth_drives_invents_no_limit_of_the_rate() -> None:
+    car = CAR.replace(max_steer_rate=0.4)
+    for seed in (1, 3):
+        random = np.random.default_rng(seed)
+        sizes, pace = random.uniform(0.01, 0.08, 3), random.uniform(0.2, 0.9, 3)
+
+        def commands(t: np.ndarray, sizes: Any = sizes, pace: Any = pace) -> Any:
+            return np.sin(np.outer(t, pace)) @ sizes
+
+        found = popsteer.identify(Log(**_drive(car, commands=commands)))
+        assert found.vehicle.max_steer_rate is None, seed
+        assert "drive steps of 0.2 rad" in found.unknown["max_steer_rate"]
+
+
+def test_identify_at_rest_learns_nothing_not_even_the_noise() -> None:
+    moved = _drive()
+    rest = {name: np.full(1800, values[0]) for name, values in moved.items()}
+    rest["t"] = DT * np.arange(1800)
+    random = np.random.default_rng(1)
+    for name, size in (("x", 0.02), ("y", 0.02), ("yaw", 0.002)):
+        rest[name] = rest[name] + size * random.standard_normal(1800)
+    rest["speed"] = np.zeros(1800)
+    moved["t"] = moved["t"] + 90.0
+    whole = {name: np.concatenate((rest[name], moved[name])) for name in moved}
+    found = popsteer.identify(Log(**whole))
+    assert found.vehicle.wheelbase == pytest.approx(2.7, abs=0.02)
+    # The start, from 0 to 8 m/s in one step, stands out; the rest of the drive does not.
+    replaced = [int(note.split()[0]) for note in found.notes if "stand out" in note]
+    assert sum(replaced) < 12
+
+
+def test_identify_of_frozen_positions_does_not_say_where_the_axle_lies(
+    columns: dict[str, Any],
+) -> None:
+    frozen = columns | {name: 0.0 * columns[name] for name in ("x", "y")}
+    found = popsteer.identify(Log(**frozen))
+    assert not {"rear_axle", "no_slip_point"} & set(found.errors)
+    assert "positions move 0 % as far" in found.unknown["rear_axle"]
+    assert found.vehicle.rear_axle == 0.0
 
 
 def test_identify_of_slow_steering_knows_the_delay_as_a_whole() -> None:
@@ -148,9 +211,28 @@ def test_identify_of_slow_steering_knows_the_delay_as_a_whole() -> None:
         return 0.12 * np.sin(0.25 * t)
 
     found = popsteer.identify(Log(**_drive(commands=slow)))
-    assert any("only their sum" in note for note in found.notes)
+    assert not {"steer_lag", "dead_time"} & set(found.errors)
+    for name in ("steer_lag", "dead_time"):
+        assert "only their sum, 0.3" in found.unknown[name]
+        assert "is assumed" in found.unknown[name]
     assert found.vehicle.steer_lag == 0.1
     assert found.delay == pytest.approx(0.32, abs=0.03)
+    assert abs(found.delay - 0.32) < 4.0 * found.delay_error
+
+
+def test_identification_saves_what_is_not_known_as_comments(
+    columns: dict[str, Any], tmp_path: Path
+) -> None:
+    found = popsteer.identify(Log(**columns))
+    found.save(tmp_path / "car.toml")
+    text = (tmp_path / "car.toml").read_text()
+    assert "# NOT FOUND: a limit of the wheels' rate was not reached" in text
+    assert "\n# max_steer_rate" in text
+    assert popsteer.Vehicle.load(tmp_path / "car.toml") == found.vehicle
+    # A value that was given is kept, with the reason why it was not found.
+    slow = popsteer.Vehicle(wheelbase=2.7, understeer=0.001)
+    text = as_toml(slow, {"understeer": "one speed only"})
+    assert "# NOT FOUND: one speed only\nundersteer = 0.001\n" in text
 
 
 def test_identify_commands_with_times_of_their_own_count_there(
@@ -228,6 +310,10 @@ def test_identification_is_a_value_with_records(columns: dict[str, Any]) -> None
     found = popsteer.identify(log)
     assert all(len(values) == len(log) for values in found.records.values())
     assert found.yaw_rate_rms > 0.1
+    assert found.verdict.startswith("The vehicle explains the heading to within the noise")
+    # The noise that was added, and the drift that speeds of 0.02 m/s of noise make of it.
+    assert found.noise["yaw"] == pytest.approx(0.002, rel=0.1)
+    assert found.noise["yaw_drift"] < 2e-4
     assert found.position_residual < 0.2
     with pytest.raises(dataclasses.FrozenInstanceError):
         found.delay = 0.0  # type: ignore[misc]

@@ -50,6 +50,14 @@ def test_log_rows_that_cannot_be_right_are_skipped_and_said() -> None:
     )
 
 
+def test_log_with_one_stray_stamp_loses_that_row_alone() -> None:
+    columns = _columns(600)
+    columns["t"][3] = 1e9
+    log = Log(**columns)
+    assert len(log) == 599
+    assert log.remarks == ("time runs backwards in 1 row: skipped",)
+
+
 def test_log_gap_is_found_and_its_step_is_the_usual_one() -> None:
     columns = _columns(30)
     columns["t"][20:] += 3.0
@@ -100,6 +108,12 @@ def test_read_csv_takes_columns_by_name_and_units(tmp_path: Path) -> None:
     assert np.degrees(log.yaw) == pytest.approx([90.0, 90.0])
 
 
+def test_read_csv_keeps_a_quoted_comma_in_its_column(tmp_path: Path) -> None:
+    rows = "".join(f'0.{k},"a, b",{k},0,0,1,0\n' for k in range(3))
+    log = logs.read(_csv(tmp_path, "t,note,x,y,yaw,speed,steer\n" + rows))
+    assert log.x.tolist() == [0.0, 1.0, 2.0]
+
+
 def test_read_csv_leaves_out_rows_with_an_empty_entry(tmp_path: Path) -> None:
     text = "t,x,y,yaw,speed,steer\n0,0,0,0,1,0\n0.1,,0,0,1,0\n0.2,1,0,0,1,0\n"
     log = logs.read(_csv(tmp_path, text))
@@ -115,6 +129,7 @@ def test_read_csv_leaves_out_rows_with_an_empty_entry(tmp_path: Path) -> None:
         ("t,x,y,yaw,speed,steer\n0,0,0,0,fast,0\n", "line 2, column 5: 'fast' is not a number"),
         ("t,x,y,yaw,speed,steer\n0,0,0\n", "line 2: found 3 columns, too few"),
         ("t,x,y,yaw,speed,steer\n0,0,0,0,1,0\n", "at least 2 rows are needed, found 1"),
+        ("t,x,y,yaw,speed,steer,x\n0,0,0,0,1,0,9\n", "2 columns are called 'x'"),
         ("t,x,y,yaw,speed,steer\n", "at least 2 rows are needed, found 0"),
     ],
 )

@@ -92,7 +92,7 @@ def identify(
         page[report] = lab.report.of_identification(found, given, origin)
     write_files_atomic({**content, **page})
     table = identified_table(found, given)
-    outputs.show(caption(found), [table], (f"- {note}" for note in found.notes))
+    outputs.show(caption(found), [table], (found.verdict, *(f"- {note}" for note in found.notes)))
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     outputs.written(out, (file for file in content if file != out), nothing)
     if report is not None:
@@ -106,7 +106,7 @@ def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, b
     from popsteer.vehicle_file import as_toml
 
     content = {
-        out: as_toml(found.vehicle).encode(),
+        out: as_toml(found.vehicle, found.unknown).encode(),
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }

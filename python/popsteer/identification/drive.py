@@ -27,6 +27,9 @@ OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
 
+REST = 0.1
+REST_TIME = 1.0
+"""A car slower than `REST` [m/s] for as long as this [s] stands."""
 SMOOTHING = 0.3
 """Standard deviation of what the acceleration is smoothed by [s]: noise of 0.02 m/s leaves 0.03
 m/s² at 20 Hz."""
@@ -58,6 +61,11 @@ class PreparedLog:
     starts: NDArray[np.int64]
     outliers: int
     usual_step: float
+    speed_noise: float
+    """Standard deviation of the noise of the measured speeds [m/s]."""
+
+    moving: NDArray[np.bool_]
+    """Whether a sample is of a moving car: at rest nothing is learnt, not even the noise."""
 
     @property
     def cell(self) -> float:
@@ -65,37 +73,31 @@ class PreparedLog:
         return float(self.edges[1] - self.edges[0])
 
     def parts(self) -> list[slice]:
-        """Give the samples of each unbroken part that count: those after `SETTLING`."""
-        ends = [*self.starts[1:], len(self.t)]
+        """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""
         found = []
-        for start, end in zip(self.starts, ends, strict=True):
+        for start, end in zip(self.starts, [*self.starts[1:], len(self.t)], strict=True):
             first = int(np.searchsorted(self.t[start:end], self.t[start] + SETTLING)) + start
-            if end - first >= 3:
-                found.append(slice(int(first), int(end)))
+            edges = np.flatnonzero(np.diff(np.pad(self.moving[first:end].astype(np.int8), 1)))
+            found += [
+                slice(int(first + begin), int(first + stop))
+                for begin, stop in zip(edges[::2], edges[1::2], strict=True)
+                if stop - begin >= 3
+            ]
         return found
 
 
 def prepare(log: Log) -> PreparedLog:
-    """Lay a log out for the fit.
-
-    Parameters
-    ----------
-    log : Log
-        The log; its times rise.
-
-    Returns
-    -------
-    PreparedLog
-        The same on a clock in which each gap lasts `PAUSE`.
-    """
+    """Lay a log out for the fit: on a clock in which each gap lasts `PAUSE`."""
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
     ends = np.append(starts[1:], len(log.t))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
+    moving = _moving(log.t, log.speed, starts, ends)
     clean, outliers = {}, 0
     for name, values in columns.items():
         kept = values.copy()
         for start, end in zip(starts, ends, strict=True):
-            kept[start:end], found = _without_outliers(log.t[start:end], values[start:end])
+            part = slice(start, end)
+            kept[part], found = _without_outliers(log.t[part], values[part], moving[part])
             outliers += found
         clean[name] = kept
     t = log.t - log.t[0]
@@ -127,7 +129,28 @@ def prepare(log: Log) -> PreparedLog:
         starts=starts,
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
+        speed_noise=_noise(clean["speed"][moving]),
+        moving=moving,
     )
+
+
+def _moving(
+    t: Array, speed: Array, starts: NDArray[np.int64], ends: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Say where the car moves; a rest is as long as `REST_TIME` at least."""
+    moving: NDArray[np.bool_] = np.abs(speed) > REST
+    for start, end in zip(starts, ends, strict=True):
+        edges = np.flatnonzero(np.diff(np.pad((~moving[start:end]).astype(np.int8), 1)))
+        for begin, stop in zip(edges[::2] + start, edges[1::2] + start, strict=True):
+            if t[stop - 1] - t[begin] < REST_TIME:
+                moving[begin:stop] = True
+    return moving
+
+
+def _noise(values: Array) -> float:
+    """Give the standard deviation of the noise of a smooth signal's samples."""
+    second = np.abs(np.diff(values, 2))
+    return float(1.4826 * np.median(second) / np.sqrt(6.0)) if second.size else 0.0
 
 
 def _on_clock(times: Array, log: Array, clock: Array) -> Array:
@@ -170,14 +193,15 @@ def _usual_speed(t: Array, yaw: Array, speed: Array) -> float:
     return max(float(np.sum(weight * middle) / np.sum(weight)), 1e-3)
 
 
-def _without_outliers(t: Array, values: Array) -> tuple[Array, int]:
+def _without_outliers(t: Array, values: Array, moving: NDArray[np.bool_]) -> tuple[Array, int]:
     """Replace what stands out from both neighbours' line by that line; how many did.
 
     A sample's own second difference is compared with its median size (Hampel's filter on what a
-    smooth motion leaves over).
+    smooth motion leaves over), which is that of the moving car: at rest it may be 0.
     """
     if len(values) < 9:
         return values, 0
+    scale = moving if moving.sum() >= 9 else np.ones_like(moving)
     share = (t[2:-2] - t[:-4]) / (t[4:] - t[:-4])
     around = values[:-4] + share * (values[4:] - values[:-4])
     near = np.median(np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0)
@@ -187,8 +211,8 @@ def _without_outliers(t: Array, values: Array) -> tuple[Array, int]:
         values[2:-2] - around,
         values[2:-2] - near,
     )
-    spread = 1.4826 * float(np.median(np.abs(off)))
-    step = float(np.median(np.abs(np.diff(values))))
+    spread = 1.4826 * float(np.median(np.abs(off[scale[2:-2]])))
+    step = float(np.median(np.abs(np.diff(values)[scale[1:]])))
     found = 2 + np.flatnonzero(np.abs(off) > OUTLIER * max(spread, step, 1e-9))
     if not found.size:
         return values, 0

@@ -9,9 +9,10 @@ import numpy as np
 
 from popsteer.identification.chain import Chain, LagOf, Wheels
 from popsteer.identification.whiten import (
+    Known,
     choose_theta,
     clipped_mean_square,
-    covariance,
+    known,
     spread,
     whitened,
 )
@@ -66,6 +67,12 @@ TURNS = 3
 REACHED = 5.0
 """By how much a limit of the rate must raise the log-likelihood before it is believed: as three
 standard deviations do."""
+KEPT, CLEARLY = 1.0, 1.5
+"""A limit of the rate is known if the wheels kept it for this time in all [s], where commands asked
+for this many times as much. Else anything that the model lacks would make a limit of the fastest
+turns of a smooth drive."""
+LONGEST = 0.1
+"""A command that comes later than this after the last [s] is a step."""
 CLEAR = 10.0
 """By how much another structure must raise the log-likelihood."""
 CLOSE = 100.0
@@ -77,11 +84,11 @@ class Fit:
     """What the heading says of the car."""
 
     values: dict[str, float]
-    errors: dict[str, float]
-    covariance: Array
-    """Of the fitted parameters, in the order of `errors`."""
+    names: list[str]
+    """What was fitted."""
+    known: Known
+    """How well, in the order of `names`."""
     lag_of: LagOf
-    cost: float
     theta: float
     noise: float
     """Standard deviation of the innovations of the heading [rad]."""
@@ -89,22 +96,29 @@ class Fit:
     """Simulated heading at the samples [rad]."""
     wheels: Wheels
     """The simulated wheels, without dead time and offset."""
+    rate_known: bool
+    """Whether a limit of their rate is more than something that mends the fit."""
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """The standard error of each parameter that was fitted."""
+        return dict(zip(self.names, self.known.errors(), strict=True))
+
+    def error_of(self, **weights: float) -> float:
+        """Give the standard error of a weighted sum of parameters."""
+        return self.known.error(np.array([weights.get(name, 0.0) for name in self.names]))
 
     def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
         """Widen the errors by how far others lie off, that explain the log as well."""
-        names = list(self.errors)
         off = np.array(
             [
-                [other.get(name, self.values[name]) - self.values[name] for name in names]
+                [other.get(k, self.values[k]) - self.values[k] for k in self.names]
                 for other in others
             ]
         )
         # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
-        known = self.covariance + (off.T @ off) / max(len(others), 1)
-        errors = np.sqrt(np.maximum(np.diag(known), 0.0))
-        return replace(
-            self, covariance=known, errors=dict(zip(names, map(float, errors), strict=True))
-        )
+        wider = self.known.covariance + (off.T @ off) / max(len(others), 1)
+        return replace(self, known=self.known._replace(covariance=wider))
 
 
 def fit(
@@ -113,52 +127,37 @@ def fit(
     fixed: Mapping[str, float],
     progress: Callable[[float], object] | None = None,
 ) -> Fit:
-    """Fit the chain to the heading of a drive.
+    """Fit the chain to the heading of a drive, and give the likeliest of what the lag may be of.
 
-    Parameters
-    ----------
-    drive : PreparedLog
-        The log.
-    start : mapping of str to float
-        Where to begin; a turning wheelbase at least.
-    fixed : mapping of str to float
-        What is not to be fitted.
-    progress : callable, optional
-        Called with the share done, 0 to 1.
-
-    Returns
-    -------
-    Fit
-        The likeliest of what the lag may be of, with a limit of the rate where the log shows one.
+    `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted. A
+    limit of the rate is fitted where the log shows one.
     """
     tasks = [_Task(drive, Chain(drive, lag_of), dict(fixed)) for lag_of in LAGS]
     found = []
     for count, task in enumerate(tasks):
-        found.append(task.solve(task.first(start)))
+        values = task.solve(task.first(start))
+        found.append((task.unlikelihood(values), values))
         if progress is not None:
             progress(0.5 * (count + 1) / len(tasks))
-    least = min(t.unlikelihood(f) for t, f in zip(tasks, found, strict=True))
+    least = min(at for at, _ in found)
+    tried = list(found)
     for count, task in enumerate(tasks):
-        if task.unlikelihood(found[count]) < least + CLOSE:
-            limited = task.limited(found[count])
-            if task.unlikelihood(limited) < task.unlikelihood(found[count]) - REACHED:
-                found[count] = limited
+        at, values = found[count]
+        if at < least + CLOSE:
+            limited = task.limited(values)
+            tried.append((task.unlikelihood(limited), limited))
+            if tried[-1][0] < at - REACHED:
+                found[count] = tried[-1]
         if progress is not None:
             progress(0.5 + 0.5 * (count + 1) / len(tasks))
     # The plainest first: another must be clearly likelier, or chance would choose.
-    best, at = 0, tasks[0].unlikelihood(found[0])
-    for count, task in enumerate(tasks[1:], start=1):
-        other = task.unlikelihood(found[count])
-        if other < at - CLEAR:
-            best, at = count, other
-    report = tasks[best].report(found[best])
+    best = 0
+    for count in range(1, len(tasks)):
+        if found[count][0] < found[best][0] - CLEAR:
+            best = count
+    at, values = found[best]
     # What else explains the log as well may say something else of lag and dead time.
-    others = [
-        values
-        for task, values in zip(tasks, found, strict=True)
-        if task.unlikelihood(values) < at + CLEAR
-    ]
-    return report.doubted(others)
+    return tasks[best].report(values).doubted([other for near, other in tried if near < at + CLEAR])
 
 
 class _Task:
@@ -219,6 +218,22 @@ class _Task:
                 break
         return self.solve(at) if "max_steer_rate" in at else values
 
+    def _excites_rate(self, values: Mapping[str, float]) -> bool:
+        """Say whether the wheels kept the limit, while the commands clearly asked for more."""
+        rate = values.get("max_steer_rate")
+        if rate is None or "max_steer_rate" in self.fixed:
+            return rate is not None
+        wheels = self.chain.wheels(values["steer_lag"], rate)
+        times, changes = wheels.times, np.diff(wheels.commands)
+        between = np.diff(times[1:][changes != 0.0])
+        interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
+        asked = np.concatenate(([False], np.abs(changes) > CLEARLY * rate * interval))
+        # A stretch at the limit ends with the first command that the wheels reach.
+        reached = wheels.turning[:-1] < 0.999 * np.diff(times)
+        stretch = np.concatenate(([0], np.cumsum(reached)))
+        kept = np.bincount(stretch, wheels.turning)
+        return float(kept[np.bincount(stretch, asked) > 0].sum()) >= KEPT
+
     def solve(self, values: dict[str, float]) -> dict[str, float]:
         """Fit from there, with the noise that the fit itself shows."""
         names = self.free(values)
@@ -255,8 +270,27 @@ class _Task:
     def weigh(self, values: Mapping[str, float]) -> None:
         """Take noise and theta from what is left over."""
         error = self.error(values)
-        self.theta = choose_theta(error, self.parts)
+        self.theta = min(choose_theta(error, self.parts), self._theta_of_speeds(error))
         self.noise = max(spread(whitened(error, self.parts, self.theta)), 1e-9)
+
+    def _theta_of_speeds(self, error: Array) -> float:
+        """Give the theta that the noise of the measured speeds alone makes.
+
+        Their noise s, integrated, lets the simulated heading drift by s dt yaw'/v a sample. That
+        is too little to be seen in the residuals, and yet what limits how well the gain is known.
+        """
+        drive = self.drive
+        if drive.speed_noise == 0.0:
+            return 1.0
+        drift, noise = [], []
+        turned = np.diff(drive.yaw - error)
+        for part in self.parts:
+            speed = np.maximum(np.abs(drive.sample_speed[part][1:]), 0.3)
+            drift.append(turned[part.start : part.stop - 1] / speed * drive.speed_noise)
+            noise.append(np.diff(error[part]))
+        share = float(np.mean(np.concatenate(drift) ** 2))
+        share /= max(0.5 * spread(np.concatenate(noise)) ** 2, 1e-18)
+        return 1.0 + 0.5 * share - float(np.sqrt(share + 0.25 * share * share))
 
     def free(self, values: Mapping[str, float]) -> list[str]:
         return [
@@ -277,20 +311,20 @@ class _Task:
             columns.append((above - below) / (values[name] + step - lower))
         jacobian = np.array(columns).T
         weight = np.minimum(1.0, 2.0 / np.maximum(np.abs(residual), 1e-12))
-        memory = int(np.ceil(1.0 / float(np.median(np.diff(self.drive.t)))))
-        known = covariance(jacobian * np.sqrt(weight)[:, None], residual * np.sqrt(weight), memory)
-        deviation = np.sqrt(np.maximum(np.diag(known), 0.0))
-        rate = values.get("max_steer_rate")
+        # Innovations whose theta is not quite right are correlated as long as its powers last.
+        longest = max(1.0, self.drive.usual_step / (1.0 - self.theta))
+        memory = int(np.ceil(longest / self.drive.usual_step))
+        root = np.sqrt(weight)
         return Fit(
             values=values,
-            errors=dict(zip(names, map(float, deviation), strict=True)),
-            covariance=known,
+            names=names,
+            known=known(jacobian * root[:, None], residual * root, memory),
             lag_of=self.chain.lag_of,
-            cost=self.cost(values),
             theta=self.theta,
             noise=self.noise,
             yaw=self.chain.yaw(*_arguments(values)),
-            wheels=self.chain.wheels(values["steer_lag"], rate),
+            wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
+            rate_known=self._excites_rate(values),
         )
 
 

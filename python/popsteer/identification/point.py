@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.whiten import choose_theta, covariance, spread, whitened
+from popsteer.identification.whiten import Known, choose_theta, known, spread, whitened
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,34 +36,25 @@ class Point:
     """What the position says of the car."""
 
     values: dict[str, float]
-    errors: dict[str, float]
-    covariance: Array
-    """Of the values, in the order of `NAMES`."""
+    known: Known
+    """How well, in the order of `NAMES`."""
     noise: float
     """Standard deviation of the innovations of the position [m]."""
 
+    @property
+    def errors(self) -> dict[str, float]:
+        """The standard error of each value."""
+        return dict(zip(NAMES, self.known.errors(), strict=True))
+
     def error_at(self, speed: float) -> float:
         """Give the standard error of `rear_axle + slip v²` [m]."""
-        weights = np.array([1.0, speed**2, 0.0, 0.0])
-        return float(np.sqrt(max(weights @ self.covariance @ weights, 0.0)))
+        return self.known.error(np.array([1.0, speed**2, 0.0, 0.0]))
 
 
 def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
-    """Fit the point to the positions of a drive.
+    """Fit the point to the positions of a drive, with the simulated heading [rad] at its samples.
 
-    Parameters
-    ----------
-    drive : PreparedLog
-        The log.
-    simulated : (N,) ndarray of float64
-        The simulated heading [rad].
-    theta : float
-        How much of what it leaves of the measured one is noise of the samples.
-
-    Returns
-    -------
-    Point
-        What was found.
+    `theta` tells how much of what the simulation leaves of the heading is noise of the samples.
     """
     heading = simulated + smooth(drive.yaw - simulated, theta, drive)
     columns = _columns(drive, heading)
@@ -75,8 +66,7 @@ def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
     parts = drive.parts()
     values = np.zeros(len(NAMES))
     memory = int(np.ceil(1.0 / float(np.median(np.diff(drive.t)))))
-    noise, known = 1.0, np.eye(len(NAMES))
-    weight = None
+    weight = np.ones(0)
     for _ in range(_TURNS):
         left = measured - driven - np.einsum("kpi,p->ki", grown, values)
         theta = choose_theta(left, parts)
@@ -85,8 +75,7 @@ def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
         jacobian = np.stack(
             [whitened(grown[:, p], parts, theta).ravel() for p in range(len(NAMES))], axis=1
         )
-        if weight is None:
-            weight = np.ones(len(white))
+        weight = weight if len(weight) else np.ones(len(white))
         root = np.sqrt(weight)[:, None]
         scale = np.linalg.norm(jacobian, axis=0)
         scale[scale == 0.0] = 1.0
@@ -96,11 +85,9 @@ def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
         noise = max(spread(residual), 1e-9)
         weight = np.minimum(1.0, 2.0 * noise / np.maximum(np.abs(residual), 1e-12))
         root = np.sqrt(weight)[:, None]
-        known = covariance(jacobian * root / noise, residual * root[:, 0] / noise, 2 * memory)
     return Point(
         values=dict(zip(NAMES, map(float, values), strict=True)),
-        errors=dict(zip(NAMES, map(float, np.sqrt(np.maximum(np.diag(known), 0.0))), strict=True)),
-        covariance=known,
+        known=known(jacobian * root / noise, residual * root[:, 0] / noise, 2 * memory),
         noise=noise,
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +13,7 @@ from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
 from popsteer.identification.fit import Fit, fit
-from popsteer.identification.identifiability import error_of, unsure
+from popsteer.identification.identifiability import rate_unknown, steps, unsure
 from popsteer.identification.notes import described
 from popsteer.identification.result import Identification
 from popsteer.identification.simulate import compared
@@ -29,8 +31,8 @@ __all__ = ["identify"]
 _MOST_ROUNDS = 5
 _NO_LENGTH = 0.15
 _SURE_POINT = 0.1
-_STRETCH = 0.2
-"""A rate that the wheels kept for this time is known well [s]."""
+_SURE_SLIP = 0.2
+_FROZEN = -0.5
 
 
 def identify(
@@ -47,8 +49,8 @@ def identify(
         wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ±max_steer_rate)
         yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
-    Outliers and gaps are left out. What the log cannot show keeps the value of `vehicle`, and
-    `notes` say so.
+    Outliers, gaps and rests are left out. What the log cannot show keeps the value of `vehicle`,
+    and `unknown` says why, and what to drive to learn it.
 
     Parameters
     ----------
@@ -95,23 +97,32 @@ def identify(
     drive = prepare(log)
     length = first_length(drive, log.name)
     given = Vehicle() if vehicle is None else vehicle
-    found, fixed, notes = _heading(drive, length, given, log.name, progress)
+    heading = _heading(drive, length, given, log.name, progress)
+    found = heading.found
     point = fit_point(drive, found.yaw, found.theta)
-    rate = _rate(found, notes)
-    made, errors = _vehicle(vehicle, found, point, rate, fixed, drive, notes)
-    values = found.values
-    speed = drive.usual_speed
+    made, errors = _vehicle(vehicle, heading, point, drive)
+    values, speed = found.values, drive.usual_speed
     return Identification(
         vehicle=made,
         errors=errors,
+        unknown=heading.unknown,
         delay=values["steer_lag"] + values["dead_time"],
-        delay_error=error_of(found, {"steer_lag": 1.0, "dead_time": 1.0}),
+        delay_error=heading.delay_error,
         turning_length=values["turning_wheelbase"] + values["understeer"] * speed**2,
-        turning_length_error=error_of(found, {"turning_wheelbase": 1.0, "understeer": speed**2}),
+        turning_length_error=found.error_of(turning_wheelbase=1.0, understeer=speed**2),
         speed=speed,
         lag_of=found.lag_of,
-        notes=(*log.remarks, *_outliers(drive), *notes),
-        noise={"yaw": found.noise, "position": point.noise},
+        notes=(
+            *log.remarks,
+            *_outliers(drive),
+            *heading.notes,
+            *dict.fromkeys(heading.unknown.values()),
+        ),
+        noise={
+            "yaw": math.sqrt(found.theta) * found.noise,
+            "yaw_drift": (1.0 - found.theta) * found.noise / math.sqrt(drive.usual_step),
+            "position": point.noise,
+        },
         records=compared(
             log,
             drive,
@@ -123,30 +134,45 @@ def identify(
     )
 
 
+@dataclass
+class _Heading:
+    """What the heading says, and what it does not say."""
+
+    found: Fit
+    fixed: dict[str, float]
+    unknown: dict[str, str]
+    notes: list[str]
+    delay_error: float
+
+
 def _heading(
     drive: PreparedLog,
     length: float,
     given: Vehicle,
     name: str,
     progress: Callable[[float], object] | None,
-) -> tuple[Fit, dict[str, float], list[str]]:
+) -> _Heading:
     """Fit the heading; what the log cannot tell apart is fixed, one thing after the other."""
     fixed: dict[str, float] = {}
     if float(np.std(drive.acceleration[drive.speed != 0.0])) < 0.05:
         fixed["load_shift"] = 0.0
     if given.max_steer_rate is not None:
         fixed["max_steer_rate"] = given.max_steer_rate
+    unknown: dict[str, str] = {}
     notes: list[str] = []
     start = {"turning_wheelbase": length}
+    free: Fit | None = None
     for turn in range(_MOST_ROUNDS + 1):
         part = None if progress is None else _share(progress, turn)
         found = fit(drive, start, fixed, part)
         doubt = unsure(found, drive, given) if turn < _MOST_ROUNDS else None
         if doubt is None:
             break
-        more, why = doubt
-        fixed.update(more)
-        notes += [why] if why else []
+        if "steer_lag" in doubt.fixed:
+            free = found
+        fixed.update(doubt.fixed)
+        unknown.update(doubt.unknown)
+        notes += [doubt.note] if doubt.note else []
         start = {**found.values, **fixed}
         if "max_steer_rate" not in fixed:
             start.pop("max_steer_rate", None)
@@ -157,59 +183,34 @@ def _heading(
             f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; drive bends to both"
             " sides, and see that steer is the angle of the front wheels"
         )
-    return found, fixed, notes
+    if not found.rate_known:
+        unknown["max_steer_rate"] = rate_unknown(found)
+    both = {"steer_lag": 1.0, "dead_time": 1.0}
+    delay_error = found.error_of(**both)
+    if free is not None:
+        # The sum is as well known as where both were fitted; and the assumption may move it.
+        moved = sum(found.values[name] - free.values[name] for name in both)
+        delay_error = math.hypot(free.error_of(**both), moved)
+    return _Heading(found, fixed, unknown, notes, delay_error)
 
 
 def _share(progress: Callable[[float], object], turn: int) -> Callable[[float], object]:
     return lambda share: progress(1.0 - 0.2**turn * (1.0 - 0.8 * share))
 
 
-def _rate(found: Fit, notes: list[str]) -> float | None:
-    """Give the limit of the wheels' rate where it was reached."""
-    wheels = found.wheels
-    if "max_steer_rate" not in found.errors and "max_steer_rate" in found.values:
-        return None  # given
-    rate = found.values.get("max_steer_rate")
-    if rate is None:
-        between = np.diff(wheels.angle) / np.diff(wheels.times)
-        fastest = float(np.quantile(np.abs(between), 0.999)) if len(between) else 0.0
-        notes.append(
-            "a limit of the wheels' rate was not reached; it lies above"
-            f" {fastest:.2f} rad/s, if there is one"
-        )
-        return None
-    longest, length = 0.0, 0.0
-    for step, turning in zip(np.diff(wheels.times), wheels.turning[:-1], strict=True):
-        length += turning
-        longest = max(longest, length)
-        if turning < 0.999 * step:
-            length = 0.0
-    if longest < _STRETCH:
-        notes.append(
-            f"the wheels turned at their limit for {1e3 * longest:.0f} ms at a time at most:"
-            " max_steer_rate is rough, and may be too high"
-        )
-    return rate
-
-
 def _vehicle(
-    given: Vehicle | None,
-    found: Fit,
-    point: Point,
-    rate: float | None,
-    fixed: dict[str, float],
-    drive: PreparedLog,
-    notes: list[str],
+    given: Vehicle | None, heading: _Heading, point: Point, drive: PreparedLog
 ) -> tuple[Vehicle, dict[str, float]]:
     """Make the vehicle of what was found, and of what was given for the rest."""
+    found, unknown = heading.found, heading.unknown
     values = found.values
     errors = {
         name: error
         for name, error in found.errors.items()
-        if name not in ("load_shift", "max_steer_rate")
+        if name != "load_shift" and name not in unknown
     }
     changes: dict[str, float | None] = {
-        name: values[name] for name in ("understeer", "steer_offset", "steer_lag", "dead_time")
+        name: values[name] for name in ("steer_offset", "steer_lag", "dead_time")
     }
     length = values["turning_wheelbase"]
     if given is None:
@@ -217,53 +218,64 @@ def _vehicle(
         errors["wheelbase"] = errors.pop("turning_wheelbase")
     else:
         changes["turning_wheelbase"] = length
-    if rate is not None:
-        changes["max_steer_rate"] = rate
-        errors["max_steer_rate"] = found.errors["max_steer_rate"]
+    if "max_steer_rate" in errors:
+        changes["max_steer_rate"] = values["max_steer_rate"]
     changes["understeer"] = max(float(values["understeer"]), 0.0)
-    _place(given, point, drive, changes, errors, notes)
+    moved, more = _place(given, point, drive, unknown)
     base = Vehicle() if given is None else given
-    notes += described(base if given is not None else None, found, point, fixed)
+    notes = heading.notes
+    notes += described(given, found, point, heading.fixed)
     steepest = float(np.max(np.abs(drive.commands)))
     if steepest > base.max_steer + 1e-3:
         notes.append(
             f"the log commands up to {steepest:.3g} rad, more than max_steer, {base.max_steer:g}"
         )
-    return base.replace(**changes), errors
+    return base.replace(**changes, **moved), errors | more
 
 
 def _place(
-    given: Vehicle | None,
-    point: Point,
-    drive: PreparedLog,
-    changes: dict[str, float | None],
-    errors: dict[str, float],
-    notes: list[str],
-) -> None:
-    """Say where the pose's point and the no-slip point lie."""
+    given: Vehicle | None, point: Point, drive: PreparedLog, unknown: dict[str, str]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Say where the pose's point and the no-slip point lie, and how well that is known."""
     rear, slip = point.values["rear_axle"], point.values["slip"]
     error, slip_error = point.errors["rear_axle"], point.errors["slip"]
-    sliding = rear + slip * drive.usual_speed**2
+    square = drive.usual_speed**2
+    sliding, at_speed = rear + slip * square, point.error_at(drive.usual_speed)
     slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > 0.05
-    at_speed = point.error_at(drive.usual_speed)
-    if at_speed > _SURE_POINT:
-        notes.append(
-            "the positions do not show where the pose's point lies on the car (rear_axle would be"
-            f" {sliding:.2f} ± {at_speed:.2f} m): it stays as given"
+    if point.values["speed_excess"] < _FROZEN:
+        share = 100.0 * max(1.0 + point.values["speed_excess"], 0.0)
+        unknown["rear_axle"] = unknown["no_slip_point"] = (
+            f"the positions move {share:.0f} % as far as the measured speed says: they do not show"
+            " where the pose's point lies on the car; it stays as given: log positions that move"
         )
-        return
+        return {}, {}
+    if at_speed > _SURE_POINT:
+        unknown["rear_axle"] = unknown["no_slip_point"] = (
+            "the positions do not show where the pose's point lies on the car (rear_axle would be"
+            f" {sliding:.2f} ± {at_speed:.2g} m): it stays as given: drive tight bends, or for"
+            " longer"
+        )
+        return {}, {}
     if not slips and error > _SURE_POINT:
         rear, error = sliding, at_speed  # one speed: nothing slips that one could see
-    if given is None:
-        changes["rear_axle"], errors["rear_axle"] = rear, error
-        if slips and error <= _SURE_POINT:
-            changes["no_slip_point"], errors["no_slip_point"] = sliding, at_speed
-        return
-    own = given.rear_axle if given.no_slip_point is None else given.no_slip_point
-    if abs(sliding - own) > max(2.0 * at_speed, 0.05):
-        changes["no_slip_point"], errors["no_slip_point"] = sliding, at_speed
-    else:
-        errors["no_slip_point" if given.no_slip_point is not None else "rear_axle"] = at_speed
+    if given is not None:
+        own = given.rear_axle if given.no_slip_point is None else given.no_slip_point
+        if abs(sliding - own) > max(2.0 * at_speed, 0.05):
+            return {"no_slip_point": sliding}, {"no_slip_point": at_speed}
+        name = "no_slip_point" if given.no_slip_point is not None else "rear_axle"
+        return {}, {name: at_speed}
+    if slips and error <= _SURE_POINT:
+        return (
+            {"rear_axle": rear, "no_slip_point": sliding},
+            {"rear_axle": error, "no_slip_point": at_speed},
+        )
+    if not slip_error * square <= _SURE_SLIP:
+        unknown["no_slip_point"] = (
+            "how far the car slides sideways at speed cannot be seen; rear_axle is where it does"
+            f" not slide at {drive.usual_speed:.1f} m/s: drive bends of {steps(drive, 0.6)} and of"
+            f" {steps(drive, 1.4)}"
+        )
+    return {"rear_axle": rear}, {"rear_axle": error}
 
 
 def _outliers(drive: PreparedLog) -> list[str]:

@@ -7,13 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from popsteer.files import write_text_atomic
+from popsteer.vehicle_file import as_toml
+
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from popsteer._core import Vehicle
     from popsteer.logs import Log
 
 __all__ = ["Identification"]
+
+_EXACT = 1e-3
+"""A share of the turning that nobody misses: a log without noise is explained as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +35,9 @@ class Identification:
     errors : dict of str to float
         The standard error of each field that was found, in its own unit. They hold for this log
         and this model structure; a car of another structure has larger ones.
+    unknown : dict of str to str
+        The fields that the log does not show: why, and what to drive to learn them. They have the
+        values that were given, or assumed ones.
     delay, delay_error : float
         Dead time and lag together, and their standard error [s]: much better known than each.
     turning_length, turning_length_error : float
@@ -39,8 +50,9 @@ class Identification:
     notes : tuple of str
         In words, what the log does not show or cannot tell apart, and what was left out.
     noise : dict of str to float
-        Standard deviation of what the model leaves unexplained from sample to sample: of `yaw`
-        [rad] and of `position` [m].
+        Standard deviations: ``yaw`` is the noise of a sample of the heading [rad], ``yaw_drift``
+        by how much what the model leaves of the heading grows within 1 s [rad], ``position`` what
+        it leaves of the position from sample to sample [m].
     records : dict of str to ndarray
         Over the samples: ``t`` [s], ``x``, ``y``, ``simulated_x``, ``simulated_y`` [m],
         ``position_error`` [m] to the left, ``yaw_rate``, ``simulated_yaw_rate`` [rad/s], and
@@ -51,6 +63,7 @@ class Identification:
 
     vehicle: Vehicle
     errors: dict[str, float]
+    unknown: dict[str, str]
     delay: float
     delay_error: float
     turning_length: float
@@ -61,6 +74,32 @@ class Identification:
     noise: dict[str, float]
     records: dict[str, NDArray[Any]] = field(repr=False)
     log: Log = field(repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """Whether the vehicle explains the log, in a sentence: what it leaves against the noise."""
+        noise, drift = self.noise["yaw"], self.noise["yaw_drift"]
+        fits = drift <= max(noise, _EXACT * self.yaw_rate_rms)
+        return (
+            f"The vehicle {'explains' if fits else 'does not explain'} the heading to within the"
+            f" noise of the log: what it leaves grows by {drift:.2g} rad in 1 s, the noise of a"
+            f" sample is {noise:.2g} rad, and the car turns by {self.yaw_rate_rms:.2g} rad in 1 s."
+        )
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the vehicle to a TOML file, with comments on what the log does not show.
+
+        Parameters
+        ----------
+        file : str or os.PathLike
+            The file to write, as `popsteer.Vehicle.load` reads it.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written; what stood there before still does.
+        """
+        write_text_atomic(file, as_toml(self.vehicle, self.unknown))
 
     @property
     def yaw_rate_residual(self) -> float:

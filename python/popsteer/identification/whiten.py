@@ -12,7 +12,8 @@ Identification*, 2nd ed., 1999, chapter 7), and their standard errors are the us
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,32 +24,20 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["choose_theta", "clipped_mean_square", "covariance", "spread", "whitened"]
+__all__ = ["Known", "choose_theta", "clipped_mean_square", "known", "spread", "whitened"]
 
 THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
 """What is tried for theta."""
 
+_NOTHING = 1e-11
+"""A direction with less of the information than this share of the greatest is not excited: 1e-5 of
+a derivative are the errors of its differences."""
 _GONE = 1e-9
 """Below it theta^k counts for nothing; numbers that are smaller still are slow to multiply."""
 
 
 def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
-    """Give the innovations of an error, one part of the log after the other.
-
-    Parameters
-    ----------
-    error : (N,) or (N, M) ndarray of float64
-        What is left of the signals, by samples.
-    parts : sequence of slice
-        The samples of each unbroken part.
-    theta : float
-        How much of the error is noise of the samples, 0 to below 1.
-
-    Returns
-    -------
-    (K,) or (K, M) ndarray of float64
-        The innovations.
-    """
+    """Give the innovations of an error, (N,) or (N, M) by samples, one part after the other."""
     from scipy.signal import lfilter
 
     pieces = []
@@ -82,30 +71,40 @@ def clipped_mean_square(values: Array) -> float:
     return float(np.mean(np.minimum(values**2, 9.0 * deviation**2)))
 
 
-def covariance(jacobian: Array, residual: Array, memory: int) -> Array:
-    """Give the covariance of least-squares estimates whose residuals are slightly correlated.
+class Known(NamedTuple):
+    """How well least squares know their parameters."""
+
+    covariance: Array
+    """Of the directions that were excited, (P, P)."""
+    unknown: Array
+    """Directions that were not, (P, K), in the parameters over `scale`."""
+    scale: Array
+    """The length of each parameter's derivatives, (P,)."""
+
+    def error(self, weights: Array) -> float:
+        """Give the standard error of a weighted sum of the parameters; infinite if not excited."""
+        scaled = weights / self.scale
+        if np.any(np.abs(scaled @ self.unknown) > 1e-3 * np.linalg.norm(scaled)):
+            return math.inf
+        return math.sqrt(max(float(weights @ self.covariance @ weights), 0.0))
+
+    def errors(self) -> list[float]:
+        """Give the standard error of each parameter."""
+        return [self.error(row) for row in np.eye(len(self.covariance))]
+
+
+def known(jacobian: Array, residual: Array, memory: int) -> Known:
+    """Tell how well least squares know their parameters, where residuals are slightly correlated.
 
     The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
-    too where the model is not quite what the car is.
-
-    Parameters
-    ----------
-    jacobian : (K, P) ndarray of float64
-        Derivatives of the residuals by the parameters.
-    residual : (K,) ndarray of float64
-        The residuals.
-    memory : int
-        Over how many samples they may be correlated.
-
-    Returns
-    -------
-    (P, P) ndarray of float64
-        The covariance.
+    too where the model is not quite what the car is. `jacobian` is (K, P), `residual` (K,).
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     scaled = jacobian / scale
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-14)
+    information, directions = np.linalg.eigh(scaled.T @ scaled)
+    excited = information > _NOTHING * max(float(information[-1]), 1e-300)
+    inverse = (directions[:, excited] / information[excited]) @ directions[:, excited].T
     score = scaled * residual[:, None]
     middle = score.T @ score
     for lag in range(1, min(memory, len(score) - 1) + 1):
@@ -116,5 +115,6 @@ def covariance(jacobian: Array, residual: Array, memory: int) -> Array:
     plain = inverse * float(np.mean(residual**2))
     found = inverse @ middle @ inverse
     grow = np.sqrt(np.maximum(1.0, np.diag(plain) / np.maximum(np.diag(found), 1e-300)))
-    full: Array = found * np.outer(grow, grow) / np.outer(scale, scale)
-    return full
+    return Known(
+        found * np.outer(grow, grow) / np.outer(scale, scale), directions[:, ~excited], scale
+    )

@@ -87,6 +87,8 @@ def read_csv(
                 f"{name}: no column {called!r}; there are: {there} (--column {key}=NAME names"
                 " another)"
             )
+        if names.count(called) > 1:
+            raise LogError(f"{name}: {names.count(called)} columns are called {called!r}")
         places[key] = names.index(called)
     values = _numbers(name, lines[first + 1 :], first + 2, separator, places)
     scaled = (values[:, k] * factors.get(key, 1.0) for k, key in enumerate(COLUMNS))
@@ -118,7 +120,12 @@ def _numbers(
         return np.empty((0, len(use)))
     try:
         values: NDArray[np.float64] = np.loadtxt(
-            io.StringIO("\n".join(lines)), delimiter=separator, comments="#", usecols=use, ndmin=2
+            io.StringIO("\n".join(lines)),
+            delimiter=separator,
+            comments="#",
+            usecols=use,
+            ndmin=2,
+            quotechar='"',
         )
     except (ValueError, IndexError):
         return _carefully(name, lines, number, separator, use)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -181,15 +182,39 @@ def _usable(columns: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.bool_],
         found.append(f"{_count(count, 'row')} with a number that is not finite: skipped")
     rows = np.flatnonzero(finite)
     times = columns["t"][rows]
-    highest = np.maximum.accumulate(np.concatenate(([-np.inf], times[:-1])))
-    twice, backwards = times == highest, times < highest
-    keep[rows[twice | backwards]] = False
-    if count := int(twice.sum()):
+    rising = _rising(times)
+    keep[np.delete(rows, rising)] = False
+    others = np.delete(times, rising)
+    count = int(np.isin(others, times[rising]).sum())
+    if count:
         verb = "repeats" if count == 1 else "repeat"
         found.append(f"{_count(count, 'row')} {verb} the time of an earlier one: skipped")
-    if count := int(backwards.sum()):
+    if count := len(others) - count:
         found.append(f"time runs backwards in {_count(count, 'row')}: skipped")
     return keep, found
+
+
+def _rising(times: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Give the most rows whose times rise: one stray stamp costs its own row alone."""
+    if np.all(np.diff(times) > 0.0):
+        return np.arange(len(times))
+    ends: list[float] = []  # the least last time of a rising row of rows of each length
+    last: list[int] = []
+    before = np.full(len(times), -1, dtype=np.int64)
+    for k, time in enumerate(times.tolist()):
+        place = bisect_left(ends, time)
+        before[k] = last[place - 1] if place else -1
+        if place == len(ends):
+            ends.append(time)
+            last.append(k)
+        elif time < ends[place]:  # of rows of one time the first counts
+            ends[place], last[place] = time, k
+    found = []
+    row = last[-1] if last else -1
+    while row >= 0:
+        found.append(row)
+        row = int(before[row])
+    return np.array(found[::-1], dtype=np.int64)
 
 
 def _gaps(t: NDArray[np.float64]) -> tuple[int, ...]:

@@ -66,13 +66,7 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     difference = rate - model
     plot_broken(left, t, smoothed(difference, period), breaks, color=measured, linewidth=0.9)
     left.set(ylabel="left over [rad/s]")
-    left.set_title(
-        f"measured less simulated: {found.yaw_rate_residual:.4f} rad/s rms, unsmoothed,"
-        f" of {found.yaw_rate_rms:.3f}",
-        fontsize=9.0,
-        fontweight="normal",
-        color=theme.faint,
-    )
+    left.set_title("measured less simulated", fontsize=9.0, fontweight="normal", color=theme.faint)
     plot_broken(
         off,
         t,
@@ -91,6 +85,6 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     for panel in (rates, left, off):
         panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
         panel.set_xlim(t[0], t[-1])
-    title = wrapped(caption(found), figure, 10.0)
+    title = wrapped(f"{caption(found)}. {found.verdict}", figure, 10.0)
     figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure

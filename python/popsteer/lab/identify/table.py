@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
-__all__ = ["caption", "identified_csv", "identified_json", "identified_table"]
+__all__ = ["caption", "identified_csv", "identified_json", "identified_table", "with_error"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the document's layout."""
 _LAGS = {
     "wheels": "before the wheels",
@@ -31,20 +31,19 @@ class _Row(NamedTuple):
     field: str
     head: str
     unit: str
-    scale: float
-    decimals: int
+    scale: float = 1.0
 
 
 _ROWS = (
-    _Row("wheelbase", "wheelbase", "m", 1.0, 3),
-    _Row("turning_wheelbase", "turning wheelbase", "m", 1.0, 3),
-    _Row("understeer", "understeer", "s²/m", 1.0, 5),
-    _Row("steer_offset", "steering offset", "deg", math.degrees(1.0), 3),
-    _Row("steer_lag", "lag", "ms", 1e3, 0),
-    _Row("dead_time", "dead time", "ms", 1e3, 0),
-    _Row("max_steer_rate", "rate of the wheels", "rad/s", 1.0, 3),
-    _Row("rear_axle", "rear axle, from the pose", "m", 1.0, 3),
-    _Row("no_slip_point", "no-slip point, from the pose", "m", 1.0, 3),
+    _Row("wheelbase", "wheelbase", "m"),
+    _Row("turning_wheelbase", "turning wheelbase", "m"),
+    _Row("understeer", "understeer", "s²/m"),
+    _Row("steer_offset", "steering offset", "deg", math.degrees(1.0)),
+    _Row("steer_lag", "lag", "ms", 1e3),
+    _Row("dead_time", "dead time", "ms", 1e3),
+    _Row("max_steer_rate", "rate of the wheels", "rad/s"),
+    _Row("rear_axle", "rear axle, from the pose", "m"),
+    _Row("no_slip_point", "no-slip point, from the pose", "m"),
 )
 
 
@@ -61,40 +60,62 @@ def identified_table(found: Identification, given: Vehicle | None = None) -> Tab
     """Set out what was found, with its standard errors, beside what was known before, `given`."""
     table = blank_table()
     table.add_column("", no_wrap=True)
-    add_numbers(table, "found", "± error", "given")
+    add_numbers(table, "found", "± error", *(() if given is None else ("given",)))
     table.add_column("", no_wrap=True)
+
+    def add(
+        head: str,
+        unit: str,
+        value: float | None,
+        error: float | None,
+        before: float | None,
+        scale: float = 1.0,
+    ) -> None:
+        cells = "–", ""
+        if value is not None and error is not None:
+            cells = with_error(scale * value, scale * error)
+        earlier = "none" if before is None else f"{scale * before:.4g}"
+        table.add_row(head, *cells, *(() if given is None else (earlier,)), unit)
+
     for row in _ROWS:
         value, error = getattr(found.vehicle, row.field), found.errors.get(row.field)
         before = None if given is None else getattr(given, row.field)
-        if value is None and before is None:
+        if error is None and before is None and row.field not in found.unknown:
             continue
-        table.add_row(
-            row.head,
-            "–" if error is None else _number(value, row),
-            "" if error is None else f"{row.scale * error:.{row.decimals}f}",
-            "" if before is None else _number(before, row),
-            row.unit,
-        )
+        add(row.head, row.unit, value, error, before, row.scale)
     table.add_section()
-    table.add_row(
+    add(
         f"turning length at {found.speed:.1f} m/s",
-        f"{found.turning_length:.3f}",
-        f"{found.turning_length_error:.3f}",
-        "" if given is None else f"{given.turning_length(found.speed):.3f}",
         "m",
+        found.turning_length,
+        found.turning_length_error,
+        None if given is None else given.turning_length(found.speed),
     )
-    table.add_row(
+    add(
         "dead time and lag together",
-        f"{1e3 * found.delay:.0f}",
-        f"{1e3 * found.delay_error:.0f}",
-        "" if given is None else f"{1e3 * (given.dead_time + given.steer_lag):.0f}",
         "ms",
+        found.delay,
+        found.delay_error,
+        None if given is None else given.dead_time + given.steer_lag,
+        1e3,
     )
-    table.add_row("yaw rate left over, rms", f"{found.yaw_rate_residual:.4f}", "", "", "rad/s")
-    table.add_row("yaw rate, rms", f"{found.yaw_rate_rms:.4f}", "", "", "rad/s")
-    table.add_row("noise of the yaw", f"{found.noise['yaw']:.4f}", "", "", "rad")
-    table.add_row("off to the side within 10 s, rms", f"{found.position_residual:.3f}", "", "", "m")
     return table
+
+
+def with_error(value: float, error: float) -> tuple[str, str]:
+    """Word a value and its standard error: two digits of the error, and the value to match.
+
+    Examples
+    --------
+    >>> with_error(2.70016, 0.00091), with_error(149.66, 23.4), with_error(0.5, math.inf)
+    (('2.70016', '0.00091'), ('150', '23'), ('–', ''))
+    """
+    if not math.isfinite(error):
+        return "–", ""
+    if error <= 0.0:
+        return f"{value:.6g}", "0"
+    places = max(1 - math.floor(math.log10(float(f"{error:.1e}"))), 0)
+    return f"{value:.{places}f}", f"{error:.{places}f}"
 
 
 def identified_json(found: Identification) -> str:
@@ -104,11 +125,13 @@ def identified_json(found: Identification) -> str:
         "version": __version__,
         "log": found.log.name,
         "vehicle": found.vehicle.as_dict(),
-        "errors": found.errors,
+        "errors": {name: _finite(error) for name, error in found.errors.items()},
+        "unknown": found.unknown,
+        "verdict": found.verdict,
         "delay": found.delay,
-        "delay_error": found.delay_error,
+        "delay_error": _finite(found.delay_error),
         "turning_length": found.turning_length,
-        "turning_length_error": found.turning_length_error,
+        "turning_length_error": _finite(found.turning_length_error),
         "speed": found.speed,
         "lag_of": found.lag_of,
         "yaw_rate_residual": found.yaw_rate_residual,
@@ -128,5 +151,6 @@ def identified_csv(found: Identification) -> str:
     return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
 
 
-def _number(value: float | None, row: _Row) -> str:
-    return "none" if value is None else f"{row.scale * value:.{row.decimals}f}"
+def _finite(error: float) -> float | None:
+    """JSON has no infinity: None is an error that nobody knows."""
+    return error if math.isfinite(error) else None

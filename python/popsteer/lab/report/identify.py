@@ -44,7 +44,9 @@ def of_identification(
     ``lab`` brings it.
     """
     origin = Origin() if origin is None else origin
-    vehicle = block("The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle))
+    vehicle = block(
+        "The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle, found.unknown)
+    )
     if given is not None:
         vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
     return page_bytes(
@@ -53,7 +55,7 @@ def of_identification(
             lead=caption(found),
             command=origin.command,
             results=table(identified_table(found, given), "What was found, with standard errors")
-            + paragraphs(found.notes),
+            + paragraphs((found.verdict, *found.notes)),
             scenes=[_scene(found)],
             roles={"measured": named("pop"), "simulated": named("pid")},
             figures=_histograms(found),
