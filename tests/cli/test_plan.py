@@ -54,7 +54,10 @@ def test_plan_takes_limits_tables_and_speed_limits(
     assert outcome.status == 0
     path = Path.from_csv(waypoints)
     assert path.speed is not None
-    most = np.where((path.s >= 50.0) & (path.s <= 80.0), np.minimum(6.0, path.speed), path.speed)
+    most = path.speed.copy()
+    touched = np.flatnonzero((path.s[1:] > 50.0) & (path.s[:-1] < 80.0))
+    for ends in (touched, touched + 1):  # of the segments that the zone touches
+        most[ends] = np.minimum(6.0, most[ends])
     expected = planning.speed_profile(
         path,
         SpeedLimits(
@@ -68,6 +71,25 @@ def test_plan_takes_limits_tables_and_speed_limits(
     course = Path.from_csv(out)
     assert course.speed is not None
     assert course.speed.tolist() == expected.speed.tolist()
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_plan_keeps_a_stop_and_a_zone_between_waypoints(
+    capsys: pytest.CaptureFixture[str], tmp_path: FilePath
+) -> None:
+    recorded, out = tmp_path / "course.csv", tmp_path / "planned.csv"
+    rows = [(10.0 * k, 0.0, 0.0 if k == 20 else 12.0) for k in range(41)]
+    np.savetxt(recorded, rows, delimiter=",")
+    zones = ("--speed-limit", "102:108:5", "--speed-limit", "299:301:3")
+    options = ("--keep-speeds", *zones, "--out", str(out))
+    assert command.call(capsys, "plan", str(recorded), *options).status == 0
+    speed = Path.from_csv(out).speed
+    assert speed is not None
+    assert speed[20] == 0.0
+    assert speed[[10, 11]].max() <= 5.0
+    assert speed[[29, 30, 31]].max() <= 3.0
+    assert speed[15] > 8.0
+    assert (speed[19], speed[21]) > (1.0, 1.0)
 
 
 @pytest.mark.usefixtures("_blank_figures")

@@ -188,7 +188,7 @@ def test_identify_at_rest_learns_nothing_not_even_the_noise() -> None:
         rest[name] = rest[name] + size * random.standard_normal(1800)
     rest["speed"] = np.zeros(1800)
     moved["t"] = moved["t"] + 90.0
-    whole = {name: np.concatenate((rest[name], moved[name])) for name in moved}
+    whole: dict[str, Any] = {name: np.concatenate((rest[name], moved[name])) for name in moved}
     found = popsteer.identify(Log(**whole))
     assert found.vehicle.wheelbase == pytest.approx(2.7, abs=0.02)
     # The start, from 0 to 8 m/s in one step, stands out; the rest of the drive does not.

@@ -182,7 +182,7 @@ def test_bad_paths_and_bounds_are_named() -> None:
     with pytest.raises(PathError, match="speed_limits has 3 entries for 21 waypoints"):
         speed_profile(STRAIGHT, speed_limits=[1.0, 2.0, 3.0])
     with pytest.raises(PathError, match="speed_limits of waypoint 4 must be in"):
-        speed_profile(STRAIGHT, speed_limits=[5.0] * 4 + [0.0] + [5.0] * 16)
+        speed_profile(STRAIGHT, speed_limits=[5.0] * 4 + [5e-4] + [5.0] * 16)
     for bends, spacing, words in (
         ([0.0], 1.0, "curvature must have shape"),
         ([0.0, 1.0], [1.0, 2.0], "spacing must have shape"),

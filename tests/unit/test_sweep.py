@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -23,7 +23,15 @@ from popsteer.lab.common.theme import THEMES
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep import workers
 from popsteer.lab.sweep.job import from_text
-from popsteer.lab.sweep.summary import ERROR, influence, success_rate, worst
+from popsteer.lab.sweep.summary import (
+    ERROR,
+    caption,
+    influence,
+    notes,
+    success_rate,
+    tables,
+    worst,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,8 +50,8 @@ def _job(runs: int = 12, **changes: Any) -> sweep.Job:
     track = tracks.get("slalom")
     path = popsteer.Path(track.xy, speed=track.speed)
     vary = {name: distribution(name, text) for name, text in VARY.items()}
-    given: dict[str, Any] = {"plant": "carla-identified", "vary": vary, **changes}
-    return sweep.Job(path, "pop", popsteer.PopParams(), runs=runs, seed=5, **given)
+    given: dict[str, Any] = {"plant": "carla-identified", "vary": vary, "path": path, **changes}
+    return sweep.Job(controller="pop", params=popsteer.PopParams(), runs=runs, seed=5, **given)
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +84,43 @@ def test_success_is_to_finish_within_the_deviation_and_without_a_fault(
         assert other["success"] == (sound and row[ERROR] <= 0.3)
     lost = sweep.run(_job(2, settings=sim.Settings(time_limit=1.0)))
     assert not any(row["finished"] or row["success"] for row in lost)
+
+
+def test_no_evidence_is_no_success() -> None:
+    # 40 m of straight, over before anything has settled, from up to 8 m beside it.
+    straight = popsteer.Path([(0.0, 0.0), (40.0, 0.0)], speed=[15.0, 15.0])
+    far = {"start_offset": distribution("start_offset", "uniform(-8,8)")}
+    short = _job(8, vary=far, path=straight, constant_speed=15.0)
+    # A lap that nobody said to be closed: the start projects onto the end.
+    angles = [math.tau * k / 200 for k in range(201)]
+    lap = popsteer.Path([(20 * math.cos(a), 20 * math.sin(a)) for a in angles])
+    for job, words in (
+        (short, "runs lasted no longer than the first 5 s"),
+        (_job(8, path=lap, vary={}, constant_speed=5.0), "Is it a lap (--closed)?"),
+    ):
+        found = sweep.run(job)
+        assert not any(row["success"] for row in found)
+        assert all(math.isnan(row[ERROR]) for row in found)
+        said = notes(job, found)
+        assert any(words in each for each in said), said
+        assert said[-1].startswith("Drawn from seed")
+        assert "0 of 8 runs succeeded, 0 % (95 % confidence: 0 to 32 %)" in caption(job, found)
+        # Percentiles say over how many runs they are.
+        assert next(iter(tables(job, found)[0].columns[1].cells)) == "0"
+
+
+def test_job_is_read_back_as_it_was_written() -> None:
+    job = _job(settings=sim.Settings(keep_records=False, time_limit=30.0))
+    assert from_text(job.text).text == job.text
+    # Every field is in it, and every one changes it.
+    document = json.loads(job.text)
+    assert {each.name for each in fields(job)} <= set(document)
+    pytest.importorskip("vehiclemodels")
+    from popsteer.plants.commonroad import CommonRoad
+
+    plant = CommonRoad("st", 2, dead_time=0.15, steer_offset=0.01)
+    again = from_text(_job(plant=plant, vary={}).text)
+    assert again.whole.vehicle == plant.vehicle
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet"])

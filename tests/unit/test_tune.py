@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 import popsteer
@@ -40,7 +43,8 @@ def _problem(track: str = "racetrack", cars: int = 1, **changes: Any) -> tune.Pr
         "cars": cars,
         **changes,
     }
-    return tune.Problem({track: path}, "pop", params, plant=plant, **given)
+    given = {"paths": {track: path}, "plant": plant, **given}
+    return tune.Problem(controller="pop", base=params, **given)
 
 
 def test_pop_is_tuned_to_a_fifth_of_its_error_with_hardly_more_steering() -> None:
@@ -70,6 +74,35 @@ def test_score_is_that_of_single_runs() -> None:
     assert score.effort_ratio(score) == 1.0
     unfinished = _problem("slalom", settings=sim.Settings(time_limit=1.0)).score(params)
     assert unfinished.mean == 100.0
+
+
+def test_score_without_evidence_is_refused_and_ends() -> None:
+    pytest.importorskip("optuna")
+    # A lap that nobody said to be closed: one step, no settled error, no steering rate.
+    angles = [math.tau * k / 200 for k in range(201)]
+    lap = popsteer.Path([(20 * math.cos(a), 20 * math.sin(a)) for a in angles])
+    with pytest.raises(PopsteerError, match="lap: a run is over within the settling time"):
+        tune.run(_problem(paths={"lap": lap}), trials=3)
+
+
+def test_document_has_all_that_changes_a_score() -> None:
+    problem = _problem("slalom")
+    assert {each.name for each in fields(problem)} <= set(problem.document)
+    path = problem.paths["slalom"]
+    closed = popsteer.Path(
+        np.column_stack((path.x, path.y)), speed=path.speed, closed=not path.closed
+    )
+    late = problem.plant.vehicle.replace(dead_time=0.1)
+    for changes in (
+        {"paths": {"slalom": closed}},
+        {"plant": sim.CarlaIdentified(late)},
+        {"vehicle": late},
+        {"constant_speed": 5.0},
+        {"settings": sim.Settings(settling_time=2.0)},
+        {"adapt": None},
+        {"seed": 3},
+    ):
+        assert _problem("slalom", **changes).document != problem.document, changes
 
 
 def test_same_seed_gives_the_same_trials_and_goes_on(tmp_path: Path) -> None:

@@ -103,7 +103,11 @@ def courses(
     if not waypoints and not shipped:
         shipped = [DEFAULT_TRACK]
     found = [course(None, name, closed=False) for name in shipped]
-    return found + [course(file, None, closed=closed) for file in waypoints or []]
+    found += [course(file, None, closed=closed) for file in waypoints or []]
+    for place, each in enumerate(found):
+        if each.name in (other.name for other in found[:place]):
+            raise ConfigError("--waypoints", each.name, "files and tracks of different names")
+    return found
 
 
 def names(option: str, text: str) -> list[str]:

@@ -162,9 +162,9 @@ def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | 
     if keep_speeds:
         if path.speed is None:
             raise ConfigError("--keep-speeds", keep_speeds, "given with waypoints that have speeds")
-        # A speed of 0 is that of an end or a cusp; elsewhere it would stop the vehicle for good.
-        given = np.abs(path.speed)
-        bounds = np.where(given > 0.0, given, bounds)
+        bounds = np.abs(path.speed)
+        if not path.closed:  # at its ends --set start_speed and end_speed say how fast
+            bounds[[0, -1]] = np.where(bounds[[0, -1]] > 0.0, bounds[[0, -1]], 1e4)
     for text in texts:
         try:
             first, last, speed = (float(part) for part in text.split(":"))
@@ -174,8 +174,11 @@ def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | 
             raise ConfigError("--speed-limit", text, "from a distance to one farther on")
         if not 1e-3 <= speed <= 1e4:
             raise ConfigError("--speed-limit", text, "a speed in [0.001, 10000]")
-        inside = (path.s >= first) & (path.s <= last)
-        if not inside.any():
+        if first >= path.length:
             raise ConfigError("--speed-limit", text, f"within the path, {path.length:.1f} m long")
+        # With the waypoints on both sides: between them the speed is between theirs.
+        begin = int(np.searchsorted(path.s, first, side="right")) - 1
+        inside = np.arange(begin, int(np.searchsorted(path.s, last)) + 1)
+        inside = inside % len(path) if path.closed else inside[inside < len(path)]
         bounds[inside] = np.minimum(bounds[inside], speed)
     return bounds

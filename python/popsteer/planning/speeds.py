@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["curvature", "speed_profile", "speeds_along"]
 
+_LEAST = 1e-3
+"""The least speed limit that is no stop [m/s]."""
+
 
 def speed_profile(
     path: Path,
@@ -46,7 +49,8 @@ def speed_profile(
     vehicle : Vehicle, optional
         What drives, ``Vehicle()`` by default.
     speed_limits : float or array_like, optional
-        Speed limits along the path, one for each waypoint or one for all [m/s].
+        Speed limits along the path, one for each waypoint or one for all [m/s]; the vehicle stops
+        at a waypoint where it is 0.
 
     Returns
     -------
@@ -83,6 +87,9 @@ def speed_profile(
     spacing = np.diff(np.append(path.s, path.length) if path.closed else path.s)
     cusps = _path_cusps(path)
     bounds = _bounds(speed_limits, len(path))
+    if bounds is not None and (bounds == 0.0).any():
+        cusps = cusps | (bounds == 0.0)
+        bounds = np.maximum(bounds, _LEAST)
     ends = (None, None) if path.closed else (limits.start_speed, limits.end_speed)
     speed, by = _plan(bends, spacing, limits, vehicle, path.closed, cusps, bounds, ends)
     if not path.closed and speed[0] < limits.start_speed - 1e-9:
@@ -255,11 +262,11 @@ def _bounds(speed_limits: ArrayLike | None, count: int) -> Floats | None:
         bounds = np.full(count, bounds)
     if bounds.shape != (count,):
         raise PathError.length_mismatch("speed_limits", bounds.size, count)
-    wrong = np.flatnonzero(~((bounds >= 1e-3) & (bounds <= 1e4)))
+    wrong = np.flatnonzero(~((bounds == 0.0) | (bounds >= _LEAST) & (bounds <= 1e4)))
     if wrong.size:
         index = int(wrong[0])
         value = float(bounds[index])
-        raise PathError.out_of_range("speed_limits", index, value, in_range(1e-3, 1e4))
+        raise PathError.out_of_range("speed_limits", index, value, in_range(_LEAST, 1e4))
     return np.ascontiguousarray(bounds)
 
 

@@ -19,7 +19,7 @@ class Metrics:
 
     Errors are those of the point that the controller tracks, as the paper measured; with the prefix
     `rear_axle_` they are those of the rear axle, one point for all controllers. `settled_` leaves
-    out the settling time at the start. A statistic of no values is NaN, its maximum 0.
+    out the settling time at the start. A statistic of no values is NaN.
 
     Examples
     --------

@@ -11,7 +11,7 @@ pub struct ErrorStats {
     pub mean_abs: f64,
     /// Root of the mean square; NaN of none.
     pub rms: f64,
-    /// Largest absolute value; 0 of none.
+    /// Largest absolute value; NaN of none.
     pub max_abs: f64,
 }
 
@@ -74,7 +74,7 @@ impl Accumulator {
         ErrorStats {
             mean_abs: self.sum / count,
             rms: (self.squares / count).sqrt(),
-            max_abs: self.max,
+            max_abs: if self.count == 0 { f64::NAN } else { self.max },
         }
     }
 }

@@ -20,10 +20,9 @@ if TYPE_CHECKING:
     from popsteer.lab.common.distributions import Distribution
     from popsteer.sim import Plant, Pose
 
-__all__ = ["STEERING", "Varied", "draws", "run_seed", "usual", "varied", "varying"]
+__all__ = ["Varied", "draws", "run_seed", "usual", "varied", "varying"]
 
-STEERING = ("dead_time", "steer_offset")
-"""What the closed loop adds to plants from elsewhere."""
+_STEERING = ("dead_time", "steer_offset")  # what the closed loop adds to plants from elsewhere
 _NOISE = {"noise_position": "position", "noise_yaw": "yaw", "noise_speed": "speed"}
 _START = ("start_offset", "start_yaw", "start_speed")
 
@@ -53,7 +52,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
     else:
         params: Any = getattr(plant, "params", None)
         fixed = ()
-        of_plant = [*STEERING, *(params.as_dict() if params is not None else ())]
+        of_plant = [*_STEERING, *(params.as_dict() if params is not None else ())]
     return (*(name for name in of_plant if name not in fixed), *_NOISE, *_START)
 
 
@@ -142,10 +141,10 @@ def _moved(plant: Any, values: Mapping[str, float]) -> Any:  # noqa: ANN401 - an
         own = {name: value for name, value in values.items() if name not in fields}
         of_vehicle = {name: value for name, value in values.items() if name in fields}
         return plant.replace(vehicle=plant.vehicle.replace(**of_vehicle), **own)
-    own = {name: value for name, value in values.items() if name not in STEERING}
+    own = {name: value for name, value in values.items() if name not in _STEERING}
     if own:
         plant = plant.with_params(plant.params.replace(**own))
     if len(own) < len(values):
-        now = {name: getattr(plant.vehicle, name) for name in STEERING}
+        now = {name: getattr(plant.vehicle, name) for name in _STEERING}
         plant = plant.with_steering(**{k: values.get(k, v) for k, v in now.items()})
     return plant

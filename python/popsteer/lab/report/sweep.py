@@ -17,7 +17,15 @@ from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Panel, Scene
 from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
 from popsteer.lab.sweep.driving import repeat
-from popsteer.lab.sweep.summary import caption, error_of, notes, success_rate, tables, worst
+from popsteer.lab.sweep.summary import (
+    caption,
+    error_of,
+    notes,
+    percent,
+    success_rate,
+    tables,
+    worst,
+)
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -106,23 +114,24 @@ def _rate(rows: Sequence[dict[str, Any]]) -> str:
     good = sum(bool(row["success"]) for row in rows)
     rate = success_rate(good, len(rows))
     return (
-        f'<p class="figure"><strong>{100 * rate.share:.2f} %</strong> of the runs succeed'
+        f'<p class="figure"><strong>{percent(rate.share, len(rows))} %</strong> of the runs succeed'
         f" <span>{escape(f'{good} of {len(rows)}; 95 % confidence:')}"
-        f" {100 * rate.low:.2f} to {100 * rate.high:.2f} %</span></p>"
+        f" {percent(rate.low, len(rows))} to"
+        f" {percent(rate.high, len(rows))} %</span></p>"
     )
 
 
 def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     """List the worst runs with their seeds, and how to drive each again."""
     again = f"popsteer compare --replay-run {shlex.quote(file)}:" if file else ""
-    heads = ["run", "seed", "finished", "faults", "greatest error [m]"]
+    heads = ["run", "finished", "faults", "greatest error [m]"]
     lines = []
     for row in worst(rows, _TABLE):
-        cells = [str(row["run"]), str(row["seed"]), "yes" if row["finished"] else "no"]
+        cells = [str(row["run"]), "yes" if row["finished"] else "no"]
         cells += [_fault_names(row["faults"]), f"{error_of(row):.3f}"]
-        cells += [f"{row[name]:.4g}" for name in job.vary]
+        cells += [*(f"{row[name]:.4g}" for name in job.vary), str(row["seed"])]
         lines.append(cells)
-    shown = plain_table("The worst runs", [*heads, *job.vary], lines, left=0)
+    shown = plain_table("The worst runs", [*heads, *job.vary, "seed"], lines, left=0)
     if again:
         first = worst(rows, 1)[0]["run"]
         shown += block("Drive a run again, to the last bit", f"{again}{first}\n")

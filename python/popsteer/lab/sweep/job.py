@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import json
-import zlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from popsteer import controllers, plants, sim
+from popsteer import controllers, sim
 from popsteer._core import (
     AdaptParams,
     CarlaIdentified,
     KinematicBicycle,
     Path,
     Settings,
-    SpeedTrackerParams,
     Vehicle,
     __version__,
 )
@@ -27,15 +22,16 @@ from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
-from popsteer.lab.common.varied import STEERING, Varied, draws, run_seed, varied
+from popsteer.lab.common.document import of_fields, path_of, plant_of
+from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.ranges import check_count, check_in_range
-from popsteer.sim.closed_loop import at_constant_speed
-from popsteer.sim.geometry import CORE_PLANTS, object_of, plant_name
+from popsteer.sim.geometry import object_of, plant_name
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from popsteer.controllers import Params
@@ -176,61 +172,29 @@ class Job:
     @cached_property
     def road(self) -> tuple[Path, Longitudinal | None]:
         """The path that is driven, and what works the pedals: None for those of the paper."""
-        if self.constant_speed is None:
-            return self.path, longitudinal.made(self.longitudinal, self.path, self.given)
-        return at_constant_speed(self.path, self.constant_speed)
+        return longitudinal.road(self.longitudinal, self.path, self.given, self.constant_speed)
 
     @property
     def pedals(self) -> PedalMap | None:
         """The pedals for accelerations where they are commanded: of the plant before it varies."""
-        planned = isinstance(self.longitudinal, SpeedTrackerParams)
-        return PedalMap.of(self.whole) if planned and self.constant_speed is None else None
+        return longitudinal.pedals(self.longitudinal, self.whole, self.constant_speed)
 
     @cached_property
     def text(self) -> str:
         """The sweep as text: what its files begin with.
 
-        JSON in one line; waypoints to the last bit.
+        JSON in one line, with every field; waypoints to the last bit.
         """
         plant = self.whole
-        of_plant: dict[str, Any] = {"name": plant_name(plant)}
-        if isinstance(plant, CarlaIdentified | KinematicBicycle):
-            of_plant["params"] = {k: v for k, v in plant.as_dict().items() if k != "vehicle"}
-            of_plant["vehicle"] = plant.vehicle.as_dict()
-        else:
-            of_plant["params"] = plant.params.as_dict()
-            of_plant["steering"] = {name: getattr(plant.vehicle, name) for name in STEERING}
-        path = self.path
-        columns = {"x": path.x, "y": path.y, "speed": path.speed, "reverse": path.reverse}
-        document = {
-            "schema": SCHEMA,
-            "version": __version__,
-            "controller": self.controller,
-            "params": self.params.as_dict(),
-            "adapt": self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt,
-            "vehicle": self.given.as_dict(),
-            "plant": of_plant,
-            "label": self.label or of_plant["name"],
-            "vary": {name: str(each) for name, each in self.vary.items()},
-            "runs": self.runs,
-            "seed": self.seed,
-            "deviation": self.deviation,
-            "start_offset": self.start_offset,
-            "speed": self.speed,
-            "constant_speed": self.constant_speed,
-            "longitudinal": self._longitudinal,
-            "settings": (Settings() if self.settings is None else self.settings).as_dict(),
-            "course": self.course,
-            "closed": path.closed,
-            "path": {k: _packed(column) for k, column in columns.items() if column is not None},
-        }
+        document = of_fields(
+            self,
+            plant=plant,
+            vehicle=self.given,
+            label=self.label or plant_name(plant),
+            settings=Settings() if self.settings is None else self.settings,
+        )
+        document = {"schema": SCHEMA, "version": __version__, **document}
         return json.dumps(document, separators=(",", ":"))
-
-    @property
-    def _longitudinal(self) -> dict[str, Any] | None:
-        """Name and parameters of the controller of the pedals."""
-        params = self.longitudinal
-        return params and {"name": longitudinal.name_of(params), "params": params.as_dict()}
 
     @property
     def key(self) -> str:
@@ -253,49 +217,18 @@ def from_text(text: str) -> Job:
             f"a sweep of popsteer {document.get('version')} ({schema}); this is {__version__}"
             f" ({SCHEMA})"
         )
-    adapt = document["adapt"]
-    columns = {name: _unpacked(each) for name, each in document["path"].items()}
-    name, pedals = document["controller"], document["longitudinal"]
+    del document["schema"], document["version"]
+    adapt, pedals = document["adapt"], document["longitudinal"]
+    name = document["controller"]
     kind: Any = controllers if name in controllers.names() else baselines
-    return Job(
-        path=Path(
-            np.column_stack((columns["x"], columns["y"])),
-            speed=columns.get("speed"),
-            closed=document["closed"],
-            reverse=columns["reverse"].astype(bool) if "reverse" in columns else None,
-        ),
-        controller=name,
-        params=kind.get(name).params(**document["params"]),
-        plant=_plant(document["plant"]),
-        vary={k: distribution(k, v) for k, v in document["vary"].items()},
-        runs=document["runs"],
-        seed=document["seed"],
-        vehicle=Vehicle(**document["vehicle"]),
-        adapt=AdaptParams(**adapt) if isinstance(adapt, dict) else adapt,
-        deviation=document["deviation"],
-        start_offset=document["start_offset"],
-        speed=document["speed"],
-        constant_speed=document["constant_speed"],
-        longitudinal=pedals and longitudinal.KINDS[pedals["name"]](**pedals["params"]),
-        settings=Settings(**document["settings"]),
-        course=document["course"],
-        label=document["label"],
-    )
-
-
-def _plant(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
-    name = document["name"]
-    if name in CORE_PLANTS:
-        return CORE_PLANTS[name](Vehicle(**document["vehicle"]), **document["params"])
-    found: Any = plants.get(name)
-    made = found.with_params(found.params.replace(**document["params"]))
-    return made.with_steering(**document["steering"])
-
-
-def _packed(column: Any) -> str:  # noqa: ANN401 - any array
-    data = np.ascontiguousarray(column, dtype=np.float64)
-    return base64.b64encode(zlib.compress(data.tobytes())).decode("ascii")
-
-
-def _unpacked(text: str) -> NDArray[np.float64]:
-    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=np.float64)
+    made = {
+        "path": path_of(document["path"]),
+        "params": kind.get(name).params(**document["params"]),
+        "plant": plant_of(document["plant"]),
+        "vary": {k: distribution(k, v) for k, v in document["vary"].items()},
+        "vehicle": Vehicle(**document["vehicle"]),
+        "adapt": AdaptParams(**adapt) if isinstance(adapt, dict) else adapt,
+        "longitudinal": pedals and longitudinal.KINDS[pedals["name"]](**pedals["params"]),
+        "settings": Settings(**document["settings"]),
+    }
+    return Job(**(document | made))

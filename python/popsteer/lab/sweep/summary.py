@@ -28,6 +28,7 @@ __all__ = [
     "influence",
     "notes",
     "outcomes",
+    "percent",
     "success_rate",
     "success_rates",
     "tables",
@@ -118,9 +119,10 @@ def outcomes(rows: Sequence[dict[str, Any]]) -> Outcomes:
 
 
 def error_of(row: dict[str, Any]) -> float:
-    """Greatest |cross-track error| after settling [m]; of a run that did not finish, of all."""
-    found: float = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
-    return found
+    """Greatest |cross-track error| after settling [m]; of all where it did not finish or settle."""
+    settled: float = row[ERROR]
+    whole: float = row["max_abs_cross_track_error"]
+    return settled if row["finished"] and math.isfinite(settled) else whole
 
 
 def success_rates(
@@ -174,17 +176,17 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
 
 
 def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Tell how much each quantity that varies has to do with failing, the most first.
+    """Give the Kolmogorov-Smirnov distance of each quantity that varies, the largest first.
 
     It is the greatest distance between the distribution functions of the quantity in runs that
-    failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1; 0 for all where every run
-    did the same. Where none failed, the tenth of the runs with the greatest error counts as failed.
+    failed and in those that succeeded, 0 to 1; 0 for all where every run did the same. Where none
+    failed, the tenth of the runs with the greatest error counts as failed.
     """
     from scipy.stats import ks_2samp
 
     good = np.array([row["success"] for row in rows], dtype=bool)
     if good.all() and len(rows) >= 10:
-        errors = np.array([row[ERROR] for row in rows])
+        errors = np.array([error_of(row) for row in rows])
         good = errors < np.quantile(errors, 0.9)
     found = {}
     for name, each in job.vary.items():
@@ -197,6 +199,17 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
+def percent(share: float, runs: int) -> str:
+    """Word a share of runs in per cent, with the digits that so many runs support.
+
+    Examples
+    --------
+    >>> percent(0.5, 10), percent(2 / 3, 150), percent(0.99954, 10_000)
+    ('50', '66.7', '99.95')
+    """
+    return f"{100.0 * share:.{min(max(math.ceil(math.log10(max(runs, 1))) - 2, 0), 4)}f}"
+
+
 def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
     """Say in one line what came out: the success rate and its interval."""
     good = sum(row["success"] for row in rows)
@@ -204,8 +217,8 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
     where = f" on {job.course}" if job.course else ""
     return (
         f"{job.controller}{where}, {job.label}: {good} of {len(rows)} runs succeeded,"
-        f" {100 * rate.share:.2f} % (95 % confidence: {100 * rate.low:.2f} to"
-        f" {100 * rate.high:.2f} %)"
+        f" {percent(rate.share, len(rows))} % (95 % confidence: {percent(rate.low, len(rows))} to"
+        f" {percent(rate.high, len(rows))} %)"
     )
 
 
@@ -219,20 +232,36 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
             " that."
         ),
     ]
+    if short := sum(row["steps"] < 2 for row in rows):
+        said.append(
+            f"{short} {_runs(short)} less than two control periods: the start projects onto the end"
+            " of the path. Is it a lap (--closed)?"
+        )
+    if early := sum(row["finished"] and not math.isfinite(row[ERROR]) for row in rows):
+        said.append(
+            f"{early} {_runs(early)} no longer than the first {settled:g} s, and settled nothing:"
+            " no success without evidence."
+        )
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
     if faulty := [Status(row["faults"]) for row in rows if row["faults"]]:
         names = dict.fromkeys(name for faults in faulty for name in faults.names)
         said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
-    drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
-    said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
         failed = any(not row["success"] for row in rows)
-        what = "failing has" if failed else "the greatest errors have"
-        said.append(f"What {what} most to do with (0 nothing, 1 all): {first}.")
+        what = "failed" if failed else "were the worst tenth"
+        said.append(
+            f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}."
+        )
+    drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
+    said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said
+
+
+def _runs(count: int) -> str:
+    return "run lasted" if count == 1 else "runs lasted"
 
 
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
@@ -242,13 +271,13 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
     from popsteer.lab.common.layout import add_numbers, blank_table
 
     shares = blank_table()
-    shares.add_column("of all runs", no_wrap=True)
+    shares.add_column("of the runs that have it", no_wrap=True)
     heads = {50.0: "median", 100.0: "worst"}
-    add_numbers(shares, *(heads.get(share, f"{share:g} %") for share in _PERCENTILES))
+    add_numbers(shares, "runs", *(heads.get(share, f"{share:g} %") for share in _PERCENTILES))
     for name, said in _SHOWN:
         values = [row[name] for row in rows if math.isfinite(row[name])]
         cells = np.percentile(values, _PERCENTILES, method="higher") if values else []
-        shares.add_row(Text(said), *(f"{value:.4f}" for value in cells))
+        shares.add_row(Text(said), str(len(values)), *(f"{value:.4f}" for value in cells))
     bad = blank_table()
     chief = list(influence(job, rows))[:3]
     # Three long names side by side are too wide for a terminal.

@@ -5,10 +5,12 @@ Each takes runs in chunks and returns rows. If a worker dies, another one gets i
 
 from __future__ import annotations
 
+import atexit
 import logging
 import multiprocessing
 import os
 import signal
+import threading
 import warnings
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -103,14 +105,16 @@ def on_dask(
     require("--dask", "dask")
     import dask
     from distributed import Client, as_completed
+    from distributed.deploy.spec import close_clusters
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
-    with _interrupts_held():
-        cluster: Any = _cluster(where) if where.startswith("local:") else None
+    cluster: Any = None
     client = None
     try:
+        if where.startswith("local:"):
+            cluster = _beside(lambda: _cluster(where))
         try:
             client = Client(cluster or where, timeout=_DASK_TIMEOUT)
         except (OSError, ValueError) as error:
@@ -127,12 +131,38 @@ def on_dask(
             done += len(rows)
             yield rows
             progress(done)
+    except KeyboardInterrupt:
+        # Its workers have nothing to lose, and closing would wait for what they do.
+        for process in multiprocessing.active_children():
+            process.kill()
+        atexit.unregister(close_clusters)
+        raise
     finally:
         with suppress(Exception):
             if client is not None:
-                client.close(timeout=2)
+                client.close(timeout=0.2)
             if cluster is not None:
-                cluster.close(timeout=2)
+                cluster.close(timeout=0.2)
+
+
+def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
+    """Make something that starts processes in another thread: Ctrl-C reaches this one alone."""
+    made: list[Any] = []
+
+    def held() -> None:
+        with _interrupts_held():
+            try:
+                made.append(make())
+            except Exception as error:  # noqa: BLE001 - raised where it is waited for
+                made.append(error)
+
+    thread = threading.Thread(target=held, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(_LOOK)
+    if isinstance(made[0], Exception):
+        raise made[0]
+    return made[0]
 
 
 def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra

@@ -17,16 +17,16 @@ from popsteer._core import (
     CarlaIdentified,
     KinematicBicycle,
     Settings,
-    SpeedTrackerParams,
     __version__,
 )
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
+from popsteer.lab.common.document import of_fields
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.lab.compare.runs import controller
 from popsteer.ranges import check_count
-from popsteer.sim.closed_loop import at_constant_speed, start_speed
+from popsteer.sim.closed_loop import start_speed
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ __all__ = ["SCHEMA", "Problem", "Score", "usual_search"]
 
 SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
-_UNFINISHED = 100.0  # m: worse than any error of a run that finished
+_FAILED = 100.0  # m, rad/s: worse than any figure of a run that finished
 _MAX_CARS = 1000
 _SEARCHED = {
     "pid": ("kp", "ki", "kd"),
@@ -169,11 +169,7 @@ class Problem:
         drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
         found: list[tuple[str, Any, Any, int]] = []
         for name, path in self.paths.items():
-            road: Any = (
-                (path, longitudinal.made(self.longitudinal, path, self.given))
-                if self.constant_speed is None
-                else at_constant_speed(path, self.constant_speed)
-            )
+            road = longitudinal.road(self.longitudinal, path, self.given, self.constant_speed)
             check_longitudinal(road[1], road[0], sim.vehicle_of(self.plant))
             for car in range(self.cars + 1):
                 values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
@@ -184,8 +180,7 @@ class Problem:
     @property
     def pedals(self) -> PedalMap | None:
         """The pedals for accelerations where they are commanded: of the plant before it varies."""
-        planned = isinstance(self.longitudinal, SpeedTrackerParams)
-        return PedalMap.of(self.plant) if planned and self.constant_speed is None else None
+        return longitudinal.pedals(self.longitudinal, self.plant, self.constant_speed)
 
     def changed(self, values: Mapping[str, float]) -> Params:
         """Give the tuning with other values of what is searched; whole numbers stay whole."""
@@ -197,7 +192,7 @@ class Problem:
         """Drive all tracks with all cars, and judge a tuning.
 
         `progress` is called now and then with the share that is done. A run that does not finish
-        counts as 100 m off.
+        counts as 100 m off. Raises PopsteerError where one is over before it has settled.
         """
         errors: dict[str, list[float]] = {name: [] for name in self.paths}
         efforts: dict[str, list[float]] = {name: [] for name in self.paths}
@@ -238,15 +233,16 @@ class Problem:
             )
         else:
             columns = zip(*self._one_by_one(drivers, progress), strict=True)
-        # A run of one step has no rate; a search would drop such a trial, and never end.
-        return [
-            (
-                name,
-                error if ended and math.isfinite(error) else _UNFINISHED,
-                effort if math.isfinite(effort) else 0.0,
-            )
-            for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True)
-        ]
+        found = []
+        for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True):
+            if ended and not (math.isfinite(error) and math.isfinite(effort)):
+                raise PopsteerError(
+                    f"{name}: a run is over within the settling time, and nothing can be judged:"
+                    " the path is too short, or a lap that is not said to be closed (--closed)"
+                )
+            moved = effort if math.isfinite(effort) else _FAILED
+            found.append((name, error if ended else _FAILED, moved))
+        return found
 
     def _speed(self, road: tuple[Path, Any], made: Varied) -> float:
         """Give the speed at the start of a run [m/s]."""
@@ -280,35 +276,13 @@ class Problem:
     @cached_property
     def document(self) -> dict[str, Any]:
         """What makes this problem, for the study to say."""
-        paths = hashlib.sha256()
-        for path in self.paths.values():
-            for column in (path.x, path.y, path.speed, path.reverse):
-                paths.update(b"-" if column is None else np.ascontiguousarray(column).tobytes())
-        plant = self.plant
-        own = plant.as_dict() if hasattr(plant, "as_dict") else plant.params.as_dict()
-        own = {**own, "vehicle": plant.vehicle.as_dict()}
-        adapt = self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt
-        pedals = self.longitudinal
-        document = {
-            "schema": SCHEMA,
-            "version": __version__,
-            "tracks": {name: path.closed for name, path in self.paths.items()},
-            "waypoints": paths.hexdigest(),
-            "controller": self.controller,
-            "base": self.base.as_dict(),
-            "search": {name: str(each) for name, each in self.search.items()},
-            "plant": [sim.plant_name(plant), {k: str(v) for k, v in own.items()}],
-            "vehicle": self.given.as_dict(),
-            "vary": {name: str(each) for name, each in self.vary.items()},
-            "cars": self.cars,
-            "seed": self.seed,
-            "adapt": adapt,
-            "constant_speed": self.constant_speed,
-            "longitudinal": pedals and [longitudinal.name_of(pedals), pedals.as_dict()],
-            "settings": (self.settings or Settings()).as_dict(),
+        document = of_fields(self, vehicle=self.given, settings=self.settings or Settings())
+        paths = json.dumps(document["paths"], sort_keys=True).encode()
+        document["paths"] = dict.fromkeys(self.paths) | {
+            "waypoints": hashlib.sha256(paths).hexdigest()
         }
-        plain: dict[str, Any] = json.loads(json.dumps(document))
-        return plain
+        found: dict[str, Any] = {"schema": SCHEMA, "version": __version__, **document}
+        return found
 
 
 def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:

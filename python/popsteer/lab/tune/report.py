@@ -46,7 +46,9 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
         if name not in problem.paths
     }
     fresh = problem.seed + 1_000_003
-    parts = [(problem, True), (replace(problem, seed=fresh), False)]
+    parts = [(problem, True)]
+    if problem.cars:  # without them the same runs would be judged twice
+        parts.append((replace(problem, seed=fresh), False))
     if isinstance(problem.longitudinal, SpeedPidParams):
         others = {name: path for name, path in others.items() if path.speed is not None}
     if others:
@@ -133,7 +135,8 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
         for name, each in tuned.problem.search.items():
             value = tuned.chosen.values[name]
             low, high = each.bounds
-            if min(value - low, high - value) < 0.02 * (high - low) and low != 0.0:
+            lower = value - low < 0.02 * (high - low) and low != 0.0  # below 0 there is nothing
+            if lower or high - value < 0.02 * (high - low):
                 said.append(f"{name} is at an end of {each}: search farther.")
     return said + losses(judged)
 

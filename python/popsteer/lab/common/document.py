@@ -1,0 +1,98 @@
+"""An experiment as data: every field of it, so that nothing that changes a result is forgotten."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer import plants, sim
+from popsteer._core import Path, Vehicle
+from popsteer.lab.common import longitudinal
+from popsteer.lab.common.distributions import Distribution
+from popsteer.sim.geometry import CORE_PLANTS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["of_fields", "path_of", "plain", "plant_of"]
+
+_COLUMNS = ("x", "y", "speed", "reverse")
+
+
+def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN401 - dataclasses
+    """Give all fields of a dataclass as JSON has it; `resolved` stand for those of their names."""
+    values = {each.name: getattr(experiment, each.name) for each in fields(experiment)}
+    return {name: plain(value) for name, value in (values | resolved).items()}
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
+    """Give a value of a field as JSON has it; waypoints to the last bit.
+
+    Examples
+    --------
+    >>> plain({"path": None, "speeds": (1.0, 2.0)})
+    {'path': None, 'speeds': [1.0, 2.0]}
+    """
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Distribution):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, Path):
+        columns = {name: getattr(value, name) for name in _COLUMNS}
+        packed = {name: _packed(each) for name, each in columns.items() if each is not None}
+        return {"closed": value.closed, **packed}
+    pedals: Any = tuple(longitudinal.KINDS.values())
+    if isinstance(value, pedals):
+        return {"name": longitudinal.name_of(value), "params": value.as_dict()}
+    if hasattr(value, "vehicle"):
+        return _of_plant(value)
+    return plain(value.as_dict()) if hasattr(value, "as_dict") else [plain(each) for each in value]
+
+
+def _of_plant(plant: Any) -> dict[str, Any]:  # noqa: ANN401 - any kind of plant
+    core = isinstance(plant, tuple(CORE_PLANTS.values()))
+    params = plant if core else getattr(plant, "params", None)
+    own = {} if params is None else params.as_dict()
+    return {
+        "name": sim.plant_name(plant),
+        "params": {name: plain(each) for name, each in own.items() if name != "vehicle"},
+        "vehicle": plant.vehicle.as_dict(),
+    }
+
+
+def path_of(document: Mapping[str, Any]) -> Path:
+    """Make the path of what `plain` gave."""
+    columns = {name: _unpacked(document[name]) for name in _COLUMNS if name in document}
+    reverse = columns.get("reverse")
+    return Path(
+        np.column_stack((columns["x"], columns["y"])),
+        speed=columns.get("speed"),
+        closed=document["closed"],
+        reverse=None if reverse is None else reverse.astype(bool),
+    )
+
+
+def plant_of(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
+    """Make the plant of what `plain` gave."""
+    name, vehicle = document["name"], Vehicle(**document["vehicle"])
+    if name in CORE_PLANTS:
+        return CORE_PLANTS[name](vehicle, **document["params"])
+    found: Any = plants.get(name)
+    found = found.with_params(found.params.replace(**document["params"]))
+    return found.with_steering(dead_time=vehicle.dead_time, steer_offset=vehicle.steer_offset)
+
+
+def _packed(column: Any) -> str:  # noqa: ANN401 - any array
+    data = np.ascontiguousarray(column, dtype=np.float64)
+    return base64.b64encode(zlib.compress(data.tobytes())).decode("ascii")
+
+
+def _unpacked(text: str) -> NDArray[np.float64]:
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=np.float64)
