@@ -118,6 +118,7 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     found = Identification(
         vehicle=car,
         errors=errors,
+        unknown={"max_steer_rate": "drive steps"},
         delay=0.32,
         delay_error=0.013,
         turning_length=2.95,
@@ -125,7 +126,7 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
         speed=8.0,
         lag_of="wheels",
         notes=(),
-        noise={"yaw": 0.002, "position": 0.02},
+        noise={"yaw": 0.002, "yaw_drift": 0.001, "position": 0.02},
         records=records,
         log=LOG,
     )
@@ -150,4 +151,9 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
         assert number(line[0]) == pytest.approx(value, rel=1e-3), name
         assert number(line[1].removeprefix("± ")) == pytest.approx(error, rel=0.05), name
         assert line[-1] == unit, name
+    # Two digits of the error, and the value to match; what is unknown has neither.
+    assert shown["wheelbase"][:2] == ["2.700", "0.012"]
+    assert shown["rate of the wheels"][0] == "–"
+    assert "explains the heading to within the noise" in found.verdict
+    assert "grows by 0.001 rad in 1 s" in found.verdict
     assert "2.3 s, 5 rows every 100 ms" in identified_caption(found)
