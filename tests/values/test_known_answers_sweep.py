@@ -42,7 +42,8 @@ def test_percentiles_are_of_all_runs_however_many_there_are() -> None:
     for count in range(1, 12):
         errors = [float(7 * k % 11) for k in range(count)]
         shown = cells(summary.tables(job(), [row(k, error) for k, error in enumerate(errors)])[0])
-        found = [float(each) for each in shown[1][1:]]
+        assert int(shown[1][1]) == count
+        found = [float(each) for each in shown[1][2:]]
         places = [math.ceil(share * (count - 1)) for share in (0.5, 0.9, 0.99, 1.0)]
         assert found == [sorted(errors)[place] for place in places], count
 
