@@ -293,6 +293,7 @@ class Path:
         speed: ArrayLike | None = None,
         closed: bool = False,
         reverse: ArrayLike | None = None,
+        grade: ArrayLike | None = None,
         drop_duplicates: bool = False,
     ) -> Self: ...
     @classmethod
@@ -302,6 +303,7 @@ class Path:
     s: Final[_Floats]
     speed: Final[_Floats | None]
     reverse: Final[_Flags | None]
+    grade: Final[_Floats | None]
     length: Final[float]
     closed: Final[bool]
     def __len__(self) -> int: ...
@@ -475,12 +477,14 @@ class SpeedCommand(_Value):
         distance_to_stop: float,
         reverse: bool,
         standing: bool,
+        cannot_stop: bool,
     ) -> Self: ...
     acceleration: Final[float]
     reference_speed: Final[float]
     distance_to_stop: Final[float]
     reverse: Final[bool]
     standing: Final[bool]
+    cannot_stop: Final[bool]
 
 @final
 class SpeedTracker(_Stateful[SpeedTrackerParams]):
@@ -593,6 +597,7 @@ def _plan_speeds(
     closed: bool,
     cusps: _Flags | None,
     speed_limits: _Floats | None,
+    grade: _Floats | None,
     start_speed: float | None,
     end_speed: float | None,
     max_speed: float,
@@ -625,6 +630,7 @@ class Vehicle(_Vehicle):
         max_speed: float | None = None,
         max_acceleration: float | None = None,
         max_deceleration: float | None = None,
+        brake_deceleration: float | None = None,
         drive_lag: float = 0.0,
     ) -> Self: ...
     wheelbase: Final[float]
@@ -641,6 +647,7 @@ class Vehicle(_Vehicle):
     max_speed: Final[float | None]
     max_acceleration: Final[float | None]
     max_deceleration: Final[float | None]
+    brake_deceleration: Final[float | None]
     drive_lag: Final[float]
 
 @final
@@ -820,13 +827,13 @@ class SpeedTrackerParams(_Params):
         cls,
         *,
         kp: float = 1.5,
-        ki: float = 0.2,
+        disturbance_time: float = 1.0,
         max_jerk: float = 20.0,
         reserve: float = 0.4,
-        drive_delay: float = 0.0,
+        drive_delay: float = 0.1,
     ) -> Self: ...
     kp: Final[float]
-    ki: Final[float]
+    disturbance_time: Final[float]
     max_jerk: Final[float]
     reserve: Final[float]
     drive_delay: Final[float]

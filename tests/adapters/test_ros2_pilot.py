@@ -9,7 +9,6 @@ import pytest
 
 import popsteer
 from popsteer.adapters import ros2
-from popsteer.adapters.ros2.pilot import up_to_stand
 from tests.helpers import looped
 
 DT = 0.02
@@ -43,29 +42,23 @@ def driven(
 
 
 @looped(
-    ("speeds", "kept"),
+    ("speeds", "stop"),
     [
-        ([1, 1, 0, 0, 0], 3),
-        ([1, 1, 0, 1, 1], 3),
-        ([0, 0, 1, 1, 0], 5),
-        ([1, 1, 1, 1, 1], 5),
-        ([1, 0, -1, -1, 0], 5),
-        ([1, 0, -1, 0, -1], 4),
-        ([0, 0, 0, 0, 0], 5),
+        ([5, 5, 5, 0, 0, 5, 5], 15.0),
+        ([5, 5, 5, 0, 5, 5, 5], 15.0),
+        ([0, 5, 5, 5, 5, 5, 0], 30.0),
+        ([0, 0, 5, 5, 5, 5, 5], 30.0),
+        ([5, 5, 0, -5, 0, -5, -5], 0.0),
+        ([5, 5, 0, 0, -5, -5, -5], -10.0),
+        ([0, 0, 0, 0, 0, 0, 0], 0.0),
     ],
 )
-def test_path_is_driven_up_to_where_its_speeds_say_stand(speeds: list[float], kept: int) -> None:
-    path = straight([float(speed) for speed in speeds])
-    assert len(up_to_stand(path)) == kept
-
-
-def test_path_that_is_closed_or_has_no_speeds_is_driven_whole() -> None:
-    points = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)]
-    for path in (
-        popsteer.Path(points),
-        popsteer.Path(points, speed=[1.0, 0.0, 0.0, 1.0], closed=True),
-    ):
-        assert up_to_stand(path) is path
+def test_speed_of_zero_is_a_stop_but_for_a_start_a_cusp_and_the_end(
+    speeds: list[float], stop: float
+) -> None:
+    places, ends, _ = driven(straight([float(speed) for speed in speeds]), 25.0)
+    assert places[-1] == pytest.approx(stop, abs=0.06)
+    assert abs(ends[-1]) < 1e-9
 
 
 def test_vehicle_stands_before_speeds_of_zero_and_stays() -> None:
@@ -152,12 +145,15 @@ def test_explicit_reverse_counts_where_speeds_have_no_sign() -> None:
     flags = np.arange(9) >= 4
     xs = [0.0, 5.0, 10.0, 15.0, 20.0, 15.0, 10.0, 5.0, 0.0]
     path = popsteer.Path([(x, 0.0) for x in xs], speed=[3, 3, 3, 3, 0, 0, 3, 3, 0], reverse=flags)
-    assert len(up_to_stand(path)) == 9
+    places, speeds, _ = driven(path, 40.0)
+    assert max(places) == pytest.approx(20.0, abs=0.1)
+    assert places[-1] == pytest.approx(0.0, abs=0.1)
     parked = popsteer.Path(
         [(-x, 0.0) for x in range(9)], speed=[1, 1, 1, 1, 1, 0, 0, 0, 0], reverse=[True] * 9
     )
-    kept = up_to_stand(parked)
-    assert (len(kept), kept.reverse is not None and kept.reverse.all()) == (6, True)
+    places, speeds, _ = driven(parked, 20.0)
+    assert places[-1] == pytest.approx(-5.0, abs=0.05)
+    assert speeds[-1] == 0.0
 
 
 def test_jump_of_the_clock_holds_the_speed() -> None:

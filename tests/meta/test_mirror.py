@@ -53,6 +53,8 @@ HELD = {
     "status.rs": f"{_RUST}equations.rs",
     "path/stop.rs": f"{_RUST}laps.rs",
     "speed/tracker.rs": f"{_RUST}speed_equations.rs",
+    "speed/disturbance.rs": f"{_RUST}speed_equations.rs",
+    "speed/stops.rs": f"{_RUST}stopping.rs",
     "tracker/hold.rs": f"{_RUST}tracker.rs",
     "tracker/intend.rs": f"{_RUST}new_path.rs",
     "tracker/monitor/mod.rs": f"{_RUST}monitor.rs",

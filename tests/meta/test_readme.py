@@ -69,7 +69,7 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
     poses = iter([(0.0, 0.5, 0.0, 5.0), (float("nan"), 0.0, 0.0, 5.0), (0.5, 0.4, 0.0, 5.0)])
     turns = iter([True, True, True, False])
     logged: list[Any] = []
-    actuated: list[tuple[float, float, float, bool]] = []
+    actuated: list[tuple[float, float, bool]] = []
     exec(
         compile(example.group(1), "README.md", "exec"),
         {
@@ -83,5 +83,6 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
     )
     assert len(actuated) == 2
     assert 0.01 > actuated[0][0] > actuated[1][0]
-    assert not any(reverse for *_, reverse in actuated)
+    # The path allows 5 m/s, and it is driven: neither pushed nor braked by more than noise.
+    assert all(abs(acceleration) < 0.3 and not reverse for _, acceleration, reverse in actuated)
     assert [error.field for error in logged] == ["x"]

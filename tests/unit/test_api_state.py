@@ -95,6 +95,17 @@ def _refused(controller: Any, state: Any, field: str) -> InputError:
     return caught.value
 
 
+_TRACKER_STATE: dict[str, Any] = {
+    "waypoint": None,
+    "acceleration": 0.0,
+    "drive": 0.0,
+    "slow_drive": 0.0,
+    "model_speed": None,
+    "disturbance": 0.0,
+    "standing": False,
+}
+
+
 def test_state_before_the_first_step_is_known_by_name() -> None:
     for name, controller in zip(NAMES, _controllers(), strict=True):
         state = controller.state
@@ -105,7 +116,7 @@ def test_state_before_the_first_step_is_known_by_name() -> None:
         assert state == State(**fields)
     for controller, fields in (
         (popsteer.SpeedPid(), {"integral": 0.0, "previous_error": None}),
-        (popsteer.SpeedTracker(PATH), {"waypoint": None, "acceleration": 0.0, "integral": 0.0}),
+        (popsteer.SpeedTracker(PATH), _TRACKER_STATE),
     ):
         assert controller.state.as_dict() == {"controller": type(controller).__name__, **fields}
 
@@ -460,7 +471,7 @@ def test_speed_states_are_restored_within_their_ranges_and_refused_beyond() -> N
         (pid, "integral", -1.0, 1.0),
         (pid, "previous_error", -2e4, 2e4),
         (tracker, "acceleration", -1e4, 1e4),
-        (tracker, "integral", -1.0, 1.0),
+        (tracker, "disturbance", -2.0, 2.0),
     ):
         first = controller.state
         for value in (low, high):

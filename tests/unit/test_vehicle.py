@@ -35,6 +35,7 @@ FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "max_speed": ((1e-3, 1e4), None, True),
     "max_acceleration": ((1e-3, 1e3), None, True),
     "max_deceleration": ((1e-3, 1e3), None, True),
+    "brake_deceleration": ((1e-3, 1e3), None, True),
     "drive_lag": ((0.0, 10.0), 0.0, False),
 }
 DEFAULTS = {name: default for name, (_, default, _) in FIELDS.items()}
@@ -158,7 +159,7 @@ def test_vehicle_saved_and_loaded_is_the_same(car: Vehicle) -> None:
 
 
 @given(
-    st.dictionaries(st.sampled_from(list(FIELDS)), st.floats(1e-3, 0.5) | st.just(0.5), max_size=15)
+    st.dictionaries(st.sampled_from(list(FIELDS)), st.floats(1e-3, 0.5) | st.just(0.5), max_size=16)
 )
 def test_vehicle_file_with_some_keys_has_the_defaults_for_the_others(fields: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -97,7 +97,7 @@ class SpeedProfile:
         if reverse is not None and not path.closed:
             signed[-1] = -speed[-1] if reverse[-2] else speed[-1]
         xy = np.column_stack((path.x, path.y))
-        course = Path(xy, speed=signed, closed=path.closed, reverse=reverse)
+        course = Path(xy, speed=signed, closed=path.closed, reverse=reverse, grade=path.grade)
         squared = speed * speed
         spacing = _spacing(path)
         acceleration = 0.5 * (np.roll(squared, -1) - squared)[: spacing.size] / spacing

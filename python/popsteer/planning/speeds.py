@@ -91,7 +91,9 @@ def speed_profile(
         cusps = cusps | (bounds == 0.0)
         bounds = np.maximum(bounds, _LEAST)
     ends = (None, None) if path.closed else (limits.start_speed, limits.end_speed)
-    speed, by = _plan(bends, spacing, limits, vehicle, path.closed, cusps, bounds, ends)
+    speed, by = _plan(
+        bends, spacing, limits, vehicle, path.closed, cusps, (bounds, path.grade), ends
+    )
     if not path.closed and speed[0] < limits.start_speed - 1e-9:
         allowed = f"at most {speed[0]:.3f}, which is what the limit {LIMITS[by[0]]!r} allows there"
         raise ConfigError("start_speed", limits.start_speed, allowed)
@@ -166,7 +168,7 @@ def speeds_along(
         broken = int(np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0.0)))[0])
         raise PathError(f"spacing after waypoint {broken} must be above 0", broken)
     ends = (start_speed, end_speed)
-    return _plan(bends, lengths, limits, vehicle, closed, None, None, ends)[0]
+    return _plan(bends, lengths, limits, vehicle, closed, None, (None, None), ends)[0]
 
 
 def curvature(path: Path, smoothing_length: float | None = None) -> Floats:
@@ -218,7 +220,7 @@ def _plan(
     vehicle: Vehicle,
     closed: bool,  # noqa: FBT001 - all are by place
     cusps: NDArray[np.bool_] | None,
-    bounds: Floats | None,
+    along: tuple[Floats | None, Floats | None],
     ends: tuple[float | None, float | None],
 ) -> tuple[Floats, NDArray[np.uint8]]:
     numbers: Any = limits
@@ -227,7 +229,8 @@ def _plan(
         spacing,
         closed=closed,
         cusps=cusps,
-        speed_limits=bounds,
+        speed_limits=along[0],
+        grade=along[1],
         start_speed=ends[0],
         end_speed=ends[1],
         max_speed=numbers.max_speed,

@@ -177,7 +177,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     speeds = np.full(len(xy), float(speed))
     if path.reverse is not None:
         speeds[path.reverse] *= -1.0
-    kept = Path(xy, speed=speeds, closed=path.closed, reverse=path.reverse)
+    kept = Path(xy, speed=speeds, closed=path.closed, reverse=path.reverse, grade=path.grade)
     return kept, SpeedPid(_KEEPING)
 
 

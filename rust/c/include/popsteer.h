@@ -352,10 +352,15 @@ typedef struct popsteer_vehicle {
      */
     double max_acceleration;
     /**
-     * Largest braking deceleration [m/s^2]; absent if it is not known. NAN: absent, in [0.001,
-     * 1000.0].
+     * Largest deceleration of a plan [m/s^2], one of comfort; absent if it is not known. NAN:
+     * absent, in [0.001, 1000.0].
      */
     double max_deceleration;
+    /**
+     * What the brakes can do [m/s^2]: asked of them only where the vehicle would overrun a
+     * stop; absent if it is not known. NAN: absent, in [0.001, 1000.0].
+     */
+    double brake_deceleration;
     /**
      * Time constant of the drive's first-order response to the pedals [s]. Default 0, in [0.0,
      * 10.0].

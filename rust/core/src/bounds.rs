@@ -10,3 +10,6 @@ pub const MAX_YAW: f64 = 1e6;
 pub const MIN_DT: f64 = 1e-6;
 /// The longest control period [s].
 pub const MAX_DT: f64 = 1e3;
+
+/// Bound of the slope of a path, rise over run: 45 degrees.
+pub const MAX_GRADE: f64 = 1.0;

@@ -91,7 +91,7 @@ pub enum PathError {
         /// How many are needed.
         least: usize,
     },
-    /// `x`, `y`, `speed` or the room for arc lengths differ in length.
+    /// `x`, `y`, `speed`, `grade` or the room for arc lengths differ in length.
     LengthMismatch {
         /// The odd one out.
         field: &'static str,
@@ -100,9 +100,9 @@ pub enum PathError {
         /// The number of waypoints.
         waypoints: usize,
     },
-    /// A coordinate or a reference speed that is not a number or beyond its bound.
+    /// A coordinate, a reference speed or a slope that is not a number or beyond its bound.
     OutOfRange {
-        /// `x`, `y` or `speed`.
+        /// `x`, `y`, `speed` or `grade`.
         field: &'static str,
         /// The index of the waypoint.
         index: usize,

@@ -109,6 +109,7 @@ fn check(track: &Track, closed: bool, limits: &SpeedLimits<'_>) -> Vec<Limit> {
         closed,
         cusps: Some(&track.cusps),
         speed_limits: Some(&track.speed_limits),
+        grade: None,
         start_speed: Some(3.0),
         end_speed: Some(1.0),
     };
@@ -239,6 +240,7 @@ fn test_lap_is_planned_alike_wherever_it_begins() {
             closed: true,
             cusps: None,
             speed_limits: Some(&speed_limits),
+            grade: None,
             start_speed: None,
             end_speed: None,
         };

@@ -160,6 +160,7 @@ fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
         max_speed: Some(20.0 * k),
         max_acceleration: Some(2.0 * k),
         max_deceleration: Some(3.0 * k),
+        brake_deceleration: Some(6.0 * k),
         drive_lag: 0.2,
         ..car(k)
     };

@@ -35,13 +35,17 @@ use crate::waypoints::Waypoints;
 /// reverse : sequence of bool, optional
 ///     For each waypoint whether the segment that leaves it is driven backwards, shape (N,); by
 ///     default the signs of the speeds say so.
+/// grade : array_like, optional
+///     Slope along the path at each waypoint, rise over run, shape (N,); positive uphill in the
+///     order of the waypoints. By default the path is level.
 /// drop_duplicates : bool, default False
 ///     Whether of neighbours that coincide only the last is kept, instead of refusing them.
 ///
 /// Raises
 /// ------
 /// PathError
-///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s), or
+///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s, a slope
+///     of 1), or
 ///     neighbours coincide; names the waypoint.
 ///
 /// Examples
@@ -98,8 +102,8 @@ impl PyPath {
 impl PyPath {
     #[new]
     #[pyo3(
-        signature = (xy, *more, speed=None, closed=false, reverse=None, drop_duplicates=false),
-        text_signature = "(xy, *, speed=None, closed=False, reverse=None, drop_duplicates=False)"
+        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, drop_duplicates=false),
+        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, drop_duplicates=False)"
     )]
     fn new(
         py: Python<'_>,
@@ -108,6 +112,7 @@ impl PyPath {
         speed: Option<&Bound<'_, PyAny>>,
         closed: bool,
         reverse: Option<Vec<bool>>,
+        grade: Option<&Bound<'_, PyAny>>,
         drop_duplicates: bool,
     ) -> PyResult<Self> {
         if !more.is_empty() {
@@ -116,7 +121,7 @@ impl PyPath {
                  Path(numpy.column_stack((x, y)), speed=...)",
             ));
         }
-        let mut given = Waypoints::read(py, xy, speed, reverse)?;
+        let mut given = Waypoints::read(py, xy, speed, reverse, grade)?;
         if drop_duplicates {
             given = given.distinct(closed);
         }
@@ -125,10 +130,14 @@ impl PyPath {
             y,
             speed,
             reverse,
+            grade,
         } = given;
         let mut path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
         if let Some(reverse) = reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
+        }
+        if let Some(grade) = grade {
+            path = path.with_grade(&grade).or_raise(py)?;
         }
         Ok(Self(Arc::new(path)))
     }
@@ -199,6 +208,13 @@ impl PyPath {
         Some(PyArray1::from_slice(py, self.view().reverse()?))
     }
 
+    /// Slope along the path at each waypoint, rise over run, a new array of shape (N,); None where
+    /// the path is level.
+    #[getter]
+    fn grade<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        Some(PyArray1::from_slice(py, self.view().grade()?))
+    }
+
     /// Arc length of the whole path [m], the closing segment included.
     #[getter]
     fn length(&self) -> f64 {
@@ -230,6 +246,7 @@ impl PyPath {
         options.set_item("speed", self.speed(py))?;
         options.set_item("closed", self.closed())?;
         options.set_item("reverse", self.reverse(py))?;
+        options.set_item("grade", self.grade(py))?;
         Ok((PyTuple::new(py, [xy])?, options))
     }
 

@@ -15,6 +15,7 @@ pub(crate) struct Waypoints {
     pub(crate) y: Vec<f64>,
     pub(crate) speed: Option<Vec<f64>>,
     pub(crate) reverse: Option<Vec<bool>>,
+    pub(crate) grade: Option<Vec<f64>>,
 }
 
 impl Waypoints {
@@ -24,6 +25,7 @@ impl Waypoints {
         xy: &Bound<'_, PyAny>,
         speed: Option<&Bound<'_, PyAny>>,
         reverse: Option<Vec<bool>>,
+        grade: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let xy = as_array(xy, "xy", "(N, 2)")?;
         let waypoints = xy
@@ -34,23 +36,12 @@ impl Waypoints {
             .try_readonly()?;
         let waypoints: ArrayView2<'_, f64> = waypoints.as_array();
         let (x, y) = (waypoints.column(0).to_vec(), waypoints.column(1).to_vec());
-        let speed = match speed {
-            None => None,
-            Some(speed) => {
-                let speed = as_array(speed, "speed", "(N,)")?;
-                let speed = speed
-                    .cast::<PyArray1<f64>>()
-                    .map_err(|_| wrong_shape(py, "speed", "(N,)", &speed))?
-                    .try_readonly()?;
-                let speed: ArrayView1<'_, f64> = speed.as_array();
-                Some(speed.to_vec())
-            }
-        };
         Ok(Self {
             x,
             y,
-            speed,
+            speed: column(speed, "speed")?,
             reverse,
+            grade: column(grade, "grade")?,
         })
     }
 
@@ -62,6 +53,7 @@ impl Waypoints {
         Self {
             speed: self.speed.map(|speed| pick(speed, &kept, count)),
             reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
+            grade: self.grade.map(|grade| pick(grade, &kept, count)),
             x: pick(self.x, &kept, count),
             y: pick(self.y, &kept, count),
         }
@@ -76,6 +68,20 @@ fn pick<T: Copy>(column: Vec<T>, kept: &[usize], count: usize) -> Vec<T> {
     kept.iter()
         .filter_map(|&index| column.get(index).copied())
         .collect()
+}
+
+/// A number for each waypoint, where it is given.
+fn column(given: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Option<Vec<f64>>> {
+    let Some(given) = given else {
+        return Ok(None);
+    };
+    let array = as_array(given, name, "(N,)")?;
+    let array = array
+        .cast::<PyArray1<f64>>()
+        .map_err(|_| wrong_shape(given.py(), name, "(N,)", &array))?
+        .try_readonly()?;
+    let values: ArrayView1<'_, f64> = array.as_array();
+    Ok(Some(values.to_vec()))
 }
 
 fn wrong_shape(py: Python<'_>, name: &str, required: &str, array: &Bound<'_, PyAny>) -> PyErr {

@@ -92,6 +92,7 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
         closed: view.is_closed(),
         cusps: None,
         speed_limits: None,
+        grade: None,
         start_speed: None,
         end_speed: None,
     };

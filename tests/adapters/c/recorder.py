@@ -14,7 +14,7 @@ FIELDS = (
     *("wheelbase", "rear_axle", "no_slip_point", "turning_wheelbase", "understeer"),
     *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate"),
     *("max_lateral_acceleration", "max_speed", "max_acceleration", "max_deceleration"),
-    "drive_lag",
+    *("brake_deceleration", "drive_lag"),
 )
 """The fields of `popsteer_vehicle`, in order."""
 

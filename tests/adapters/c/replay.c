@@ -180,7 +180,8 @@ int main(int argc, char **argv) {
         &car.turning_wheelbase, &car.understeer, &car.steer_offset,
         &car.steer_lag,       &car.dead_time,    &car.max_steer,
         &car.max_steer_rate,  &car.max_lateral_acceleration, &car.max_speed,
-        &car.max_acceleration, &car.max_deceleration, &car.drive_lag,
+        &car.max_acceleration, &car.max_deceleration, &car.brake_deceleration,
+        &car.drive_lag,
     };
     for (size_t k = 0; k < sizeof fields / sizeof *fields; ++k) {
         *fields[k] = number(script);

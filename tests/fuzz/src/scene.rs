@@ -193,6 +193,7 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
                 max_speed: bytes.optional([1.0, 40.0], [1e-3, 1e4]),
                 max_acceleration: bytes.optional([0.1, 5.0], [1e-3, 1e3]),
                 max_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
+                brake_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
                 drive_lag: bytes.parameter(0.0, [0.0, 1.0], [0.0, 10.0]),
                 ..standard
             },

@@ -3,12 +3,14 @@
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
 use popsteer_core::bounds::MAX_DT;
+use popsteer_core::speed::defaults::{comfort_braking, strongest_braking};
+use popsteer_core::speed::disturbance::MAX_DISTURBANCE;
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::{Path, PathView, Vehicle};
 
-/// What stands for the limits that a vehicle does not say: top speed [m/s], acceleration and
-/// deceleration [m/s^2].
-const UNSAID: (f64, f64, f64) = (25.0, 2.0, 3.0);
+/// What stands for the limits that a vehicle does not say: top speed [m/s] and acceleration
+/// [m/s^2].
+const UNSAID: (f64, f64) = (25.0, 2.0);
 
 /// One life on one path, and on the one that replaces it.
 pub fn check(data: &[u8]) {
@@ -22,7 +24,7 @@ pub fn check(data: &[u8]) {
     let standard = SpeedTrackerParams::DEFAULT;
     let params = SpeedTrackerParams {
         kp: bytes.parameter(standard.kp, [0.0, 5.0], [0.0, 1e3]),
-        ki: bytes.parameter(standard.ki, [0.0, 2.0], [0.0, 1e3]),
+        disturbance_time: bytes.parameter(standard.disturbance_time, [0.1, 5.0], [1e-3, 1e3]),
         max_jerk: bytes.parameter(standard.max_jerk, [1.0, 50.0], [1e-3, 1e6]),
         reserve: bytes.parameter(standard.reserve, [0.0, 2.0], [0.0, 1e3]),
         drive_delay: bytes.parameter(standard.drive_delay, [0.0, 0.5], [0.0, 10.0]),
@@ -41,8 +43,8 @@ pub fn check(data: &[u8]) {
     let mut life = Life {
         tracker,
         params,
-        most: drawn.max_acceleration.unwrap_or(UNSAID.1) + params.reserve,
-        least: -drawn.max_deceleration.unwrap_or(UNSAID.2) - params.reserve,
+        most: drawn.max_acceleration.unwrap_or(UNSAID.1) + params.reserve + MAX_DISTURBANCE,
+        least: -strongest_braking(&drawn),
         on: first,
         other: second,
         state: SpeedTrackerState::default(),
@@ -77,7 +79,7 @@ fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, V
         assert!(plan[view.len() - 1] <= 0.0, "it stops at the end");
     }
     let driving = car.max_acceleration.unwrap_or(UNSAID.1);
-    let braking = car.max_deceleration.unwrap_or(UNSAID.2);
+    let braking = comfort_braking(car);
     for segment in 0..view.segments() {
         let next = (segment + 1) % view.len();
         let (from, to) = (plan[segment] * plan[segment], plan[next] * plan[next]);
@@ -134,7 +136,10 @@ impl Life {
         let wanted = SpeedTrackerState {
             waypoint: (bytes.byte() & 1 == 0).then(|| usize::from(bytes.byte() / 4)),
             acceleration: symmetric(bytes, 5.0, 1e4),
-            integral: symmetric(bytes, 0.5, 1.0),
+            disturbance: symmetric(bytes, 0.5, 2.0),
+            drive: symmetric(bytes, 5.0, 1e4),
+            standing: bytes.byte() & 1 == 0,
+            ..SpeedTrackerState::default()
         };
         match self.tracker.check_state(&self.on.0.view(), &wanted) {
             Ok(()) => self.state = wanted,

@@ -63,6 +63,7 @@ fn valid(car: &Vehicle) -> bool {
         && optional(car.max_speed, 1e-3, 1e4)
         && optional(car.max_acceleration, 1e-3, 1e3)
         && optional(car.max_deceleration, 1e-3, 1e3)
+        && optional(car.brake_deceleration, 1e-3, 1e3)
         && within(car.drive_lag, 0.0, 10.0)
 }
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 
-__all__ = ["DriveCommand", "Pilot", "State", "up_to_stand"]
+__all__ = ["DriveCommand", "Pilot", "State"]
 
 # What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
 _ACCELERATION = _speed_defaults["max_acceleration"]
@@ -91,7 +91,7 @@ class Pilot:
         self.state = State.STANDING
         self.reason = ""
         self.hold = hold
-        self._tracker = _tracker(controller.path, controller.vehicle)
+        self._tracker = SpeedTracker(controller.path, controller.vehicle, _SPEED)
         self._speed: float | None = None
         self._measured_speed = 0.0
         self._steer = 0.0
@@ -131,7 +131,7 @@ class Pilot:
         self.controller.set_path(path)
         if _is_on_another_leg(old, before.waypoint, path, self.controller.state.waypoint):
             self.controller.state = before
-        self._tracker.set_path(up_to_stand(path))
+        self._tracker.set_path(path)
         found = self._tracker.state
         if found.waypoint is None and self.controller.state.waypoint is not None:
             # Where legs or laps overlap, the controller knows on which one the vehicle was.
@@ -223,6 +223,9 @@ class Pilot:
         sign = -1.0 if wanted.reverse else 1.0
         ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
         limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)
+        limit = max(limit, -wanted.acceleration)
+        if wanted.cannot_stop:
+            self.reason = "it cannot stop in time"
         if wanted.standing:
             ahead = max(ahead - limit * dt, 0.0)
         elif ahead < 0.0:  # it rolls the other way
@@ -265,45 +268,3 @@ def _is_on_another_leg(old: Path, was: int | None, new: Path, now: int | None) -
 
 def _is_backwards(path: Path, waypoint: int) -> bool:
     return path.reverse is not None and bool(path.reverse[waypoint])
-
-
-def up_to_stand(path: Path) -> Path:
-    """Give the part of a path up to where its speeds become 0 and stay 0.
-
-    A planner that wants the vehicle to stop sends speeds of 0 from there on. It may go on sending
-    the path beyond, which is steered along all the same. A speed of 0 at the start, or where the
-    vehicle changes direction, is passed.
-
-    Parameters
-    ----------
-    path : Path
-        The path.
-
-    Returns
-    -------
-    Path
-        The same path if its speeds do not do so, or if it is closed.
-
-    Examples
-    --------
-    >>> from popsteer import Path
-    >>> points = [(0.0, 0.0), (9.0, 0.0), (18.0, 0.0), (27.0, 0.0)]
-    >>> up_to_stand(Path(points, speed=[0.0, 5.0, 0.0, 0.0])).length
-    18.0
-    """
-    speed, reverse = path.speed, path.reverse
-    if speed is None or path.closed:
-        return path
-    moving = np.flatnonzero(speed).tolist()
-    for before, after in zip(moving, [*moving[1:], None], strict=False):
-        turns = after is not None and reverse is not None and reverse[before] != reverse[after]
-        ends = after is None or (after > before + 1 and not turns)
-        if ends and before + 2 < len(path):
-            xy, kept = np.column_stack((path.x, path.y)), slice(before + 2)
-            flags = None if reverse is None else reverse[kept]
-            return Path(xy[kept], speed=speed[kept], reverse=flags)
-    return path
-
-
-def _tracker(path: Path, vehicle: Vehicle) -> SpeedTracker:
-    return SpeedTracker(up_to_stand(path), vehicle, _SPEED)

@@ -66,7 +66,9 @@ class Vehicle(Checked):
     max_acceleration: float | None = optional(1e-3, 1e3)
     """Largest driving acceleration [m/s²]; None where it is not known."""
     max_deceleration: float | None = optional(1e-3, 1e3)
-    """Largest braking deceleration [m/s²]; None where it is not known."""
+    """Largest deceleration of a plan [m/s²], one of comfort; None where it is not known."""
+    brake_deceleration: float | None = optional(1e-3, 1e3)
+    """What the brakes can do [m/s²]; None where it is not known."""
     drive_lag: float = number(0.0, 0.0, 10.0)
     """Time constant with which the drive answers the pedals [s]."""
 

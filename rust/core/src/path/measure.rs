@@ -1,6 +1,6 @@
 //! Waypoints, checked and measured once.
 
-use crate::bounds::{MAX_COORDINATE, MAX_SPEED};
+use crate::bounds::{MAX_COORDINATE, MAX_GRADE, MAX_SPEED};
 use crate::error::{PathError, Requirement, in_range};
 use crate::geometry::{Point, get_distance};
 
@@ -92,6 +92,18 @@ fn check_waypoints(
         check_numbers("speed", speed, MAX_SPEED)?;
     }
     Ok(())
+}
+
+/// Checks the slope at each of the `waypoints`.
+pub(super) fn check_grade(grade: &[f64], waypoints: usize) -> Result<(), PathError> {
+    if grade.len() == waypoints {
+        return check_numbers("grade", grade, MAX_GRADE);
+    }
+    Err(PathError::LengthMismatch {
+        field: "grade",
+        length: grade.len(),
+        waypoints,
+    })
 }
 
 fn check_numbers(field: &'static str, values: &[f64], bound: f64) -> Result<(), PathError> {

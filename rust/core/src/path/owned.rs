@@ -26,6 +26,7 @@ pub struct Path {
     s: Box<[f64]>,
     speed: Option<Box<[f64]>>,
     reverse: Option<Box<[bool]>>,
+    grade: Option<Box<[f64]>>,
     measures: Measures,
     closed: bool,
     index: Option<Box<[Bounds]>>,
@@ -58,6 +59,7 @@ impl Path {
             y: y.into(),
             s,
             speed: speed.map(Into::into),
+            grade: None,
             measures,
             closed,
             index: None,
@@ -85,6 +87,19 @@ impl Path {
         Ok(path)
     }
 
+    /// The same path with the slope at each waypoint, as [`PathView::with_grade`].
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`], as [`PathView::with_grade`].
+    pub fn with_grade(self, grade: &[f64]) -> Result<Self, PathError> {
+        self.view().with_grade(grade)?;
+        Ok(Self {
+            grade: Some(grade.into()),
+            ..self
+        })
+    }
+
     /// The segments at whose ends the direction changes, in order.
     fn section_ends(&self) -> Option<Box<[usize]>> {
         self.reverse.as_ref()?;
@@ -102,6 +117,7 @@ impl Path {
             s: &self.s,
             speed: self.speed.as_deref(),
             reverse: self.reverse.as_deref(),
+            grade: self.grade.as_deref(),
             measures: self.measures,
             closed: self.closed,
             index: self.index.as_deref(),

@@ -1,7 +1,7 @@
 //! Waypoints as borrowed slices, validated once.
 
 use super::boxes::Bounds;
-use super::measure::{Measures, measure};
+use super::measure::{Measures, check_grade, measure};
 use crate::error::{InputError, PathError, Requirement};
 use crate::geometry::Point;
 use crate::math::from_count;
@@ -17,6 +17,7 @@ pub struct PathView<'a> {
     pub(super) s: &'a [f64],
     pub(super) speed: Option<&'a [f64]>,
     pub(super) reverse: Option<&'a [bool]>,
+    pub(super) grade: Option<&'a [f64]>,
     pub(super) measures: Measures,
     pub(super) closed: bool,
     /// The boxes of its index, where it has one.
@@ -47,6 +48,7 @@ impl<'a> PathView<'a> {
             s,
             speed,
             reverse: None,
+            grade: None,
             measures,
             closed,
             index: None,
@@ -74,6 +76,35 @@ impl<'a> PathView<'a> {
                 waypoints: self.len(),
             })
         }
+    }
+
+    /// The same path with the slope at each waypoint along it, positive uphill in the order of the
+    /// waypoints: rise over run. Without it the path is level.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`]: not an entry for each waypoint, or one that is not finite or beyond
+    /// [`MAX_GRADE`](crate::bounds::MAX_GRADE).
+    pub fn with_grade(self, grade: &'a [f64]) -> Result<Self, PathError> {
+        check_grade(grade, self.len())?;
+        Ok(Self {
+            grade: Some(grade),
+            ..self
+        })
+    }
+
+    /// The slope at each waypoint, where the path has one.
+    pub fn grade(&self) -> Option<&'a [f64]> {
+        self.grade
+    }
+
+    /// The slope at the `share` of segment `index`, linear between waypoints; 0 without any.
+    #[inline]
+    pub(crate) fn grade_at(&self, index: usize, share: f64) -> f64 {
+        let at = |index: usize| self.grade.and_then(|grade| grade.get(index).copied());
+        let here = at(index).unwrap_or(0.0);
+        let next = self.next(index).and_then(at).unwrap_or(here);
+        here + share * (next - here)
     }
 
     /// The number of waypoints.

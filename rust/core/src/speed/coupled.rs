@@ -1,4 +1,5 @@
-//! The paper's longitudinal controller, coupled with the steering angle: Equation 7.
+//! The paper's longitudinal controller, coupled with the steering angle: Equation 7. To drive a car,
+//! take a [`SpeedTracker`](super::SpeedTracker).
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, InputError, input_within};
@@ -17,6 +18,8 @@ params! {
     }
 }
 
+/// The paper's pedals, which drive towards `speed_limit`: 69.44 m/s by default.
+///
 /// `command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit) (1 -
 /// cutoff)`: full throttle from rest, less with speed and in bends.
 #[derive(Clone, Copy, Debug, PartialEq)]

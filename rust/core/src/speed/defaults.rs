@@ -1,6 +1,9 @@
 //! The limits of the speed that a plan takes where neither it nor the vehicle has one: brisk for an
 //! ordinary car, and far from the grip of a dry road.
 
+use crate::math::{larger, smaller, sqrt};
+use crate::vehicle::Vehicle;
+
 /// Top speed [m/s].
 pub const MAX_SPEED: f64 = 25.0;
 /// Largest lateral acceleration [m/s²].
@@ -9,6 +12,8 @@ pub const MAX_LATERAL_ACCELERATION: f64 = 4.0;
 pub const MAX_ACCELERATION: f64 = 2.0;
 /// Largest braking deceleration [m/s²].
 pub const MAX_DECELERATION: f64 = 3.0;
+/// What the brakes can do [m/s²]: those of an ordinary car on a dry road do more.
+pub const BRAKE_DECELERATION: f64 = 6.0;
 /// Braking deceleration of a stop that no plan contains: of the simulated pedals at a cusp, and of a
 /// vehicle whose inputs are missing [m/s²].
 pub const STOP_DECELERATION: f64 = 2.0;
@@ -17,3 +22,27 @@ pub const STOP_DECELERATION: f64 = 2.0;
 pub const BEND_SHARE: f64 = 0.9;
 /// Length over which the curvature is smoothed, in wheelbases: 2 m for a car of 3 m.
 pub const SMOOTHING: f64 = 2.0 / 3.0;
+
+/// Standard gravity [m/s²].
+const GRAVITY: f64 = 9.806_65;
+
+/// The acceleration along a path by gravity [m/s²], negative uphill: `-g sin(atan(grade))`.
+#[inline]
+#[must_use]
+pub fn gravity_along(grade: f64) -> f64 {
+    -GRAVITY * grade / sqrt(1.0 + grade * grade)
+}
+
+/// Largest braking deceleration of a plan for this vehicle [m/s²], one of comfort.
+#[must_use]
+pub fn comfort_braking(vehicle: &Vehicle) -> f64 {
+    let comfort = vehicle.max_deceleration.unwrap_or(MAX_DECELERATION);
+    smaller(comfort, vehicle.brake_deceleration.unwrap_or(comfort))
+}
+
+/// What this vehicle's brakes can do [m/s²].
+#[must_use]
+pub fn strongest_braking(vehicle: &Vehicle) -> f64 {
+    let assumed = larger(BRAKE_DECELERATION, comfort_braking(vehicle));
+    vehicle.brake_deceleration.unwrap_or(assumed)
+}

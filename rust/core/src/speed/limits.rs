@@ -1,7 +1,7 @@
 //! What limits the speed, and how far a limit lets the speed change.
 
 use crate::error::{ConfigError, config_in_range};
-use crate::math::{powf, sqrt};
+use crate::math::{larger, powf, smaller, sqrt};
 use crate::vehicle::Vehicle;
 
 /// The most steps towards a root; a double has no more digits after a dozen.
@@ -67,6 +67,28 @@ impl OverSpeed<'_> {
     }
 }
 
+/// A limit of the acceleration on a segment with a slope.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Over<'a> {
+    /// The limit on level ground.
+    pub table: &'a OverSpeed<'a>,
+    /// What gravity takes of it [m/s^2].
+    pub lost: f64,
+    /// What is left of it at most [m/s^2].
+    pub most: f64,
+}
+
+impl Over<'_> {
+    /// Share of the limit that any slope leaves: a path that is too steep is driven slowly.
+    const LEAST: f64 = 0.1;
+
+    #[inline]
+    fn at(&self, squared: f64) -> f64 {
+        let level = self.table.at(squared);
+        larger(smaller(level - self.lost, self.most), Self::LEAST * level)
+    }
+}
+
 /// What limits the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLimits<'a> {
@@ -126,7 +148,7 @@ impl SpeedLimits<'_> {
         clippy::float_cmp,
         reason = "the exponents that have a root of their own are exactly these"
     )]
-    pub(super) fn available(&self, over: &OverSpeed<'_>, squared: f64, curvature: f64) -> f64 {
+    pub(super) fn available(&self, over: &Over<'_>, squared: f64, curvature: f64) -> f64 {
         let most = over.at(squared);
         let used = squared * curvature.abs() / self.max_lateral_acceleration;
         let share = if self.exponent == f64::INFINITY || used <= 0.0 {
@@ -161,7 +183,7 @@ impl SpeedLimits<'_> {
     #[inline]
     pub(super) fn reach(
         &self,
-        over: &OverSpeed<'_>,
+        over: &Over<'_>,
         from: PlanPoint,
         to: PlanPoint,
         length: f64,
@@ -283,6 +305,14 @@ pub(super) mod tests {
         exponent: 2.0,
         vehicle: Vehicle::DEFAULT,
     };
+
+    pub(in super::super) fn level<'a>(table: &'a OverSpeed<'a>) -> Over<'a> {
+        Over {
+            table,
+            lost: 0.0,
+            most: f64::INFINITY,
+        }
+    }
 
     #[test]
     fn test_bad_limit_is_named() {

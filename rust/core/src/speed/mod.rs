@@ -1,28 +1,31 @@
 //! How fast: speeds planned along a path, and the controllers of throttle and brake.
 //!
 //! [`curvature`] takes the curvature from waypoints that are noisy, and [`profile`] finds the
-//! greatest speeds that a vehicle's limits allow along it; both run once for a path. [`tracker`],
-//! [`pid`] and [`coupled`] run at each step.
+//! greatest speeds that a vehicle's limits allow along it; both run once for a path. [`tracker`] with
+//! its estimate of the [`disturbance`], [`pid`] and [`coupled`] run at each step.
 
 pub mod coupled;
 #[cfg(feature = "alloc")]
 pub mod curvature;
 pub mod defaults;
+pub mod disturbance;
 #[cfg(feature = "alloc")]
 pub mod limits;
 pub mod pedals;
 pub mod pid;
 #[cfg(feature = "alloc")]
 pub mod profile;
+mod stops;
 pub mod tracker;
 
 pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};
 #[cfg(feature = "alloc")]
 pub use curvature::path_curvature;
+pub use disturbance::SpeedTrackerState;
 #[cfg(feature = "alloc")]
 pub use limits::{OverSpeed, SpeedLimits};
 pub use pedals::Pedals;
 pub use pid::{SpeedPid, SpeedPidParams, SpeedPidState};
 #[cfg(feature = "alloc")]
 pub use profile::{Course, Limit, plan_speeds};
-pub use tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+pub use tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams};

@@ -24,7 +24,8 @@
 //! 0 at a cusp, start_speed² and end_speed² at the ends of an open path
 //! ```
 //!
-//! with the turning wheelbase L.
+//! with the turning wheelbase L. Along a path with a grade, gravity uphill is taken off A, and D is at
+//! most what the brakes can do less gravity downhill.
 //!
 //! # Method
 //!
@@ -40,8 +41,9 @@
 //! A closed path is cut open at its slowest waypoint, where a lap neither drives nor brakes.
 
 use crate::error::ConfigError;
-use crate::math::{sqrt, tan};
-use crate::speed::limits::{OverSpeed, PlanPoint, SpeedLimits};
+use crate::math::{larger, sqrt, tan};
+use crate::speed::defaults::{gravity_along, strongest_braking};
+use crate::speed::limits::{Over, PlanPoint, SpeedLimits};
 
 /// A square of a speed that a pass lowers to more than this share keeps the name of its old limit:
 /// where a bend begins and ends, rounding alone lowers the speed.
@@ -102,6 +104,8 @@ pub struct Course<'a> {
     pub cusps: Option<&'a [bool]>,
     /// The speed limit at each waypoint [m/s]; no limits if None.
     pub speed_limits: Option<&'a [f64]>,
+    /// The slope at each waypoint, positive uphill; level if None.
+    pub grade: Option<&'a [f64]>,
     /// Largest speed at the first waypoint of an open path [m/s].
     pub start_speed: Option<f64>,
     /// Largest speed at its last waypoint [m/s].
@@ -115,6 +119,16 @@ impl Course<'_> {
 
     fn spacing_at(&self, index: usize) -> f64 {
         self.spacing.get(index).copied().unwrap_or(1.0)
+    }
+
+    /// Gravity along the segment that starts at waypoint `index` [m/s²], the strongest at its ends
+    /// against `sign`; 0 if it helps.
+    fn hinders(&self, index: usize, sign: f64) -> f64 {
+        let Some(grade) = self.grade else {
+            return 0.0;
+        };
+        let at = |index: usize| -sign * gravity_along(grade.get(index).copied().unwrap_or(0.0));
+        larger(0.0, larger(at(index), at(self.next(index))))
     }
 
     fn is_cusp(&self, index: usize) -> bool {
@@ -159,20 +173,37 @@ pub fn plan_speeds(
         }
     }
     let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
+    let brakes = limits.vehicle.brake_deceleration;
+    let strongest = brakes.unwrap_or_else(|| {
+        larger(
+            strongest_braking(&limits.vehicle),
+            limits.deceleration.most(),
+        )
+    });
     let rounds = if varies { ROUNDS } else { 1 };
     for _ in 0..rounds {
         let mut lowered = false;
         for step in 0..segments {
             let index = (start + step) % count;
-            let over = &limits.acceleration;
+            // Uphill a part of what the drive gives is used up.
+            let over = Over {
+                table: &limits.acceleration,
+                lost: course.hinders(index, 1.0),
+                most: f64::INFINITY,
+            };
             let reached = (index, course.next(index), index, Limit::Driving);
-            lowered |= lower(course, limits, over, reached, speed, limit);
+            lowered |= lower(course, limits, &over, reached, speed, limit);
         }
         for step in (0..segments).rev() {
             let index = (start + step) % count;
-            let over = &limits.deceleration;
+            // Downhill the brakes have to hold the vehicle, too; comfort leaves them room for that.
+            let over = Over {
+                table: &limits.deceleration,
+                lost: 0.0,
+                most: strongest - course.hinders(index, -1.0),
+            };
             let reached = (course.next(index), index, index, Limit::Braking);
-            lowered |= lower(course, limits, over, reached, speed, limit);
+            lowered |= lower(course, limits, &over, reached, speed, limit);
         }
         if !lowered {
             break;
@@ -189,7 +220,7 @@ pub fn plan_speeds(
 fn lower(
     course: &Course<'_>,
     limits: &SpeedLimits<'_>,
-    over: &OverSpeed<'_>,
+    over: &Over<'_>,
     (from, to, segment, by): (usize, usize, usize, Limit),
     squared: &mut [f64],
     limit: &mut [Limit],
@@ -276,7 +307,7 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
 mod tests {
     use super::*;
     use crate::speed::limits::OverSpeed;
-    use crate::speed::limits::tests::{LIMITS, TWO};
+    use crate::speed::limits::tests::{LIMITS, TWO, level};
     use crate::vehicle::Vehicle;
     use alloc::vec;
     use alloc::vec::Vec;
@@ -294,6 +325,7 @@ mod tests {
         closed: false,
         cusps: None,
         speed_limits: None,
+        grade: None,
         start_speed: Some(0.0),
         end_speed: Some(0.0),
     };
@@ -333,8 +365,8 @@ mod tests {
                     let (v, w) = (speed[k] * speed[k], speed[k + 1] * speed[k + 1]);
                     let along = w - v; // over 0.5 m: the acceleration
                     for (end, bend) in [(v, curvature[k]), (w, curvature[k + 1])] {
-                        let up = limits.available(&limits.acceleration, end, bend);
-                        let down = limits.available(&limits.deceleration, end, bend);
+                        let up = limits.available(&level(&limits.acceleration), end, bend);
+                        let down = limits.available(&level(&limits.deceleration), end, bend);
                         assert!(along <= up + 1e-9 && -along <= down + 1e-9, "{k} {along}");
                     }
                 }

@@ -1,5 +1,5 @@
-//! Keeps the speed that a path allows, and stops where it has to: a plan fed forward, a PI
-//! controller of the speed, and a stop of its own.
+//! Keeps the speed that a path allows, and stops where it has to: a plan fed forward, a proportional
+//! controller of the speed, an estimate of what else pushes the vehicle, and a stop of its own.
 //!
 //! # Equations
 //!
@@ -11,32 +11,39 @@
 //! ```text
 //! T       = drive_delay + drive_lag + dt / 2
 //! e       = target - v                      target = sqrt(w(s)), but the creeping speed before a stop
-//! I       = I + ki e dt                     only while |e| is small (anti-windup); |I| is bounded
-//! command = a(s + v T) + kp e + I           feedforward, proportional and integral part
+//! wanted  = a(s + v T) + kp e               what the vehicle is to do
+//! command = wanted - g(s + v T) - d         what the drive has to give for that
 //! ```
 //!
-//! Where the path ends or changes its direction the vehicle stops, and errors of the speed may not
-//! shift the place. With the distance `d` to the stop, the command is a constant deceleration to it:
+//! with gravity `g` along a path that knows its grade, and the estimate `d` of all other
+//! accelerations ([`disturbance`](super::disturbance)). Where the path ends, changes its direction
+//! or says 0 the vehicle stops, and errors of the speed may not shift the place. With the distance
+//! `D` to the stop, what is wanted is a constant deceleration to it:
 //!
 //! ```text
-//! v_T     = max(v + last command * T, 0)    speed when the command takes effect
-//! d_T     = d - margin - T (v + v_T) / 2    distance that remains then
-//! command = -v_T² / (2 d_T)                 once that is near the largest deceleration
+//! v_T     = max(v + (last command + g + d) T, 0)    speed when the command takes effect
+//! D_T     = D - margin - T (v + v_T) / 2            distance that remains then
+//! wanted  = -(v_T² - c²) / (2 D_T)                  once that is near the largest deceleration
 //! ```
 //!
-//! In the end the command is kept within the vehicle's accelerations, extended by `reserve`, and
-//! within `max_jerk * dt` of the last one.
+//! down to a creeping speed `c`, or more where that keeps the plan. `wanted` is kept within the accelerations of the plan, extended by `reserve`. Only where the
+//! vehicle would overrun its stop it brakes harder, up to what its brakes can do, and
+//! `cannot_stop` says when even that is not enough. The command changes by at most `max_jerk * dt`.
 //!
-//! The feedforward with a PI controller is the usual one; the rules of a stop, with the constants
-//! below, were found by driving and follow no publication.
+//! A vehicle that has arrived stands, until the stop is farther off than noise can explain.
+//!
+//! The feedforward with a disturbance observer is the usual one; the rules of a stop, with the
+//! constants below, were found by driving and follow no publication.
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, InputError, input_within};
-use crate::math::{saturate, smaller, sqrt};
+use crate::math::{larger, saturate, smaller, sqrt};
 use crate::params;
 use crate::path::follow::Located;
 use crate::path::{Follow, PathView};
-use crate::speed::defaults;
+use crate::speed::defaults::{self, gravity_along};
+use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
+use crate::speed::stops::Planned;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Vehicle, VehicleState};
 
@@ -47,48 +54,47 @@ const CREEP: f64 = 0.1;
 const CREEP_DISTANCE: f64 = 1.0 / 15.0;
 /// It has arrived when it is this near to the stop, in wheelbases, and is then held.
 const ARRIVED: f64 = 1.0 / 120.0;
+/// It leaves its stop again when that is this far ahead, in wheelbases: 15 cm for a car of 3 m, seven
+/// deviations of a position with 2 cm of noise.
+const LEAVES: f64 = 1.0 / 20.0;
+/// A stop so far behind a vehicle that moves is one that it overran, in wheelbases: it stops at once.
+const OVERRUN: f64 = 2.0;
+/// It cannot stop in time if it would come to rest farther behind the stop, in wheelbases.
+const OVERRUN_TOLERANCE: f64 = 1.0 / 30.0;
 /// It goes on in the other direction when it is this near to a cusp, in wheelbases: farther than
 /// [`ARRIVED`], so that it always does.
 const AT_CUSP: f64 = 1.0 / 100.0;
 /// How far before a stop the braking ends, in wheelbases: brakes that respond late do not pass it.
 const MARGIN: f64 = 1.0 / 60.0;
-/// The stop takes over once it needs this share of the largest deceleration; the vehicle then stops
-/// in its place even if the brakes are weaker than they were taken for. Less: it takes over before
-/// the plan brakes.
+/// Once the plan brakes, the stop takes over if it needs this share of the largest deceleration; the
+/// vehicle then stops in its place even if the brakes are weaker than they were taken for.
 const STOP_SHARE: f64 = 0.8;
-/// Share of the largest deceleration that holds a vehicle where it stands.
+/// The same before the plan brakes, for a drive that is later than it was taken for. Less: the
+/// vehicle is slower than its plan before a stop.
+const EARLY_STOP_SHARE: f64 = 0.95;
+/// Share of what the brakes can do that holds a vehicle where it stands.
 const HOLD: f64 = 0.5;
-/// Anti-windup: the integrator is frozen above this error of the speed, in wheelbases a second.
-const INTEGRATION_BAND: f64 = 1.0 / 6.0;
-/// Bound of the integral's share of the command [m/s²].
-const MAX_INTEGRAL: f64 = 1.0;
+/// A vehicle that is to speed up by more than this share of its largest acceleration may be at the end
+/// of what its drive gives.
+const FULL_DRIVE: f64 = 0.5;
+/// At rest, as a share of the creeping speed: the brakes then hold with more than comfort.
+const AT_REST: f64 = 0.2;
 
 params! {
     /// Parameters of [`SpeedTracker`].
     pub struct SpeedTrackerParams {
         /// Acceleration for an error of the speed [1/s].
         kp: f64 = 1.5, in [0.0, 1e3];
-        /// Acceleration for its integral [1/s^2].
-        ki: f64 = 0.2, in [0.0, 1e3];
+        /// Time constant of the estimate of slope and drag [s]. Shorter: they are known sooner, and a
+        /// drive that responds later than the vehicle says is taken for one.
+        disturbance_time: f64 = 1.0, in [1e-3, 1e3];
         /// Largest change of the acceleration [m/s^3].
         max_jerk: f64 = 20.0, in [1e-3, 1e6];
         /// Acceleration beyond that of the plan that may correct an error [m/s^2].
         reserve: f64 = 0.4, in [0.0, 1e3];
         /// Time from a command to its first effect on the drive [s].
-        drive_delay: f64 = 0.0, in [0.0, 10.0];
+        drive_delay: f64 = 0.1, in [0.0, 10.0];
     }
-}
-
-/// What [`SpeedTracker`] remembers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SpeedTrackerState {
-    /// Where the segment beside the rear axle starts; None before the first step.
-    pub waypoint: Option<usize>,
-    /// The last command [m/s^2].
-    pub acceleration: f64,
-    /// The integral's share of the command [m/s^2].
-    pub integral: f64,
 }
 
 /// What a step of [`SpeedTracker`] answers.
@@ -98,12 +104,15 @@ pub struct SpeedCommand {
     pub acceleration: f64,
     /// Speed that the path allows beside the rear axle [m/s], never negative.
     pub reference_speed: f64,
-    /// Distance along the path to the next cusp or the end [m]; infinite where there is none.
+    /// Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; infinite where
+    /// there is none.
     pub distance_to_stop: f64,
     /// Whether the vehicle is to drive backwards.
     pub reverse: bool,
     /// Whether the vehicle is to be held where it stands.
     pub standing: bool,
+    /// Whether it overruns its stop, however hard it brakes.
+    pub cannot_stop: bool,
 }
 
 /// Keeps the speed that a path allows, and stops at its cusps and its end.
@@ -112,7 +121,7 @@ pub struct SpeedCommand {
 /// and corrects the error of the speed:
 ///
 /// ```text
-/// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e + integral of ki e,   e = v(s) - v
+/// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e - gravity - disturbance,   e = v(s) - v
 /// ```
 ///
 /// Before a stop it brakes by the remaining distance. [`SpeedTracker::plan`] makes the plan; the
@@ -123,8 +132,10 @@ pub struct SpeedTracker {
     params: SpeedTrackerParams,
     /// Largest driving acceleration [m/s²].
     driving: f64,
-    /// Largest braking deceleration [m/s²].
+    /// Largest braking deceleration of a plan [m/s²].
     braking: f64,
+    /// What the brakes can do [m/s²].
+    brakes: f64,
     follow: Follow,
 }
 
@@ -132,7 +143,7 @@ pub struct SpeedTracker {
 struct Situation {
     /// `v`: speed along the path [m/s], negative if the vehicle rolls the other way.
     speed: f64,
-    /// `d`: distance to the next stop [m]; infinite if there is none.
+    /// `D`: distance to the next stop [m]; infinite if there is none.
     to_stop: f64,
     /// `T`: time until the command takes effect [s].
     delay: f64,
@@ -140,13 +151,26 @@ struct Situation {
     reference: f64,
     /// The speed to keep here [m/s].
     target: f64,
-    /// The least speed to keep here [m/s]: to creep away from a start, past a waypoint whose speed
-    /// is 0, and up to a stop. 0 if the plan stays at 0 along this segment.
+    /// The least speed to keep here [m/s]: to creep away from a start and up to a stop. 0 if the path
+    /// says 0 along this segment.
     slowest: f64,
     /// `a(s + v T)`: the planned acceleration where the command takes effect [m/s²].
-    feedforward: f64,
+    planned: f64,
+    /// `g(s + v T) + d`: what accelerates the vehicle besides the drive [m/s²].
+    push: f64,
     /// Whether the vehicle is to be held where it stands.
     standing: bool,
+}
+
+/// What a stop takes.
+struct Braking {
+    /// Deceleration to the creeping speed just before the stop [m/s²]: 0 if the vehicle is as slow
+    /// already, infinite where no distance remains.
+    needed: f64,
+    /// Deceleration with which it passes the stop by a margin [m/s²].
+    tolerated: f64,
+    /// Whether it passes it with all that the brakes can do.
+    cannot_stop: bool,
 }
 
 impl SpeedTracker {
@@ -161,7 +185,8 @@ impl SpeedTracker {
             vehicle,
             params: params.checked()?,
             driving: car.max_acceleration.unwrap_or(defaults::MAX_ACCELERATION),
-            braking: car.max_deceleration.unwrap_or(defaults::MAX_DECELERATION),
+            braking: defaults::comfort_braking(&car),
+            brakes: defaults::strongest_braking(&car),
             follow: Follow {
                 lost_distance: 10.0 * car.wheelbase,
                 arrival_distance: AT_CUSP * car.wheelbase,
@@ -180,14 +205,14 @@ impl SpeedTracker {
     /// [`ConfigError`], where a limit of the vehicle is out of the range of a plan.
     #[cfg(feature = "alloc")]
     pub fn plan(&self, path: &PathView<'_>) -> Result<alloc::vec::Vec<f64>, ConfigError> {
+        use crate::speed::stops::bounds_of;
         use crate::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
         use alloc::vec;
         use alloc::vec::Vec;
 
         let segments = path.segments();
         let cusps = path.cusps();
-        let bounds = path.speed();
-        let bounds: Option<Vec<f64>> = bounds.map(|all| all.iter().map(|v| v.abs()).collect());
+        let bounds = bounds_of(path, &cusps, CREEP * self.vehicle.wheelbase);
         let car = self.vehicle;
         let lateral = car
             .max_lateral_acceleration
@@ -200,6 +225,7 @@ impl SpeedTracker {
             closed: path.is_closed(),
             cusps: Some(&cusps),
             speed_limits: bounds.as_deref(),
+            grade: path.grade(),
             start_speed: None,
             end_speed: Some(0.0),
         };
@@ -241,124 +267,168 @@ impl SpeedTracker {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
         let at = self.follow.locate(path, state.waypoint, vehicle, dt);
-        let now = self.situation(path, plan, &at, dt);
-        // Command and integral of the other direction do not count.
-        let (last, mut integral) = if at.direction_changed {
-            (0.0, 0.0)
-        } else {
-            (state.acceleration, state.integral)
-        };
-        let command = if now.standing {
-            integral = 0.0;
-            -HOLD * self.braking
-        } else {
-            let tracking = self.track(&now, &mut integral, dt);
-            self.brake_for_stop(&now, last).unwrap_or(tracking)
-        };
-        let reserve = self.params.reserve;
-        let command = saturate(command, -self.braking - reserve, self.driving + reserve);
-        let change = self.params.max_jerk * dt;
-        let command = saturate(command, last - change, last + change);
-        *state = SpeedTrackerState {
+        let mut next = SpeedTrackerState {
             waypoint: Some(at.closest.segment),
-            acceleration: command,
-            integral,
+            ..*state
         };
+        if at.direction_changed {
+            // What was commanded and found out in the other direction does not count.
+            next = SpeedTrackerState {
+                waypoint: next.waypoint,
+                ..SpeedTrackerState::default()
+            };
+        }
+        let now = self.situation(path, plan, &at, &mut next, dt);
+        let braking = self.braking_for(&now, next.acceleration);
+        let reserve = self.params.reserve;
+        let last = next.acceleration;
+        let command = if now.standing {
+            self.hold(&now)
+        } else {
+            let share = if now.planned < 0.0 {
+                STOP_SHARE
+            } else {
+                EARLY_STOP_SHARE
+            };
+            let near = braking.needed >= share * self.braking;
+            let tracking = now.planned + self.params.kp * (now.target - now.speed);
+            let wanted = if near && braking.needed > 0.0 {
+                smaller(-braking.needed, tracking)
+            } else {
+                tracking
+            };
+            let most = larger(self.braking + reserve, braking.tolerated);
+            let most = smaller(most, self.brakes - now.push);
+            saturate(wanted, -most, self.driving + reserve) - now.push
+        };
+        let change = self.params.max_jerk * dt;
+        let command = saturate(larger(command, -self.brakes), last - change, last + change);
+        next.acceleration = command;
+        next.standing = now.standing;
+        *state = next;
         Ok(SpeedCommand {
             acceleration: command,
             reference_speed: now.reference,
             distance_to_stop: now.to_stop,
             reverse: at.reverse,
             standing: now.standing,
+            cannot_stop: braking.cannot_stop,
         })
     }
 
-    /// Where the vehicle is on its plan, and what the plan wants there.
-    fn situation(&self, path: &PathView<'_>, plan: &[f64], at: &Located, dt: f64) -> Situation {
-        let car = &self.vehicle;
+    /// Where the vehicle is on its plan, and what the plan wants there; brings the estimate of
+    /// `state` up to date.
+    fn situation(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        at: &Located,
+        state: &mut SpeedTrackerState,
+        dt: f64,
+    ) -> Situation {
+        let (params, wheelbase) = (&self.params, self.vehicle.wheelbase);
         let segment = at.closest.segment;
         let arc = at.closest.arc_length(path);
-        let end = path.section_end(segment);
-        let stop = end.map_or(f64::INFINITY, |end| end_of(path, end, segment));
-        let to_stop = stop - arc;
+        let planned = Planned {
+            path,
+            speeds: plan,
+            segment,
+            end: path.section_end(segment),
+        };
+        let lag = params.drive_delay + self.vehicle.drive_lag;
+        let delay = lag + 0.5 * dt;
         let speed = at.vehicle.speed;
-        let delay = self.params.drive_delay + car.drive_lag + 0.5 * dt;
-        let forward = at.vehicle.forward_speed();
-        let (squared, slope) = lookup(path, plan, arc, segment, end);
-        let (_, planned) = lookup(path, plan, arc + forward * delay, segment, end);
+        let creep = CREEP * wheelbase;
+        let (squared, _, grade) = planned.at(arc);
+        let (_, ahead, grade_ahead) = planned.at(arc + at.vehicle.forward_speed() * delay);
 
-        let room = if to_stop > 0.0 { to_stop } else { 0.0 };
-        let creep = CREEP * car.wheelbase;
-        let stays_at_zero = squared <= 0.0 && slope <= 0.0;
+        // Brakes that hold say nothing; a drive that pulls in vain does.
+        let held = state.standing || (speed.abs() < AT_REST * creep && state.acceleration <= 0.0);
+        let known = gravity_along(grade);
+        let model = (lag, params.disturbance_time, wheelbase);
+        let wanted = state.acceleration + known + state.disturbance;
+        let at_full_drive = wanted > FULL_DRIVE * self.driving;
+        state.observe(speed, known, (held, at_full_drive), model, dt);
+
+        let stays_at_zero = planned.stays_at_zero();
+        let moves = speed > creep || state.standing;
+        let behind = if moves { OVERRUN } else { LEAVES };
+        let stop = planned.next_stop(arc, behind * wheelbase, self.braking);
+        let to_stop = if stays_at_zero {
+            smaller(stop - arc, 0.0)
+        } else {
+            stop - arc
+        };
+        let room = larger(to_stop, 0.0);
         let slowest = if stays_at_zero {
             0.0
         } else {
             smaller(creep, sqrt(self.braking * room))
         };
-        let planned_speed = sqrt(squared);
-        let reference = if planned_speed < slowest {
-            slowest
-        } else {
-            planned_speed
-        };
-        let target = if room < CREEP_DISTANCE * car.wheelbase {
-            slowest
-        } else {
-            reference
-        };
-        let arrived = to_stop <= ARRIVED * car.wheelbase && end.is_some();
+        let reference = larger(sqrt(squared), slowest);
+        let stands_until = if state.standing { LEAVES } else { ARRIVED };
+        let arrived = to_stop <= stands_until * wheelbase;
         Situation {
             speed,
             to_stop,
             delay,
             reference,
-            target,
+            target: if room < CREEP_DISTANCE * wheelbase {
+                slowest
+            } else {
+                reference
+            },
             slowest,
             // A vehicle that is slower than it may creep has no speed to lose.
-            feedforward: if speed < slowest && planned < 0.0 {
+            planned: if speed < slowest && ahead < 0.0 {
                 0.0
             } else {
-                planned
+                ahead
             },
-            standing: (arrived || stays_at_zero) && speed < creep,
+            push: gravity_along(grade_ahead) + state.disturbance,
+            standing: arrived && (speed < creep || state.standing),
         }
     }
 
-    /// Feedforward and PI controller: the acceleration that keeps the target speed [m/s²].
-    fn track(&self, now: &Situation, integral: &mut f64, dt: f64) -> f64 {
-        let params = &self.params;
-        let error = now.target - now.speed;
-        if error.abs() <= INTEGRATION_BAND * self.vehicle.wheelbase {
-            *integral += params.ki * error * dt;
-            *integral = saturate(*integral, -MAX_INTEGRAL, MAX_INTEGRAL);
-        }
-        now.feedforward + params.kp * error + *integral
-    }
-
-    /// The acceleration of a constant braking to the stop [m/s²], after the `last` command; None if
-    /// it is still gentle, if the vehicle creeps already, or without a stop.
-    fn brake_for_stop(&self, now: &Situation, last: f64) -> Option<f64> {
-        let &Situation { speed, delay, .. } = now;
-        let mut arriving = speed + last * delay;
-        if arriving < 0.0 {
-            arriving = 0.0;
-        }
-        let travelled = 0.5 * (speed + arriving) * delay;
-        let remaining = now.to_stop - MARGIN * self.vehicle.wheelbase - travelled;
-        let needed = if remaining > 1e-3 {
-            arriving * arriving / (2.0 * remaining)
+    /// The acceleration that holds the vehicle where it stands [m/s²]; no harder than a plan brakes
+    /// until it is at rest.
+    fn hold(&self, now: &Situation) -> f64 {
+        let hold = -HOLD * self.brakes;
+        if now.speed > AT_REST * CREEP * self.vehicle.wheelbase {
+            larger(hold, -self.braking) - now.push
         } else {
-            f64::INFINITY
+            hold
+        }
+    }
+
+    /// What the stop takes, after the `last` command [m/s²].
+    fn braking_for(&self, now: &Situation, last: f64) -> Braking {
+        let wheelbase = self.vehicle.wheelbase;
+        let &Situation { speed, delay, .. } = now;
+        let arriving = larger(speed + (last + now.push) * delay, 0.0);
+        let travelled = 0.5 * (speed + arriving) * delay;
+        let needed_for = |end: f64, remaining: f64| {
+            if arriving <= end {
+                0.0
+            } else if remaining > 1e-3 {
+                (arriving * arriving - end * end) / (2.0 * remaining)
+            } else {
+                f64::INFINITY
+            }
         };
-        let takes_over = needed >= STOP_SHARE * self.braking
-            && speed > now.slowest
-            && now.to_stop < f64::INFINITY;
-        takes_over.then_some(-needed)
+        let remaining = now.to_stop - travelled;
+        let overrunning = |by: f64| needed_for(0.0, remaining + by * wheelbase);
+        let moves = smaller(speed, arriving) > CREEP * wheelbase;
+        Braking {
+            needed: needed_for(now.slowest, remaining - MARGIN * wheelbase),
+            tolerated: if moves { overrunning(MARGIN) } else { 0.0 },
+            cannot_stop: moves && overrunning(OVERRUN_TOLERANCE) > self.brakes - now.push,
+        }
     }
 
     /// The path `new` replaces `old`; its own plan replaces the old one.
     ///
-    /// The command and the integral continue. So does the location, if the segment beside the
+    /// The command and the estimate continue. So does the location, if the segment beside the
     /// vehicle is the same; otherwise the next step searches the whole new path.
     pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
         let goes_on = |last: usize| {
@@ -382,52 +452,11 @@ impl SpeedTracker {
     ) -> Result<(), InputError> {
         path.check_waypoint("waypoint", state.waypoint)?;
         input_within("acceleration", state.acceleration, MAX_SPEED)?;
-        input_within("integral", state.integral, MAX_INTEGRAL)?;
+        input_within("drive", state.drive, MAX_SPEED)?;
+        input_within("slow_drive", state.slow_drive, MAX_SPEED)?;
+        input_within("model_speed", state.model_speed.unwrap_or(0.0), MAX_SPEED)?;
+        input_within("disturbance", state.disturbance, MAX_DISTURBANCE)?;
         Ok(())
-    }
-}
-
-/// `w` and `a`, the square of the planned speed at `arc` [m] and the acceleration there.
-///
-/// On a closed path `arc` may exceed the length: it continues across the seam. `segment` is where
-/// the vehicle is, and `end` the last segment of its section.
-fn lookup(
-    path: &PathView<'_>,
-    plan: &[f64],
-    arc: f64,
-    segment: usize,
-    end: Option<usize>,
-) -> (f64, f64) {
-    let (found, share) = match end {
-        Some(end) if arc >= end_of(path, end, segment) => (end, 1.0),
-        _ if arc <= path.arc(segment) => (segment, 0.0),
-        _ => {
-            let wrapped = if path.is_closed() && arc >= path.length() {
-                arc - path.length()
-            } else {
-                arc
-            };
-            let found = path.segment_by_arc(wrapped, segment);
-            let share = (wrapped - path.arc(found)) / path.segment_length(found);
-            (found, saturate(share, 0.0, 1.0))
-        }
-    };
-    let squared = |index: usize| {
-        let speed = plan.get(index).copied().unwrap_or(0.0);
-        speed * speed
-    };
-    let here = squared(found);
-    let rise = path.next(found).map_or(here, squared) - here;
-    (here + share * rise, 0.5 * rise / path.segment_length(found))
-}
-
-/// The arc length at the end of a section [m]; it continues across the seam.
-fn end_of(path: &PathView<'_>, end: usize, segment: usize) -> f64 {
-    let arc = path.segment_end(end);
-    if end < segment {
-        arc + path.length()
-    } else {
-        arc
     }
 }
 

@@ -64,8 +64,11 @@ params! {
         max_speed: Option<f64> = None, in [1e-3, 1e4];
         /// Largest driving acceleration [m/s^2]; absent if it is not known.
         max_acceleration: Option<f64> = None, in [1e-3, 1e3];
-        /// Largest braking deceleration [m/s^2]; absent if it is not known.
+        /// Largest deceleration of a plan [m/s^2], one of comfort; absent if it is not known.
         max_deceleration: Option<f64> = None, in [1e-3, 1e3];
+        /// What the brakes can do [m/s^2]: asked of them only where the vehicle would overrun a stop;
+        /// absent if it is not known.
+        brake_deceleration: Option<f64> = None, in [1e-3, 1e3];
         /// Time constant of the drive's first-order response to the pedals [s].
         drive_lag: f64 = 0.0, in [0.0, 10.0];
     }

@@ -25,8 +25,9 @@ popsteer_core::SpeedPidParams! { params {
     PySpeedPidParams(SpeedPidParams) named "SpeedPidParams" in "popsteer";
 } }
 
-/// The paper's longitudinal controller, coupled with the steering angle (Equation 7).
+/// The paper's pedals (Equation 7), which drive towards ``speed_limit``: 69.44 m/s by default.
 ///
+/// They know nothing of the path's speeds or of its end; to drive a car, take a `SpeedTracker`.
 /// ``command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit)
 /// (1 - cutoff)``; throttle where it is positive, brake where it is negative. It has no memory.
 ///

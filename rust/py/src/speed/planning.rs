@@ -58,7 +58,7 @@ pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 /// Greatest speed at each waypoint [m/s], and the number of what limits it there.
 #[pyfunction(name = "_plan_speeds")]
 #[pyo3(signature = (
-    curvature, spacing, *, closed, cusps, speed_limits, start_speed, end_speed, max_speed,
+    curvature, spacing, *, closed, cusps, speed_limits, grade, start_speed, end_speed, max_speed,
     max_lateral_acceleration, acceleration, deceleration, longitudinal_grip, exponent, vehicle
 ))]
 pub(crate) fn plan_speeds<'py>(
@@ -68,6 +68,7 @@ pub(crate) fn plan_speeds<'py>(
     closed: bool,
     cusps: Option<PyReadonlyArray1<'py, bool>>,
     speed_limits: Option<Floats<'py>>,
+    grade: Option<Floats<'py>>,
     start_speed: Option<f64>,
     end_speed: Option<f64>,
     max_speed: f64,
@@ -93,6 +94,7 @@ pub(crate) fn plan_speeds<'py>(
         closed,
         cusps: cusps.as_ref().map(PyReadonlyArray1::as_slice).transpose()?,
         speed_limits: speed_limits.as_ref().map(Floats::as_slice).transpose()?,
+        grade: grade.as_ref().map(Floats::as_slice).transpose()?,
         start_speed,
         end_speed,
     };

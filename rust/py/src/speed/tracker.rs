@@ -43,11 +43,13 @@ record! {
     reference_speed: f64, "float",
         "Speed that the path allows beside the rear axle [m/s], never negative.";
     distance_to_stop: f64, "float",
-        "Distance along the path to the next cusp or the end [m]; infinite where there is none.";
+        "Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; infinite where there is none.";
     reverse: bool, "bool",
         "Whether the vehicle is to drive backwards.";
     standing: bool, "bool",
         "Whether the vehicle is to be held where it stands.";
+    cannot_stop: bool, "bool",
+        "Whether it overruns its stop, however hard it brakes.";
 }
 
 /// Keeps the speed that a path allows, and stops at its cusps and its end.
@@ -57,8 +59,12 @@ record! {
 /// driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration: the rest is for the
 /// steering to correct errors. A step takes the plan's acceleration where the vehicle will be when
 /// the command takes effect, and corrects the error of the speed: ``command = a(s + v (drive_delay +
-/// drive_lag + dt / 2)) + kp e + integral of ki e`` with ``e = v(s) - v``. Before a stop it brakes by
-/// what remains of the way.
+/// drive_lag + dt / 2)) + kp e - gravity - disturbance`` with ``e = v(s) - v``: gravity where the path
+/// has a grade, and an estimate of all that neither it nor the commands explain. It stops at cusps,
+/// at the end and at each speed of 0, but for the first waypoint's, and stands there until the path
+/// goes on. Before a stop it brakes by the remaining distance: with ``max_deceleration`` at the most,
+/// and only where it would overrun harder, up to ``brake_deceleration`` (6 m/s^2 where the vehicle
+/// does not have it).
 ///
 /// Parameters
 /// ----------
@@ -153,7 +159,7 @@ impl PySpeedTracker {
 
     /// Keep the speeds of another path from the next step on, planned at once.
     ///
-    /// The command and the integral continue. So does the place, if the segment beside the vehicle
+    /// The command and the estimate continue. So does the place, if the segment beside the vehicle
     /// is the same; else the next step finds it on the whole of the new path.
     ///
     /// Parameters

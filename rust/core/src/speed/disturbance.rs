@@ -1,0 +1,99 @@
+//! What else accelerates the vehicle: an estimate of all that the commands do not explain.
+//!
+//! # Equations
+//!
+//! The drive answers a command with a first-order response, and whatever the model does not know
+//! (a slope, drag, a drive that gives less than asked) is a slowly changing acceleration `d`:
+//!
+//! ```text
+//! a' = (command - a) / lag
+//! v' = a + known + d              known: gravity along a path that has a grade
+//! d' = 0
+//! ```
+//!
+//! A Luenberger observer with a double pole at `-1 / time` finds `d` from the measured speed. With
+//! `p = exp(-dt / time)` and the error `r` of the predicted speed,
+//!
+//! ```text
+//! v = v + (1 - p²) r              d = d + (1 - p)² / dt r,    |d| <= 2 m/s²
+//! ```
+//!
+//! A drive may respond later or earlier than the vehicle says: with `b`, the answer of one that is 0.3
+//! s slower, or the command itself, an error of the sign of `b - a` may be due to that alone. Only
+//! its share `1 / (1 + ((b - a) / 0.5 L)²)` then counts for `d`, and the model's speed takes the rest.
+//! A drive that gives less than asked while the vehicle speeds up is at its end, and will not be while
+//! it brakes: that is not learnt. The estimate rests while the brakes hold the vehicle: how much of
+//! their force that takes is not known.
+
+use crate::math::{decay, saturate};
+
+/// Bound of the estimate [m/s²]: a slope of a fifth. More is a fault of the drive or of the speed.
+pub const MAX_DISTURBANCE: f64 = 2.0;
+/// How much more slowly than the vehicle says its drive may respond [s].
+const UNTOLD_LAG: f64 = 0.3;
+/// By how much the answers of the two drives differ where half of an error counts, in wheelbases a
+/// second squared.
+const AMBIGUOUS: f64 = 0.5;
+
+/// What [`SpeedTracker`](super::SpeedTracker) remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SpeedTrackerState {
+    /// Where the segment beside the rear axle starts; None before the first step.
+    pub waypoint: Option<usize>,
+    /// The last command [m/s^2].
+    pub acceleration: f64,
+    /// What the drive gives, by its lag [m/s^2].
+    pub drive: f64,
+    /// What a slower drive would give [m/s^2].
+    pub slow_drive: f64,
+    /// The speed along the path that the model expects [m/s]; None before the first step.
+    pub model_speed: Option<f64>,
+    /// Acceleration that neither the commands nor the path's grade explain [m/s^2].
+    pub disturbance: f64,
+    /// Whether the vehicle is held where it stands.
+    pub standing: bool,
+}
+
+impl SpeedTrackerState {
+    /// Moves the model on by `dt` [s] under the last command, with the acceleration `known` [m/s²]
+    /// beside it, to the measured `speed` [m/s]. `held`: the vehicle stands on its brakes;
+    /// `at_full_drive`: its drive may be at its end.
+    pub(super) fn observe(
+        &mut self,
+        speed: f64,
+        known: f64,
+        (held, at_full_drive): (bool, bool),
+        (lag, time, wheelbase): (f64, f64, f64),
+        dt: f64,
+    ) {
+        let (command, kept) = (self.acceleration, decay(dt, lag));
+        let mean = command + (self.drive - command) * lag * (1.0 - kept) / dt;
+        self.drive = command + (self.drive - command) * kept;
+        self.slow_drive = command + (self.slow_drive - command) * decay(dt, lag + UNTOLD_LAG);
+        let Some(before) = self.model_speed.filter(|_| !held) else {
+            self.model_speed = Some(speed);
+            return;
+        };
+        let predicted = before + (mean + known + self.disturbance) * dt;
+        let error = speed - predicted;
+        let (late, early) = (self.slow_drive - self.drive, command - self.drive);
+        let other = if late * error > 0.0 {
+            late
+        } else if early * error > 0.0 {
+            early
+        } else {
+            0.0
+        };
+        let ratio = other / (AMBIGUOUS * wheelbase);
+        let trust = if at_full_drive && error < 0.0 {
+            0.0
+        } else {
+            1.0 / (1.0 + ratio * ratio)
+        };
+        let pole = decay(dt, time);
+        self.model_speed = Some(predicted + (1.0 - trust * pole * pole) * error);
+        let estimate = self.disturbance + trust * (1.0 - pole) * (1.0 - pole) / dt * error;
+        self.disturbance = saturate(estimate, -MAX_DISTURBANCE, MAX_DISTURBANCE);
+    }
+}

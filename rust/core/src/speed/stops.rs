@@ -1,0 +1,147 @@
+//! Where a plan stops, and what it asks for in between.
+
+use crate::math::{saturate, smaller};
+use crate::path::PathView;
+
+/// How many hops along a plan a stop is searched for. Each is at least a braking distance long, or a
+/// segment, so that a stop beyond is far off.
+const HOPS: usize = 64;
+/// Share of a braking distance that surely has no stop, however the speeds were rounded.
+const SURELY: f64 = 0.99;
+
+/// A path with the planned speed at each waypoint [m/s].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Planned<'a, 'b> {
+    pub path: &'a PathView<'b>,
+    pub speeds: &'a [f64],
+    /// The segment beside the vehicle.
+    pub segment: usize,
+    /// The last segment of its section; none on a closed path without a cusp.
+    pub end: Option<usize>,
+}
+
+impl Planned<'_, '_> {
+    /// The square of the planned speed at waypoint `index`.
+    fn squared(&self, index: usize) -> f64 {
+        let speed = self.speeds.get(index).copied().unwrap_or(0.0);
+        speed * speed
+    }
+
+    /// Whether the path says 0 at waypoint `index`: neither the first nor at a cusp or the end, where
+    /// every plan begins and ends at rest.
+    fn is_stop(&self, index: usize) -> bool {
+        index > 0
+            && self.squared(index) <= 0.0
+            && index < self.path.segments()
+            && self.path.preceding(index).is_some()
+    }
+
+    /// Whether the path says 0 all along the segment beside the vehicle.
+    pub(super) fn stays_at_zero(&self) -> bool {
+        let next = self.path.next(self.segment).unwrap_or(self.segment);
+        let both = self.squared(self.segment) <= 0.0 && self.squared(next) <= 0.0;
+        both && (self.is_stop(self.segment) || self.is_stop(next))
+    }
+
+    /// `w`, `a` and the grade: the square of the planned speed at `arc` [m], the acceleration there,
+    /// and the path's slope.
+    ///
+    /// On a closed path `arc` may exceed the length: it continues across the seam.
+    pub(super) fn at(&self, arc: f64) -> (f64, f64, f64) {
+        let path = self.path;
+        let (found, share) = match self.end {
+            Some(end) if arc >= self.end_arc(end) => (end, 1.0),
+            _ if arc <= path.arc(self.segment) => (self.segment, 0.0),
+            _ => {
+                let wrapped = if path.is_closed() && arc >= path.length() {
+                    arc - path.length()
+                } else {
+                    arc
+                };
+                let found = path.segment_by_arc(wrapped, self.segment);
+                let share = (wrapped - path.arc(found)) / path.segment_length(found);
+                (found, saturate(share, 0.0, 1.0))
+            }
+        };
+        let here = self.squared(found);
+        let next = path.next(found);
+        let rise = next.map_or(here, |next| self.squared(next)) - here;
+        let grade = path.grade_at(found, share);
+        let slope = 0.5 * rise / path.segment_length(found);
+        (here + share * rise, slope, grade)
+    }
+
+    /// The arc length at the end of the section that ends with segment `end` [m]; it continues across
+    /// the seam.
+    fn end_arc(&self, end: usize) -> f64 {
+        let arc = self.path.segment_end(end);
+        if end < self.segment {
+            arc + self.path.length()
+        } else {
+            arc
+        }
+    }
+
+    /// The arc length of the next stop [m], infinite if there is none: the end of the section, or a
+    /// waypoint at which the path says 0, the last `behind` [m] counted in. No stop lies within the
+    /// braking distance of a planned speed, so the search hops from one such distance to the next.
+    pub(super) fn next_stop(&self, arc: f64, behind: f64, braking: f64) -> f64 {
+        let path = self.path;
+        let mut index = self.segment;
+        while index > 0 && arc - path.arc(index) <= behind {
+            if self.is_stop(index) {
+                return path.arc(index);
+            }
+            index -= 1;
+        }
+        let end = self.end.map_or(f64::INFINITY, |end| self.end_arc(end));
+        let (mut index, mut lap) = (self.segment, 0.0);
+        for _ in 0..HOPS {
+            let target = path.arc(index) + SURELY * 0.5 * self.squared(index) / braking;
+            let last = path.segment_by_arc(smaller(target, path.length()), index);
+            index = last + 1;
+            if index >= path.segments() && path.is_closed() {
+                if lap > 0.0 {
+                    break;
+                }
+                (index, lap) = (0, path.length());
+            }
+            let place = path.arc(index) + lap;
+            if place >= end {
+                break;
+            }
+            if self.is_stop(index) {
+                return place;
+            }
+        }
+        end
+    }
+}
+
+/// The most speed at each waypoint [m/s], where the path has speeds: their magnitudes.
+///
+/// Zeros in a row with the first waypoint or with a cusp are how a path begins and turns round, unless
+/// nothing but zeros follows: beside those two waypoints they count as `creep` [m/s], and all others
+/// stay stops.
+#[cfg(feature = "alloc")]
+pub(super) fn bounds_of(
+    path: &PathView<'_>,
+    cusps: &[bool],
+    creep: f64,
+) -> Option<alloc::vec::Vec<f64>> {
+    let mut bounds: alloc::vec::Vec<f64> = path.speed()?.iter().map(|v| v.abs()).collect();
+    let count = bounds.len();
+    let is_rest = |index: usize| index == 0 || cusps.get(index).copied().unwrap_or(false);
+    let mut start = 0;
+    while start < count {
+        let zeros = bounds.iter().skip(start).take_while(|&&v| v <= 0.0).count();
+        let end = start + zeros;
+        if end < count && (start..end).any(is_rest) {
+            let run = bounds.iter_mut().enumerate().take(end).skip(start);
+            run.filter(|&(index, _)| !is_rest(index))
+                .for_each(|(_, bound)| *bound = creep);
+        }
+        start = end + 1;
+    }
+    Some(bounds)
+}

@@ -1,0 +1,286 @@
+//! Stops on slopes, on a longitudinal vehicle of its own: a drive with dead time and lag, brakes that
+//! act against the motion, gravity.
+
+use popsteer_core::math::from_count;
+use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::{Path, Vehicle, VehicleState};
+
+const DT: f64 = 0.05;
+const SUBSTEPS: u32 = 50;
+const GRAVITY: f64 = 9.806_65;
+
+/// A vehicle on a straight path along x.
+#[derive(Clone, Debug)]
+struct Car {
+    x: f64,
+    speed: f64,
+    /// What drive (positive) or brakes (negative) give [m/s²].
+    pull: f64,
+    lag: f64,
+    brakes: f64,
+    grade: f64,
+    /// Commands that have not arrived yet, oldest first.
+    flight: std::collections::VecDeque<f64>,
+}
+
+impl Car {
+    fn new(speed: f64, lag: f64, grade: f64) -> Self {
+        Self {
+            x: 0.0,
+            speed,
+            pull: 0.0,
+            lag,
+            brakes: 6.0,
+            grade,
+            flight: std::collections::VecDeque::new(),
+        }
+    }
+
+    fn after(mut self, delay: usize) -> Self {
+        self.flight = std::iter::repeat_n(0.0, delay).collect();
+        self
+    }
+
+    fn advance(&mut self, command: f64) {
+        self.flight.push_back(command);
+        let command = self.flight.pop_front().unwrap().max(-self.brakes);
+        let dt = DT / f64::from(SUBSTEPS);
+        let slope = -GRAVITY * self.grade / self.grade.hypot(1.0);
+        for _ in 0..SUBSTEPS {
+            self.pull += (command - self.pull) * (1.0 - (-dt / self.lag).exp());
+            let free = self.speed + dt * (slope + self.pull.max(0.0));
+            let braked = dt * (-self.pull).max(0.0);
+            self.speed = free.signum() * (free.abs() - braked).max(0.0);
+            self.x += dt * self.speed;
+        }
+    }
+}
+
+/// What a drive came to.
+#[derive(Debug, Default)]
+struct Driven {
+    /// Where it stands, past the end [m].
+    past: f64,
+    /// Root mean square error of the speed after 3 s [m/s].
+    rms: f64,
+    /// Strongest deceleration [m/s²].
+    hardest: f64,
+    standing: bool,
+    changes: usize,
+    /// When it was first said that it cannot stop [s].
+    warned: Option<f64>,
+}
+
+fn straight(length: u32, speed: f64, grade: f64) -> Path {
+    let x: Vec<f64> = (0..=length).map(f64::from).collect();
+    let path = Path::new(&x, &vec![0.0; x.len()], Some(&vec![speed; x.len()]), false).unwrap();
+    if grade.abs() > 0.0 {
+        path.with_grade(&vec![grade; x.len()]).unwrap()
+    } else {
+        path
+    }
+}
+
+fn car(comfort: f64, lag: f64) -> Vehicle {
+    Vehicle {
+        max_deceleration: Some(comfort),
+        brake_deceleration: Some(6.0),
+        drive_lag: lag,
+        ..Vehicle::DEFAULT
+    }
+}
+
+fn drive(vehicle: Vehicle, path: &Path, mut car: Car, time: f64) -> Driven {
+    let params = SpeedTrackerParams {
+        drive_delay: SpeedTrackerParams::DEFAULT.drive_delay + from_count(car.flight.len()) * DT,
+        ..SpeedTrackerParams::DEFAULT
+    };
+    let tracker = SpeedTracker::new(vehicle, params).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let mut driven = Driven::default();
+    let (mut squares, mut count) = (0.0, 0_u32);
+    for k in 0..popsteer_core::math::to_count(time / DT) {
+        let before = car.speed;
+        let measured = VehicleState {
+            x: car.x,
+            speed: car.speed,
+            ..VehicleState::ORIGIN
+        };
+        let command: SpeedCommand = tracker
+            .step(&path.view(), &plan, &mut state, measured, DT)
+            .unwrap();
+        if from_count(k) * DT > 3.0 && !command.standing {
+            let error = car.speed - command.reference_speed;
+            squares += error * error;
+            count += 1;
+        }
+        car.advance(command.acceleration);
+        driven.hardest = driven.hardest.max((before - car.speed) / DT);
+        if command.cannot_stop && driven.warned.is_none() {
+            driven.warned = Some(from_count(k) * DT);
+        }
+        driven.changes += usize::from(command.standing != driven.standing);
+        driven.standing = command.standing;
+    }
+    driven.past = car.x - path.view().length();
+    driven.rms = (squares / f64::from(count)).sqrt();
+    driven
+}
+
+#[test]
+fn test_speed_tracker_stops_on_slopes_told_and_untold() {
+    let mut failed = Vec::new();
+    for comfort in [1.5, 3.0] {
+        for grade in [0.0, 0.02, -0.02, 0.05, -0.05, 0.08, -0.08, 0.1, -0.1] {
+            for (grade_told, lag_told, delay) in [
+                (true, true, 0),
+                (true, false, 0),
+                (false, true, 0),
+                (false, false, 0),
+                (false, true, 4),
+            ] {
+                let path = straight(200, 12.0, if grade_told { grade } else { 0.0 });
+                let vehicle = car(comfort, if lag_told { 0.3 } else { 0.0 });
+                let car = Car::new(12.0, 0.3, grade).after(delay);
+                let driven = drive(vehicle, &path, car, 50.0);
+                let most = if grade_told { 0.1 } else { 0.3 };
+                let fine = driven.past.abs() <= most
+                    && driven.rms <= 0.3
+                    && driven.hardest <= comfort + 0.5
+                    && (driven.standing && driven.warned.is_none());
+                if !fine {
+                    failed.push((comfort, grade, grade_told, lag_told, delay, driven));
+                }
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+/// Noise of the position as a generator of its own makes it: the sum of twelve uniform numbers.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self, deviation: f64) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            sum += f64::from(u32::try_from(self.0 >> 32).unwrap()) / 4_294_967_296.0;
+        }
+        deviation * sum
+    }
+}
+
+#[test]
+fn test_vehicle_stands_through_noise_and_leaves_when_the_path_goes_on() {
+    for grade in [0.0, 0.1, -0.1] {
+        let tracker = SpeedTracker::new(car(1.5, 0.3), SpeedTrackerParams::DEFAULT).unwrap();
+        let (short, long) = (straight(100, 12.0, 0.0), straight(140, 12.0, 0.0));
+        let plans = [&short, &long].map(|path| tracker.plan(&path.view()).unwrap());
+        let mut state = SpeedTrackerState::default();
+        let mut vehicle = Car::new(0.0, 0.3, grade);
+        vehicle.x = 99.99;
+        vehicle.pull = -3.0;
+        let mut noise = Noise(1);
+        let mut stood = Vec::new();
+        for _ in 0..400 {
+            let x = vehicle.x + noise.next(0.02);
+            let measured = VehicleState {
+                x,
+                speed: vehicle.speed,
+                ..VehicleState::ORIGIN
+            };
+            let command = tracker
+                .step(&short.view(), &plans[0], &mut state, measured, DT)
+                .unwrap();
+            vehicle.advance(command.acceleration);
+            stood.push(command.standing);
+        }
+        let changes = stood.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(changes <= 1 && *stood.last().unwrap(), "{grade}: {changes}");
+        assert!((vehicle.x - 99.99).abs() < 0.05, "{grade}: {}", vehicle.x);
+        // A path that ends 40 m further on is gone on along.
+        tracker.set_path(&mut state, &short.view(), &long.view());
+        for _ in 0..400 {
+            let measured = VehicleState {
+                x: vehicle.x,
+                speed: vehicle.speed,
+                ..VehicleState::ORIGIN
+            };
+            let command = tracker
+                .step(&long.view(), &plans[1], &mut state, measured, DT)
+                .unwrap();
+            vehicle.advance(command.acceleration);
+        }
+        assert!(
+            state.standing && (vehicle.x - 140.0).abs() < 0.3,
+            "{grade}: {}",
+            vehicle.x
+        );
+    }
+}
+
+/// 10 m before the end at 12 m/s: 7.2 m/s² would stop there, and the brakes give 6. Where 5 m/s² do,
+/// it stops in its place, harder than a plan brakes.
+#[test]
+fn test_vehicle_that_cannot_stop_brakes_with_all_it_has_and_says_so_at_once() {
+    for (length, cannot) in [(10, true), (18, false)] {
+        let path = straight(length, 12.0, 0.0);
+        let driven = drive(car(1.5, 0.05), &path, Car::new(12.0, 0.05, 0.0), 20.0);
+        assert!(driven.standing, "{driven:?}");
+        if cannot {
+            assert!(driven.warned == Some(0.0), "{driven:?}");
+            assert!(
+                driven.hardest > 5.9 && driven.past > 1.0 && driven.past < 5.0,
+                "{driven:?}"
+            );
+        } else {
+            assert!(driven.warned.is_none(), "{driven:?}");
+            assert!(
+                driven.hardest > 4.0 && driven.past.abs() < 0.2,
+                "{driven:?}"
+            );
+        }
+    }
+}
+
+/// A speed of 0 is a stop wherever it is, and what comes after it is driven on another path's word.
+#[test]
+fn test_speed_of_zero_is_a_stop_alone_and_in_a_row_from_a_point_on_and_in_the_midst() {
+    let tracker = SpeedTracker::new(car(3.0, 0.2), SpeedTrackerParams::DEFAULT).unwrap();
+    let x: Vec<f64> = (0..=60).map(f64::from).collect();
+    let cases: [(&dyn Fn(usize) -> bool, f64); 6] = [
+        (&|k| k == 30, 30.0),
+        (&|k| k >= 30, 30.0),
+        (&|k| (30..40).contains(&k), 30.0),
+        (&|k| k == 0 || k == 60, 60.0), // a start, and the end
+        (&|k| k <= 2, 60.0),            // a start of several waypoints
+        (&|_| true, 0.0),
+    ];
+    for (case, (is_zero, stop)) in cases.iter().enumerate() {
+        let speed: Vec<f64> = (0..=60)
+            .map(|k| if is_zero(k) { 0.0 } else { 5.0 })
+            .collect();
+        let path = Path::new(&x, &vec![0.0; 61], Some(&speed), false).unwrap();
+        let plan = tracker.plan(&path.view()).unwrap();
+        let mut state = SpeedTrackerState::default();
+        let mut vehicle = Car::new(0.0, 0.2, 0.0);
+        for _ in 0..800 {
+            let measured = VehicleState {
+                x: vehicle.x,
+                speed: vehicle.speed,
+                ..VehicleState::ORIGIN
+            };
+            let command = tracker
+                .step(&path.view(), &plan, &mut state, measured, DT)
+                .unwrap();
+            vehicle.advance(command.acceleration);
+        }
+        assert!(state.standing, "{case}: {}", vehicle.x);
+        assert!((vehicle.x - stop).abs() < 0.1, "{case}: {}", vehicle.x);
+    }
+}
