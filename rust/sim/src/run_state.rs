@@ -7,7 +7,6 @@ use crate::delay::Delay;
 use crate::metrics::Gatherer;
 use crate::plant::PlantState;
 use crate::record::Record;
-use crate::simulation::Simulation;
 
 /// All that a simulation remembers beside its path, its plant and its settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,29 +55,14 @@ impl Place {
         self.0 = Some(at.closest.segment);
         at
     }
-
-    /// A place that the path does not have is none.
-    fn on(self, segments: usize) -> Self {
-        Self(self.0.filter(|&segment| segment < segments))
-    }
 }
 
-impl Simulation {
-    /// All that the simulation remembers.
-    pub fn save(&self) -> RunState {
-        self.run.clone()
-    }
-
-    /// This simulation as it was when it was saved.
-    #[must_use]
-    pub fn restored(mut self, saved: RunState) -> Self {
-        let segments = self.path().view().segments();
-        self.run = RunState {
-            reference: saved.reference.on(segments),
-            rear: saved.rear.on(segments),
-            leading: saved.leading.on(segments),
-            ..saved
-        };
+impl RunState {
+    /// The same on a path of so many segments: a place that it does not have is none.
+    pub(crate) fn on(mut self, segments: usize) -> Self {
+        for place in [&mut self.reference, &mut self.rear, &mut self.leading] {
+            place.0 = place.0.filter(|&segment| segment < segments);
+        }
         self
     }
 }
@@ -89,7 +73,7 @@ mod tests {
     use crate::closed_loop::{Controller, run};
     use crate::plant::KinematicBicycle;
     use crate::settings::Settings;
-    use crate::{Longitudinal, Perception};
+    use crate::{Longitudinal, Perception, Simulation};
     use popsteer_core::laws::{Pop, PopParams};
     use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
     use std::sync::Arc;

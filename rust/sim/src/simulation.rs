@@ -144,6 +144,18 @@ impl Simulation {
         self.run.finished || self.run.lost || self.time() >= self.settings.time_limit
     }
 
+    /// All that the simulation remembers beside its path, its plant and its settings.
+    pub fn save(&self) -> RunState {
+        self.run.clone()
+    }
+
+    /// This simulation as it was when it was saved.
+    #[must_use]
+    pub fn restored(mut self, saved: RunState) -> Self {
+        self.run = saved.on(self.path.view().segments());
+        self
+    }
+
     /// What was measured so far, a record a step, where the settings keep them.
     pub fn records(&self) -> &[Record] {
         &self.run.records
