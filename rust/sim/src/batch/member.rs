@@ -34,7 +34,8 @@ pub enum OnError {
 /// A member as a batch keeps it: 10,000,000 of them are to fit the memory.
 #[derive(Clone, Debug)]
 pub(super) struct Kept<L: LateralLaw> {
-    pub(super) tracker: Tracker<L>,
+    /// Shared by copies: their memory is what a large batch waits for.
+    pub(super) tracker: Arc<Tracker<L>>,
     pub(super) path: Arc<Path>,
     pub(super) state: KeptState<L::State>,
 }
@@ -46,11 +47,10 @@ impl<L: LateralLaw> Kept<L> {
             path,
             state,
         } = member;
-        let state = KeptState::new(state);
         Self {
-            tracker,
+            tracker: Arc::new(tracker),
             path,
-            state,
+            state: KeptState::new(state),
         }
     }
 

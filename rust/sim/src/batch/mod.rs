@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::vehicle::state::checked_dt;
-use popsteer_core::{Command, InputError, LateralLaw, Path, VehicleState};
+use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
 use self::member::Kept;
@@ -68,7 +68,7 @@ where
     /// The vehicles, in order, as they are now.
     pub fn members(&self) -> impl ExactSizeIterator<Item = Member<L>> {
         self.members.iter().map(|member| Member {
-            tracker: member.tracker.clone(),
+            tracker: Tracker::clone(&member.tracker),
             path: Arc::clone(&member.path),
             state: member.state.whole(),
         })
@@ -178,8 +178,11 @@ where
         }
         if on_error == OnError::Raise {
             let refused = inputs.iter().enumerate().find_map(|(vehicle, input)| {
-                let car = self.members.get(vehicle)?.tracker.vehicle();
-                let reported = || reported_of(vehicle).checked(car).err();
+                // Without reports no vehicle is looked at: this is done by one thread.
+                let reported = || {
+                    let car = self.members.get(vehicle)?.tracker.vehicle();
+                    reported.get(vehicle)?.checked(car).err()
+                };
                 let error = input.checked().err().or_else(reported)?;
                 Some(BatchError {
                     vehicle: Some(vehicle),
