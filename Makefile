@@ -16,6 +16,8 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 # Where `make install-c` puts the C interface; DESTDIR before it, for packages.
 PREFIX ?= /usr/local
+# From there on, where its libraries go: lib/x86_64-linux-gnu for Debian.
+LIBDIR ?= lib
 
 PY := $(VENV)/bin/python
 # Absolute, because build scripts run in their own crate's folder.
@@ -36,7 +38,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
+.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -137,7 +139,10 @@ sdist: $(VENV)/.audit ## build the sdist into dist/sdist, and prove it: offline,
 
 install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	cargo build --release --locked --package popsteer-c
-	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
+	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)" "$(LIBDIR)"
+
+uninstall-c: ## remove it from there
+	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)" "$(LIBDIR)" uninstall
 
 clean: ## remove all that these targets made
 	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(COVERAGE) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -720,6 +720,20 @@ popsteer_error popsteer_batch_new(const struct popsteer_controller *const *contr
 size_t popsteer_batch_size(const struct popsteer_batch *batch);
 
 /**
+ * Checks lengths of arrays before a step, for languages whose arrays know theirs: `vehicles` and
+ * `out` have to be as long as the batch, and `reported` too, or 0. `POPSTEER_ERROR_INPUT` where
+ * one is not; the message names it.
+ *
+ * Required of the caller:
+ *
+ * `batch` is NULL or a handle of this library.
+ */
+popsteer_error popsteer_batch_check_lengths(const struct popsteer_batch *batch,
+                                            size_t vehicles,
+                                            size_t reported,
+                                            size_t out);
+
+/**
  * Takes one control step with every vehicle: `vehicles` and `out` have an entry for each, and so
  * has `reported`, which may be NULL. Each answer is that of `popsteer_step`, to the bit.
  *

@@ -371,7 +371,7 @@ public:
 
     /// `count` copies of one controller.
     Batch(const Controller& controller, std::size_t count)
-        : Batch(std::vector<const popsteer_controller*>(count, controller.get())) {}
+        : Batch(copies(controller, count)) {}
 
     explicit operator bool() const noexcept { return handle_.get() != nullptr; }
 
@@ -382,21 +382,17 @@ public:
     [[nodiscard]] popsteer_error step(Span<const VehicleState> vehicles, double dt,
                                       Span<Command> out,
                                       Span<const Reported> reported = {}) noexcept {
-        if (!fits(vehicles, out, reported)) {
-            return POPSTEER_ERROR_INPUT;
-        }
-        return popsteer_batch_step(get(), vehicles.data(), dt, reported.data(), out.data());
+        const popsteer_error error = check(vehicles, out, reported);
+        return error ? error : popsteer_batch_step(get(), vehicles.data(), dt, reported.data(), out.data());
     }
 
     /// The same, answering whatever comes in. See popsteer_batch_step_or_hold.
     [[nodiscard]] popsteer_error step_or_hold(Span<const VehicleState> vehicles, double dt,
                                               Span<Command> out, std::size_t hold_limit = 10,
                                               Span<const Reported> reported = {}) noexcept {
-        if (!fits(vehicles, out, reported)) {
-            return POPSTEER_ERROR_INPUT;
-        }
-        return popsteer_batch_step_or_hold(get(), vehicles.data(), dt, hold_limit,
-                                           reported.data(), out.data());
+        const popsteer_error error = check(vehicles, out, reported);
+        return error ? error : popsteer_batch_step_or_hold(get(), vehicles.data(), dt, hold_limit,
+                                                    reported.data(), out.data());
     }
 
     popsteer_error set_path(std::size_t vehicle, const Path& path) noexcept {
@@ -408,12 +404,22 @@ public:
     [[nodiscard]] popsteer_batch* get() const noexcept { return handle_.get(); }
 
 private:
-    /// Whether the arrays are as long as the batch; the library cannot know.
-    [[nodiscard]] bool fits(Span<const VehicleState> vehicles, Span<Command> out,
-                            Span<const Reported> reported) const noexcept {
-        const std::size_t count = size();
-        return vehicles.size() == count && out.size() == count &&
-               (reported.empty() || reported.size() == count);
+    [[nodiscard]] popsteer_error check(Span<const VehicleState> vehicles, Span<Command> out,
+                                       Span<const Reported> reported) const noexcept {
+        return popsteer_batch_check_lengths(get(), vehicles.size(), reported.size(), out.size());
+    }
+
+    /// A count that no memory holds is for the library to refuse, as its other errors.
+    static std::vector<const popsteer_controller*> copies(const Controller& controller,
+                                                          std::size_t count) {
+        const popsteer_controller* one = controller.get();
+        std::vector<const popsteer_controller*> all;
+        if (count > all.max_size()) {
+            popsteer_batch* none = nullptr;
+            detail::require(popsteer_batch_new(&one, count, &none));
+        }
+        all.assign(count, one);
+        return all;
     }
 
     detail::Owner<popsteer_batch, popsteer_batch_free> handle_;

@@ -68,6 +68,33 @@ pub unsafe extern "C" fn popsteer_batch_size(batch: *const CBatch) -> usize {
     size
 }
 
+/// Checks lengths of arrays before a step, for languages whose arrays know theirs: `vehicles` and
+/// `out` have to be as long as the batch, and `reported` too, or 0. `POPSTEER_ERROR_INPUT` where
+/// one is not; the message names it.
+///
+/// # Safety
+///
+/// `batch` is NULL or a handle of this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_batch_check_lengths(
+    batch: *const CBatch,
+    vehicles: usize,
+    reported: usize,
+    out: usize,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        let count = unsafe { handle::of(batch, "batch")? }.len();
+        let reported = if reported == 0 { count } else { reported };
+        for (name, length) in [("vehicles", vehicles), ("reported", reported), ("out", out)] {
+            if length != count {
+                return Err(Failure::Length(name, length, count));
+            }
+        }
+        Ok(())
+    })
+}
+
 /// The vehicles of a batch, and what goes into a step of each.
 type Arrays<'a> = (&'a mut [Controller], &'a [CVehicleState], &'a [CReported]);
 

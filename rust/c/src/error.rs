@@ -46,6 +46,8 @@ pub(crate) enum Failure {
     InputOf(usize, InputError),
     /// This argument counts more than memory holds.
     TooMany(&'static str, usize),
+    /// This array has so many entries for a batch of so many vehicles.
+    Length(&'static str, usize, usize),
     /// There is no vehicle at this place of a batch, which has so many.
     NoVehicle(usize, usize),
     NoStep,
@@ -82,9 +84,11 @@ impl Failure {
             Self::Handle(..) => CError::Handle,
             Self::Config(_) => CError::Config,
             Self::Path(_) => CError::Path,
-            Self::Input(_) | Self::InputOf(..) | Self::TooMany(..) | Self::NoVehicle(..) => {
-                CError::Input
-            }
+            Self::Input(_)
+            | Self::InputOf(..)
+            | Self::TooMany(..)
+            | Self::Length(..)
+            | Self::NoVehicle(..) => CError::Input,
             Self::NoStep => CError::NoStep,
             Self::Memory => CError::Memory,
             Self::Internal => CError::Internal,
@@ -101,8 +105,17 @@ impl fmt::Display for Failure {
             Self::Path(error) => error.fmt(f),
             Self::Input(error) => error.fmt(f),
             Self::InputOf(vehicle, error) => write!(f, "vehicle {vehicle}: {error}"),
+            Self::TooMany(argument, usize::MAX) => {
+                write!(f, "{argument} is SIZE_MAX, as is a negative number")
+            }
             Self::TooMany(argument, count) => {
                 write!(f, "{argument} is {count}: more than memory holds")
+            }
+            Self::Length(argument, given, count) => {
+                write!(
+                    f,
+                    "{argument} has {given} entries, the batch {count} vehicles"
+                )
             }
             Self::NoVehicle(vehicle, count) => {
                 write!(f, "there is no vehicle {vehicle} in a batch of {count}")

@@ -111,6 +111,11 @@ bool batch_is_as_long_as_its_arrays() {
     CHECK(commands[2].steer == stanley.step(here, 0.05).command.steer);
     std::vector<Command> two(2);
     CHECK(batch.step(vehicles, 0.05, two) == POPSTEER_ERROR_INPUT);
+    CHECK(popsteer::last_error() == "out has 2 entries, the batch 3 vehicles");
+    CHECK(batch.step_or_hold({}, 0.05, commands) == POPSTEER_ERROR_INPUT);
+    CHECK(popsteer::last_error() == "vehicles has 0 entries, the batch 3 vehicles");
+    const std::vector<popsteer::Reported> reported(1);
+    CHECK(batch.step(vehicles, 0.05, commands, reported) == POPSTEER_ERROR_INPUT);
     CHECK(!batch.set_path(1, path) && !batch.reset());
     return true;
 }

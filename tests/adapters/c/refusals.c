@@ -85,6 +85,7 @@ static void bad_numbers_are_named(void) {
     CHECK(popsteer_path_new(x, y, NULL, NULL, 1, false, &bad) == POPSTEER_ERROR_PATH);
     says("a path needs at least 2 waypoints, got 1");
     CHECK(popsteer_path_new(x, y, NULL, NULL, SIZE_MAX, false, &bad) == POPSTEER_ERROR_INPUT);
+    says("count is SIZE_MAX, as is a negative number");
 
     popsteer_vehicle car = popsteer_vehicle_default();
     car.wheelbase = -1.0;

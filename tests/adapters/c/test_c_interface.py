@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import os
 import random
 import re
 import shutil
@@ -152,27 +153,87 @@ def test_c_page_programs_print_what_it_shows(prefix: Path, compiler: str, langua
     file = prefix / f"drive.{language}"
     file.write_text(source, encoding="utf-8")
     tool(compiler)
-    # Not as strict: the page's programs are to be read.
-    flags = ("-Wno-conversion", "-Wno-sign-conversion")
-    assert run(compile_program(prefix, compiler, file, *flags)) == shown
+    if language == "c":
+        lines = re.findall(r"^    (export|cc) (.*)$", page, re.MULTILINE)
+        script = "; ".join(" ".join(line) for line in lines)
+        said = run("sh", "-euc", f"prefix={prefix}; cd {prefix}; {script}", PKG_CONFIG_PATH="")
+        assert len(lines) == 2
+    else:
+        # Not as strict: the page's programs are to be read.
+        flags = ("-Wno-conversion", "-Wno-sign-conversion")
+        said = run(compile_program(prefix, compiler, file, *flags))
+    assert said == shown
 
 
-@pytest.mark.parametrize("target", ["popsteer", "static"])
-def test_cmake_finds_the_package_and_links_it(prefix: Path, tmp_path: Path, target: str) -> None:
-    cmake = tool("cmake")
-    shutil.copy(SOURCES / "lap.cpp", tmp_path)
-    (tmp_path / "CMakeLists.txt").write_text(
-        "cmake_minimum_required(VERSION 3.15)\n"
+def test_libraries_go_where_the_system_has_them_and_away_again(
+    prefix: Path, tmp_path: Path
+) -> None:
+    del prefix  # has built it
+    libdir, other = "lib/x86_64-linux-gnu", tmp_path / "usr"
+    run(tool("make"), "install-c", f"PREFIX={other}", f"LIBDIR={libdir}")
+    where = {"PKG_CONFIG_PATH": str(other / libdir / "pkgconfig")}
+    found = run(tool("pkg-config"), "--variable=libdir", "popsteer", **where).strip()
+    assert os.path.realpath(found) == str(other / libdir)
+    if shutil.which("cmake"):
+        cmake_uses(other, tmp_path, "0.1...99", f"-Dpopsteer_DIR={other / libdir}/cmake/popsteer")
+    mine = other / "include" / "mine.h"
+    mine.touch()
+    run(tool("make"), "uninstall-c", f"PREFIX={other}", f"LIBDIR={libdir}")
+    assert [file for file in other.rglob("*") if not file.is_dir()] == [mine]
+
+
+def cmake_uses(
+    prefix: Path, folder: Path, version: str, *options: str, target: str = "popsteer"
+) -> None:
+    """Build a program with CMake, and run it; CMake fails where the version does not do."""
+    cmake, major = tool("cmake"), 15 if "..." not in version else 19
+    shutil.copy(SOURCES / "lap.cpp", folder)
+    (folder / "CMakeLists.txt").write_text(
+        f"cmake_minimum_required(VERSION 3.{major})\n"
         "project(lap CXX)\n"
-        f"find_package(popsteer {popsteer.__version__} REQUIRED)\n"
+        f"find_package(popsteer {version} REQUIRED)\n"
         "add_executable(lap lap.cpp)\n"
         "target_compile_features(lap PRIVATE cxx_std_17)\n"
         f"target_link_libraries(lap PRIVATE popsteer::{target})\n",
         encoding="utf-8",
     )
-    run(cmake, "-S", tmp_path, "-B", tmp_path / "out", f"-DCMAKE_PREFIX_PATH={prefix}")
-    run(cmake, "--build", tmp_path / "out")
-    assert run(tmp_path / "out" / "lap") == "all checked\n"
+    out = folder / f"out-{target}"
+    run(cmake, "-S", folder, "-B", out, f"-DCMAKE_PREFIX_PATH={prefix}", *options)
+    run(cmake, "--build", out)
+    assert run(out / "lap") == "all checked\n"
+
+
+@pytest.mark.parametrize("target", ["popsteer", "static"])
+def test_cmake_finds_the_package_and_links_it(prefix: Path, tmp_path: Path, target: str) -> None:
+    cmake_uses(prefix, tmp_path, popsteer.__version__, target=target)
+
+
+def test_cmake_takes_versions_that_it_asks_for(prefix: Path) -> None:
+    cmake = tool("cmake")
+    major, minor = map(int, popsteer.__version__.split(".")[:2])
+    here, above = f"{major}.{minor}", f"{major}.{minor + 1}"
+    (file,) = (prefix / "lib" / "cmake" / "popsteer").glob("*version.cmake")
+    script = f"""
+set(PACKAGE_FIND_VERSION_RANGE yes)
+set(PACKAGE_FIND_VERSION_RANGE_MAX ${{BOUND}})
+set(PACKAGE_FIND_VERSION_MIN ${{LOW}})
+set(PACKAGE_FIND_VERSION_MAX ${{HIGH}})
+set(PACKAGE_FIND_VERSION ${{LOW}})
+include({file})
+message(STATUS "${{PACKAGE_VERSION_COMPATIBLE}}")
+"""
+    program = prefix / "range.cmake"
+    program.write_text(script, encoding="utf-8")
+    for low, high, bound, taken in (
+        ("0.1", above, "INCLUDE", True),
+        ("0.1", popsteer.__version__, "INCLUDE", True),
+        ("0.1", popsteer.__version__, "EXCLUDE", False),
+        (above, "99", "INCLUDE", False),
+        ("0.1", here if here != popsteer.__version__ else "0.2", "EXCLUDE", False),
+    ):
+        given = (f"-DLOW={low}", f"-DHIGH={high}", f"-DBOUND={bound}")
+        said = run(cmake, *given, "-P", program)
+        assert ("TRUE" in said) == taken, (low, high, bound)
 
 
 def test_static_library_links_without_the_shared_one(prefix: Path, tmp_path: Path) -> None:
