@@ -199,7 +199,7 @@ def test_limits_of_the_agent_bound_the_control() -> None:
     actor = actor_on("road", speed=0.0)
     planner = LocalPlanner(actor, {"max_throttle": 0.4, "max_steering": 0.25})
     planner.set_global_plan(plan_along("road"))
-    assert planner.vehicle.max_steer == pytest.approx(0.25 * CAR.max_steer)
+    assert planner.car.max_steer == pytest.approx(0.25 * CAR.max_steer)
     assert planner.run_step().throttle == pytest.approx(0.4)
 
 
@@ -253,12 +253,22 @@ def test_pose_that_is_no_number_is_held_and_then_stops_the_car(
 def test_agents_own_call_makes_the_planner() -> None:
     actor = actor_on("road")
     options = {"target_speed": 20, "ignore_traffic_lights": True, "sampling_resolution": 2.0}
-    planner = LocalPlanner(actor, opt_dict=options, map_inst=ROADS["road"])
+    planner = LocalPlanner(vehicle=actor, opt_dict=options, map_inst=ROADS["road"])
     assert planner.target_waypoint.road_id == 1
     assert planner.target_road_option == RoadOption.LANEFOLLOW
     assert list(planner.get_plan()) == [(planner.target_waypoint, RoadOption.LANEFOLLOW)]
     planner.run_step(debug=True)
     assert len(actor.world.debug.points) == 1
+
+
+def test_vehicle_that_is_let_go_is_not_driven() -> None:
+    planner = LocalPlanner(actor_on("road"), car=popsteer.Vehicle(wheelbase=2.5))
+    assert planner.car.wheelbase == 2.5
+    planner.run_step()
+    planner.reset_vehicle()
+    for step in (planner.run_step, planner.run_ackermann_step):
+        with pytest.raises(popsteer.PopsteerError, match="no vehicle after reset_vehicle"):
+            step()
 
 
 def test_gains_of_carlas_loops_are_said_not_to_apply() -> None:

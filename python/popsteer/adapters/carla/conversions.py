@@ -67,17 +67,7 @@ def client_library() -> Any:  # noqa: ANN401 - the module, which is partly typed
 
 
 def pose_of(transform: carla.Transform) -> tuple[float, float, float]:
-    """Give the pose of a transform: (x, −y, −yaw).
-
-    Parameters
-    ----------
-    transform : carla.Transform
-        Of an actor or a waypoint.
-
-    Returns
-    -------
-    tuple of float
-        (x, y, yaw) [m, m, rad].
+    """Give the pose of an actor's or a waypoint's transform: (x, −y, −yaw) [m, m, rad].
 
     Examples
     --------
@@ -90,21 +80,7 @@ def pose_of(transform: carla.Transform) -> tuple[float, float, float]:
 
 
 def transform_of(x: float, y: float, yaw: float, z: float = 0.0) -> carla.Transform:
-    """Give the transform of a pose, as `pose_of` reads it.
-
-    Parameters
-    ----------
-    x, y : float
-        Position [m].
-    yaw : float
-        Heading [rad].
-    z : float, default 0.0
-        Height [m].
-
-    Returns
-    -------
-    carla.Transform
-        Without pitch and roll.
+    """Give the transform of a pose [m, m, rad] at a height [m], as `pose_of` reads it.
 
     Examples
     --------
@@ -117,19 +93,9 @@ def transform_of(x: float, y: float, yaw: float, z: float = 0.0) -> carla.Transf
 
 
 def speed_of(velocity: carla.Vector3D, transform: carla.Transform) -> float:
-    """Give the signed speed: the component of the velocity along the heading.
+    """Give the signed speed [m/s]: the component of an actor's velocity [m/s] along its heading.
 
-    Parameters
-    ----------
-    velocity : carla.Vector3D
-        Of the actor [m/s], ``actor.get_velocity()``.
-    transform : carla.Transform
-        Of the actor.
-
-    Returns
-    -------
-    float
-        Speed [m/s], negative while rolling backwards.
+    It is negative while the actor rolls backwards.
 
     Examples
     --------
@@ -144,16 +110,6 @@ def speed_of(velocity: carla.Vector3D, transform: carla.Transform) -> float:
 def speed_from_kmh(speed: float) -> float:
     """Give a speed in [m/s] that CARLA's agents and speed limits have in [km/h].
 
-    Parameters
-    ----------
-    speed : float
-        In [km/h].
-
-    Returns
-    -------
-    float
-        In [m/s].
-
     Examples
     --------
     >>> speed_from_kmh(36.0)
@@ -163,24 +119,11 @@ def speed_from_kmh(speed: float) -> float:
 
 
 def path_of(waypoints: Iterable[carla.Waypoint], offset: float = 0.0) -> Path:
-    """Give the path through waypoints of a lane.
+    """Give the path through waypoints of a lane, in the order in which they are driven.
 
-    Parameters
-    ----------
-    waypoints : iterable of carla.Waypoint
-        In the order in which they are driven. One less than 0.1 m from the one before is left out.
-    offset : float, default 0.0
-        How far to the right of them the path lies [m]; to the left where it is negative.
-
-    Returns
-    -------
-    Path
-        Without speeds.
-
-    Raises
-    ------
-    PathError
-        Fewer than two waypoints are apart.
+    A waypoint less than 0.1 m from the one before is left out. The path lies `offset` to the right
+    of them [m], to the left where that is negative, and has no speeds. Raises PathError where fewer
+    than two waypoints are apart.
     """
     return Path(thinned(waypoints, offset)[0])
 
@@ -188,20 +131,7 @@ def path_of(waypoints: Iterable[carla.Waypoint], offset: float = 0.0) -> Path:
 def thinned(
     waypoints: Iterable[carla.Waypoint], offset: float = 0.0
 ) -> tuple[list[tuple[float, float]], list[int]]:
-    """Give the points of `path_of`, and for each waypoint which of them stands for it.
-
-    Parameters
-    ----------
-    waypoints : iterable of carla.Waypoint
-        In the order in which they are driven.
-    offset : float, default 0.0
-        How far to the right of them the points lie [m].
-
-    Returns
-    -------
-    tuple of list
-        The points (x, y) [m], and an index into them for each waypoint.
-    """
+    """Give the points of `path_of` [m], and for each waypoint which of them stands for it."""
     xy: list[tuple[float, float]] = []
     index = []
     for waypoint in waypoints:
@@ -248,17 +178,7 @@ class Steering:
         check_in_range("lock", self.lock, 0.01, _MAX_LOCK)
 
     def at_full(self, speed: float) -> float:
-        """Give the angle of the wheels at full lock at a speed.
-
-        Parameters
-        ----------
-        speed : float
-            Speed [m/s].
-
-        Returns
-        -------
-        float
-            Angle [rad], positive.
+        """Give the angle of the wheels at full lock [rad], positive, at a speed [m/s].
 
         Examples
         --------
@@ -276,19 +196,7 @@ class Steering:
         return self.lock * self.curve[-1][1]
 
     def share(self, angle: float, speed: float = 0.0) -> float:
-        """Give CARLA's `steer` for an angle of the wheels.
-
-        Parameters
-        ----------
-        angle : float
-            Angle of the front wheels [rad], positive to the left.
-        speed : float, default 0.0
-            Speed [m/s].
-
-        Returns
-        -------
-        float
-            Share of full lock, −1 to 1, positive to the right.
+        """Give CARLA's `steer`, −1 to 1, positive to the right, for an angle of the wheels [rad].
 
         Examples
         --------
@@ -298,19 +206,7 @@ class Steering:
         return max(-1.0, min(-angle / self.at_full(speed), 1.0))
 
     def angle(self, share: float, speed: float = 0.0) -> float:
-        """Give the angle of the wheels that CARLA's `steer` asks for.
-
-        Parameters
-        ----------
-        share : float
-            Share of full lock, positive to the right.
-        speed : float, default 0.0
-            Speed [m/s].
-
-        Returns
-        -------
-        float
-            Angle of the front wheels [rad], positive to the left.
+        """Give the angle of the wheels [rad], positive to the left, that CARLA's `steer` asks for.
 
         Examples
         --------
@@ -321,18 +217,10 @@ class Steering:
 
 
 def curve_of(points: Iterable[carla.Vector2D]) -> tuple[tuple[float, float], ...]:
-    """Give the curve of `Steering` from that of a physics control.
+    """Give the curve of `Steering` from ``physics_control.steering_curve``: speed [km/h], factor.
 
-    Parameters
-    ----------
-    points : iterable of carla.Vector2D
-        ``physics_control.steering_curve``: speed [km/h] and factor.
-
-    Returns
-    -------
-    tuple of tuple of float
-        Empty where it is none: some servers report points out of order or repeated, and then
-        nothing says what they do.
+    It is empty where some servers report points out of order or repeated: nothing says then what
+    they do.
     """
     curve = tuple((float(point.x), float(point.y)) for point in points)
     rises = all(a[0] < b[0] for a, b in pairwise(curve))
@@ -343,29 +231,12 @@ def curve_of(points: Iterable[carla.Vector2D]) -> tuple[tuple[float, float], ...
 def axles_of(
     wheels: Sequence[carla.WheelPhysicsControl], transform: carla.Transform
 ) -> tuple[float, float]:
-    """Give the wheelbase, and where the rear axle lies, from the wheels' places in the world.
+    """Give the wheelbase, and how far ahead of the actor's point the rear axle lies [m].
 
-    The first two wheels are the front ones; the rest, however many, are the rear axle, in their
-    middle.
-
-    Parameters
-    ----------
-    wheels : sequence of carla.WheelPhysicsControl
-        Of the physics control; their `position` is in [cm], or in [m] if only that gives a car's
-        size.
-    transform : carla.Transform
-        Of the actor, at the same time.
-
-    Returns
-    -------
-    tuple of float
-        Wheelbase, and how far ahead of the actor's point the rear axle lies [m].
-
-    Raises
-    ------
-    PopsteerError
-        There are fewer than three wheels, they are all at one place, or the actor is not among
-        them.
+    They are read from the wheels' places in the world, in [cm], or in [m] if only that gives a
+    car's size. The first two wheels are the front ones; the rest, however many, are the rear axle,
+    in their middle. Raises PopsteerError where there are fewer than three wheels, they are all at
+    one place, or the actor is not among them.
     """
     if len(wheels) < 3:
         raise PopsteerError(
@@ -444,21 +315,9 @@ def ackermann_control(
 ) -> carla.VehicleAckermannControl:
     """Give the control that turns the wheels to an angle and leaves the pedals to CARLA.
 
-    Parameters
-    ----------
-    steer : float
-        Angle of the front wheels [rad], positive to the left.
-    speed : float
-        Speed to go at [m/s], negative backwards.
-    steer_rate : float, default 0.0
-        How fast the wheels may turn [rad/s]; 0 for as fast as they can.
-    acceleration : float, default 0.0
-        How hard to accelerate or brake [m/s²]; 0 for as hard as it can.
-
-    Returns
-    -------
-    carla.VehicleAckermannControl
-        For ``actor.apply_ackermann_control``.
+    `steer` is the angle of the front wheels [rad], positive to the left; `speed` is to be gone at
+    [m/s], negative backwards. The others are limits, 0 for none: of the wheels [rad/s] and [m/s²].
+    It is for ``actor.apply_ackermann_control``.
 
     Examples
     --------

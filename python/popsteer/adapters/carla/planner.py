@@ -5,13 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, Any, Protocol
 
-from popsteer import (
-    InputError,
-    PreviewPop,
-    SpeedPid,
-    SpeedPidParams,
-    Status,
-)
+from popsteer import InputError, PreviewPop, SpeedPid, SpeedPidParams, Status
 from popsteer.adapters.carla.conversions import (
     ackermann_control,
     client_library,
@@ -22,6 +16,7 @@ from popsteer.adapters.carla.conversions import (
 )
 from popsteer.adapters.carla.route import RoadOption, Route
 from popsteer.adapters.carla.vehicle import steering_of, vehicle_of
+from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
     from collections import deque
@@ -61,8 +56,8 @@ class LocalPlanner:
 
     Parameters
     ----------
-    actor : carla.Vehicle
-        What is driven; the world has ticked since it was spawned.
+    vehicle : carla.Vehicle
+        The actor that is driven; the world has ticked since it was spawned.
     opt_dict : mapping, optional
         Options of CARLA's planner: ``target_speed`` [km/h] (20 by default), ``sampling_radius``
         [m] (2), ``max_throttle``, ``max_brake``, ``max_steering`` (1 each), ``offset`` [m to the
@@ -71,8 +66,8 @@ class LocalPlanner:
         PID loops do not apply, which a warning says; others are the agent's.
     map_inst : carla.Map, optional
         The map; by default the world's, which takes the server long to send.
-    vehicle : Vehicle, optional
-        What is driven; by default `vehicle_of` the actor.
+    car : Vehicle, optional
+        What popsteer is told of it; by default `vehicle_of` the actor.
     steering : Steering, optional
         What a share of full lock is; by default `steering_of` the actor.
     controller : callable, optional
@@ -103,11 +98,11 @@ class LocalPlanner:
 
     def __init__(
         self,
-        actor: carla.Vehicle,
+        vehicle: carla.Vehicle,
         opt_dict: Mapping[str, Any] | None = None,
         map_inst: carla.Map | None = None,
         *,
-        vehicle: Vehicle | None = None,
+        car: Vehicle | None = None,
         steering: Steering | None = None,
         controller: _Makes = PreviewPop,
         longitudinal: SpeedPid | None = None,
@@ -119,14 +114,15 @@ class LocalPlanner:
                 f"popsteer steers without CARLA's PID loops: {', '.join(unused)} not used",
                 stacklevel=2,
             )
-        self._actor = actor
+        actor = vehicle
+        self._actor: carla.Vehicle | None = actor
         self._world = actor.get_world()
         self._map = self._world.get_map() if map_inst is None else map_inst
         self._steering = steering_of(actor) if steering is None else steering
-        vehicle = vehicle_of(actor) if vehicle is None else vehicle
+        car = vehicle_of(actor) if car is None else car
         share = float(options.get("max_steering", 1.0))
-        allowed = min(vehicle.max_steer, abs(self._steering.angle(share)))
-        self._vehicle = vehicle.replace(max_steer=allowed)
+        allowed = min(car.max_steer, abs(self._steering.angle(share)))
+        self._car = car.replace(max_steer=allowed)
         self._make = controller
         self._pedals = SpeedPid(_PEDALS) if longitudinal is None else longitudinal
         self._controller: Controller | None = None
@@ -149,65 +145,33 @@ class LocalPlanner:
 
     @property
     def controller(self) -> Controller | None:
-        """The controller.
-
-        Returns
-        -------
-        Controller or None
-            None before there is a path.
-        """
+        """The controller; None before there is a path."""
         return self._controller
 
     @property
     def command(self) -> Command | None:
-        """The last command of the controller: errors, status, target.
-
-        Returns
-        -------
-        Command or None
-            None before the first step.
-        """
+        """The last command of the controller (errors, status, target); None before the first."""
         return self._command
 
     @property
-    def vehicle(self) -> Vehicle:
-        """What is driven.
+    def car(self) -> Vehicle:
+        """What popsteer is told of the actor, `max_steer` as small as ``max_steering`` has it."""
+        return self._car
 
-        Returns
-        -------
-        Vehicle
-            With `max_steer` no larger than ``max_steering`` allows.
-        """
-        return self._vehicle
+    def reset_vehicle(self) -> None:
+        """Let go of the actor, as CARLA's planner does; steps are refused from then on."""
+        self._actor = None
 
     def set_speed(self, speed: float) -> None:
-        """Set the speed to go at; where speed limits are followed, these count.
-
-        Parameters
-        ----------
-        speed : float
-            In [km/h], as CARLA's agents have it.
-        """
+        """Set the speed to go at [km/h]; where speed limits are followed, these count."""
         self._target_speed = speed
 
     def follow_speed_limits(self, value: bool = True) -> None:  # noqa: FBT001, FBT002 - as CARLA's
-        """Go at the actor's speed limit, or no longer.
-
-        Parameters
-        ----------
-        value : bool, default True
-            Whether to.
-        """
+        """Go at the actor's speed limit, or no longer."""
         self._follows_limits = value
 
     def set_offset(self, offset: float) -> None:
-        """Drive beside the waypoints.
-
-        Parameters
-        ----------
-        offset : float
-            How far to the right [m]; to the left where it is negative.
-        """
+        """Drive beside the waypoints, so far to the right [m]; to the left where it is negative."""
         self._route.offset = offset
         self._renew_path()
 
@@ -229,7 +193,7 @@ class LocalPlanner:
             Whether the plan takes the place of what there is, instead of being added to it.
         """
         if clean_queue:
-            self._route.replace(current_plan, self._actor.get_location())
+            self._route.replace(current_plan, self._driven.get_location())
         else:
             self._route.add(current_plan)
         self._roams = not stop_waypoint_creation
@@ -261,17 +225,9 @@ class LocalPlanner:
         )
 
     def run_ackermann_step(self, debug: bool = False) -> carla.VehicleAckermannControl:  # noqa: FBT001, FBT002
-        """Take one control step that leaves the pedals to CARLA.
+        """Take one control step that leaves the pedals to CARLA, as `run_step` else.
 
-        Parameters
-        ----------
-        debug : bool, default False
-            Whether the simulator shows the next waypoint.
-
-        Returns
-        -------
-        carla.VehicleAckermannControl
-            For ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
+        The answer is for ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
         """
         _, steer = self._advance()
         if debug:
@@ -279,23 +235,11 @@ class LocalPlanner:
         return ackermann_control(steer, 0.0 if self._stops() else self._wanted())
 
     def done(self) -> bool:
-        """Say whether the plan is driven to its end.
-
-        Returns
-        -------
-        bool
-            Whether no waypoint is left.
-        """
+        """Say whether the plan is driven to its end: no waypoint remains."""
         return not self._route.ahead
 
     def get_plan(self) -> deque[tuple[carla.Waypoint, int]]:
-        """Give what is left of the plan.
-
-        Returns
-        -------
-        deque of tuple
-            Pairs of waypoint and road option, the next one first.
-        """
+        """Give the rest of the plan: pairs of waypoint and road option, the next one first."""
         return self._route.ahead
 
     def get_incoming_waypoint_and_direction(
@@ -318,12 +262,18 @@ class LocalPlanner:
             return None, RoadOption.VOID
         return ahead[steps] if len(ahead) > steps else ahead[-1]
 
+    @property
+    def _driven(self) -> carla.Vehicle:
+        if self._actor is None:
+            raise PopsteerError("the planner has no vehicle after reset_vehicle: make another one")
+        return self._actor
+
     def _renew_path(self) -> None:
         path = self._route.path()
         if path is None:
             return
         if self._controller is None:
-            self._controller = self._make(path, self._vehicle)
+            self._controller = self._make(path, self._car)
         else:
             self._controller.set_path(path)
 
@@ -345,12 +295,12 @@ class LocalPlanner:
     def _advance(self) -> tuple[float, float]:
         """Take a step of everything; the speed [m/s] and the angle of the wheels [rad]."""
         if self._follows_limits:
-            self._target_speed = self._actor.get_speed_limit()
+            self._target_speed = self._driven.get_speed_limit()
         if self._roams and len(self._route.ahead) < _ROAMING:
             self._route.grow(_ROAMING, self._spacing)
             self._renew_path()
-        transform = self._actor.get_transform()
-        speed = speed_of(self._actor.get_velocity(), transform)
+        transform = self._driven.get_transform()
+        speed = speed_of(self._driven.get_velocity(), transform)
         dt = self._passed()
         if self._controller is None:
             self._control = 0.0, 1.0
@@ -366,7 +316,7 @@ class LocalPlanner:
         held = Status.INPUT_HELD in command.status or Status.INPUT_LOST in command.status
         if not held:
             # The rear axle's place along the path, and the actor's before it.
-            place = controller.path.length - command.distance_to_stop - self._vehicle.rear_axle
+            place = controller.path.length - command.distance_to_stop - self._car.rear_axle
             self._route.pass_until(place, self._near + self._near_time * abs(speed), _ARRIVED)
             if self._route.ahead:
                 self.target_waypoint, self.target_road_option = self._route.ahead[0]

@@ -55,22 +55,10 @@ def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 
 
 
 def steering_of(actor: carla.Vehicle) -> Steering:
-    """Read from an actor what a share of full lock is.
+    """Read from an actor what a share of full lock is, and its steering curve.
 
-    Parameters
-    ----------
-    actor : carla.Vehicle
-        The vehicle.
-
-    Returns
-    -------
-    Steering
-        The mean largest angle of the front wheels, and the steering curve.
-
-    Raises
-    ------
-    ConfigError
-        The front wheels do not turn.
+    The lock is the mean largest angle of the front wheels. Raises ConfigError where they do not
+    turn.
     """
     physics = actor.get_physics_control()
     return Steering(_lock(physics), curve_of(physics.steering_curve))
