@@ -508,6 +508,7 @@ class Episodes:
         *,
         longitudinal: CoupledLongitudinal | SpeedPid | None = None,
         settings: Settings | None = None,
+        stall_time: float | None = None,
     ) -> Self: ...
     def __len__(self) -> int: ...
     def begin(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import subprocess
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -21,6 +23,9 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 from gymnasium.wrappers.vector import RecordEpisodeStatistics  # noqa: E402
 
 from popsteer.adapters.gymnasium import RewardWeights, TrackEnv, TrackVectorEnv  # noqa: E402
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ID = "popsteer/Track-v0"
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -383,3 +388,101 @@ def test_tracks_are_all_driven() -> None:
         env = TrackEnv(name, constant_speed=5.0, random_start=True)
         env.reset(seed=1)
         assert env.step([0.0])[0] in env.observation_space
+
+
+def test_short_name_is_found_without_an_import() -> None:
+    code = (
+        "import gymnasium\n"
+        f"gymnasium.make('popsteer.adapters.gymnasium:{ID}', track='slalom').reset(seed=1)\n"
+    )
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+
+
+def test_step_before_reset_is_refused() -> None:
+    with pytest.raises(InputError, match="step must be after reset"):
+        TrackEnv("slalom").step([0.0])
+
+
+def test_full_lock_is_truncated_where_it_stops_making_progress() -> None:
+    single = TrackEnv("straight", constant_speed=3.0, off_path_distance=50.0)
+    many = TrackVectorEnv(2, track="straight", constant_speed=3.0, off_path_distance=50.0)
+    single.reset(seed=1)
+    many.reset(seed=1)
+    steps, truncated = 0, False
+    while not truncated and steps < 1000:
+        steps += 1
+        *_, ended, truncated, info = single.step([1.0])
+        *_, others, infos = many.step([[1.0], [0.0]])
+        assert others[0] == truncated
+    assert (ended, info["ending"], infos["ending"][0]) == (False, "no progress", "no progress")
+    assert 200 < steps < 400
+    assert not others[1]
+    patient = TrackEnv(
+        "straight", constant_speed=3.0, off_path_distance=50.0, stall_time=None, time_limit=20.0
+    )
+    patient.reset(seed=1)
+    while not patient.step([1.0])[3]:
+        pass
+    assert patient._episodes.ending(0) == "time limit"
+
+
+def test_copies_of_environments_and_of_pedals_go_on_alike() -> None:
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=0.7, ki=0.2))
+    pedals.step(3.0, 5.0, 0.05)
+    options: dict[str, Any] = {
+        "longitudinal": pedals,
+        "vehicle_ranges": {"dead_time": (0.0, 0.1)},
+        "plant": sim.KinematicBicycle(popsteer.Vehicle(steer_lag=0.2)),
+    }
+    env, envs = TrackEnv("slalom", **options), TrackVectorEnv(2, track="slalom", **options)
+    env.reset(seed=3)
+    copies: list[Callable[[Any], Any]] = [
+        copy.deepcopy,
+        lambda thing: pickle.loads(pickle.dumps(thing)),
+    ]
+    for copied in copies:
+        again = copied(pedals)
+        assert again.state == pedals.state
+        assert again.params == pedals.params
+        assert again.step(3.1, 5.0, 0.05) == copied(pedals).step(3.1, 5.0, 0.05)
+        coupled = popsteer.CoupledLongitudinal(popsteer.CoupledLongitudinalParams(cutoff=0.4))
+        assert copied(coupled).params == coupled.params
+        np.testing.assert_array_equal(copied(env).reset()[0], copied(env).reset()[0])
+        with pytest.raises(InputError, match="after reset"):
+            copied(env).step([0.0])
+        seen, _ = copied(envs).reset(seed=5)
+        np.testing.assert_array_equal(seen, envs.reset(seed=5)[0])
+    drawn = copy.deepcopy(env).reset()[0]
+    np.testing.assert_array_equal(drawn, env.reset()[0])
+
+
+def test_batch_is_a_vec_env_of_stable_baselines3() -> None:
+    pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common import env_checker, vec_env
+
+    from popsteer.adapters.gymnasium.stable_baselines3 import TrackVecEnv
+
+    env_checker.check_env(TrackEnv("slalom", constant_speed=8.0))
+    options: dict[str, Any] = {"track": "slalom", "constant_speed": 8.0, "time_limit": 1.0}
+    made = TrackVecEnv(3, **options)
+    envs = vec_env.VecMonitor(vec_env.VecCheckNan(made, raise_exception=True))
+    plain = TrackVectorEnv(3, autoreset_mode="SameStep", **options)
+    envs.seed(4)
+    seen = envs.reset()
+    np.testing.assert_array_equal(seen, plain.reset(seed=4)[0])
+    for step in range(1, 45):
+        actions = np.full((3, 1), 0.1 * np.sin(step), np.float32)
+        seen, rewards, dones, infos = envs.step(actions)
+        expected, values, _, truncated, told = plain.step(actions)
+        np.testing.assert_array_equal(seen, expected)
+        np.testing.assert_allclose(rewards, values, rtol=1e-6)
+        assert (dones == truncated).all()
+        assert dones.all() == (step % 20 == 0)
+        if dones.all():
+            assert infos[0]["TimeLimit.truncated"]
+            assert infos[0]["ending"] == "time limit"
+            assert infos[1]["episode"]["l"] == 20
+            np.testing.assert_array_equal(infos[2]["terminal_observation"], told["final_obs"][2])
+    assert envs.get_attr("dt") == [0.05] * 3
+    assert not any(envs.env_is_wrapped(vec_env.VecMonitor))
+    envs.close()

@@ -51,6 +51,7 @@ OF_EXTRAS = {
         ),
         "cyclonedds",
     ),
+    "popsteer.adapters.gymnasium.stable_baselines3": "stable_baselines3",
     "popsteer.plants.commonroad": "vehiclemodels",
     "popsteer.plants.mujoco_car": "mujoco",
     "popsteer.lab.baselines.mpc": "osqp",

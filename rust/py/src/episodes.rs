@@ -46,6 +46,8 @@ type StepArrays<'py> = (
 ///     What works the pedals; the actions do where there is none.
 /// settings : Settings, optional
 ///     How the episodes go.
+/// stall_time : float, optional
+///     An episode is truncated that gets no farther along its path for so long [s].
 ///
 /// Raises
 /// ------
@@ -78,7 +80,7 @@ pub(crate) struct PyEpisodes {
 #[pymethods]
 impl PyEpisodes {
     #[new]
-    #[pyo3(signature = (count, preview, weights, *, longitudinal=None, settings=None))]
+    #[pyo3(signature = (count, preview, weights, *, longitudinal=None, settings=None, stall_time=None))]
     fn new(
         py: Python<'_>,
         count: usize,
@@ -86,6 +88,7 @@ impl PyEpisodes {
         weights: (f64, f64, f64, f64, f64),
         longitudinal: Option<&Bound<'_, PyAny>>,
         settings: Option<Py<PySettings>>,
+        stall_time: Option<f64>,
     ) -> PyResult<Self> {
         let longitudinal = match longitudinal {
             None => None,
@@ -105,6 +108,7 @@ impl PyEpisodes {
             longitudinal,
             preview,
             weights,
+            stall_time: stall_time.unwrap_or(f64::INFINITY),
         };
         let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
         Ok(Self {
@@ -277,8 +281,8 @@ impl PyEpisodes {
         )
     }
 
-    /// How the episode of a vehicle ended: "finished", "off the path", "time limit", "plant limit:
-    /// WHICH"; None while it goes on, and of a vehicle that has not begun.
+    /// How the episode of a vehicle ended: "finished", "off the path", "no progress", "time limit",
+    /// "plant limit: WHICH"; None while it goes on, and of a vehicle that has not begun.
     #[pyo3(signature = (vehicle, /))]
     fn ending(&self, vehicle: usize) -> Option<String> {
         if let Some(Some(limit)) = self.limits.get(vehicle) {
@@ -289,6 +293,8 @@ impl PyEpisodes {
             "finished"
         } else if episode.is_terminated() {
             "off the path"
+        } else if episode.is_truncated() && episode.is_stalled() {
+            "no progress"
         } else if episode.is_truncated() {
             "time limit"
         } else {

@@ -16,7 +16,7 @@ from popsteer.adapters.gymnasium.spaces import (
     observation_space,
 )
 from popsteer.adapters.gymnasium.task import Actions, RewardWeights, Task
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, InputError
 from popsteer.sim import vehicle_of
 
 if TYPE_CHECKING:
@@ -69,6 +69,9 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         The episode ends this far from the path [m], measured at the front axle.
     time_limit : float, default 200.0
         The episode is truncated after this time [s].
+    stall_time : float, optional
+        The episode is truncated that gets no farther along the path for so long [s], as one that
+        stands or drives in a circle; 10 by default, None for never.
     dt : float, default 0.05
         Control period [s].
     substeps : int, default 10
@@ -109,8 +112,12 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     *Reward*: see `RewardWeights`.
 
     *End*: terminated at the end of the path (once around a closed one), farther from the path than
-    `off_path_distance`, and at a limit of the plant's model; truncated at `time_limit`. Then
-    ``info["ending"]`` says which: "finished", "off the path", "plant limit: WHICH", "time limit".
+    `off_path_distance`, and at a limit of the plant's model; truncated at `time_limit` and after
+    `stall_time` without progress. Then ``info["ending"]`` says which: "finished", "off the path",
+    "plant limit: WHICH", "time limit", "no progress".
+
+    *Copies*: a pickled or deep-copied environment has the same options, and draws what the original
+    would draw; it begins with `reset`.
 
     *Info*: ``x``, ``y``, ``yaw``, ``speed``: pose of the vehicle's point, as a controller's `step`
     takes it; ``cross_track_error``, ``heading_error`` of the rear axle, not clipped; ``progress``,
@@ -158,30 +165,33 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         reward: RewardWeights | Mapping[str, float] | None = None,
         off_path_distance: float = 5.0,
         time_limit: float = 200.0,
+        stall_time: float | None = 10.0,
         dt: float = 0.05,
         substeps: int = 10,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ConfigError.unknown("render_mode", str(render_mode), ["rgb_array"])
-        self._task = Task(
-            track,
-            plant,
-            actions=actions,
-            constant_speed=constant_speed,
-            longitudinal=longitudinal,
-            vehicle_ranges=vehicle_ranges,
-            random_start=random_start,
-            start_offset=start_offset,
-            start_yaw=start_yaw,
-            start_speed=start_speed,
-            preview=preview,
-            reward=reward,
-            off_path_distance=off_path_distance,
-            time_limit=time_limit,
-            dt=dt,
-            substeps=substeps,
-        )
+        options: dict[str, Any] = {
+            "actions": actions,
+            "constant_speed": constant_speed,
+            "longitudinal": longitudinal,
+            "vehicle_ranges": vehicle_ranges,
+            "random_start": random_start,
+            "start_offset": start_offset,
+            "start_yaw": start_yaw,
+            "start_speed": start_speed,
+            "preview": preview,
+            "reward": reward,
+            "off_path_distance": off_path_distance,
+            "time_limit": time_limit,
+            "stall_time": stall_time,
+            "dt": dt,
+            "substeps": substeps,
+        }
+        self._task = Task(track, plant, **options)
+        self._options = {"track": track, "plant": plant, "render_mode": render_mode, **options}
+        self._begun = False
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / dt))}
         self.render_mode = render_mode
         self.observation_space = observation_space(self._task)
@@ -191,6 +201,10 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         self._rest = np.zeros(1, dtype=np.bool_)
         self._vehicle = vehicle_of(self._plant)
         self._picture: Picture | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        drawn = {name: getattr(self, name) for name in ("_np_random", "_np_random_seed")}
+        return _made, (type(self), self._options), drawn
 
     @property
     def task(self) -> Task:
@@ -238,6 +252,7 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
             The observation, and info.
         """
         super().reset(seed=seed)
+        self._begun = True
         self._vehicle = self._task.begin_in(self._episodes, 0, self.np_random, self._plant)
         if self._picture is not None:
             self._picture.clear()
@@ -263,9 +278,11 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         Raises
         ------
         InputError
-            A number of the action is not finite, or there are more or fewer than asked for;
-            nothing moves then.
+            A number of the action is not finite, or there are more or fewer than asked for, or
+            there was no `reset`; nothing moves then.
         """
+        if not self._begun:
+            raise InputError("step", "before reset", "after reset")
         actions = actions_of(action, (1, *(self.action_space.shape or ())), "action")
         observations, rewards, ended, truncated, info = self._episodes.step(actions, self._rest)
         named = self._named(info)
@@ -290,3 +307,8 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
 
     def _named(self, info: NDArray[np.float64]) -> dict[str, Any]:
         return dict(zip(INFO, info[0].tolist(), strict=True))
+
+
+def _made(kind: type[TrackEnv], options: dict[str, Any]) -> TrackEnv:
+    """Make a copy of an environment."""
+    return kind(**options)

@@ -98,6 +98,7 @@ class Task:
         reward: RewardWeights | Mapping[str, float] | None,
         off_path_distance: float,
         time_limit: float,
+        stall_time: float | None,
         dt: float,
         substeps: int,
     ) -> None:
@@ -133,6 +134,9 @@ class Task:
         for distance in self.preview:
             check_in_range("preview", distance, 0.0, 1e3)
         self.reward = _reward_of(reward)
+        if stall_time is not None:
+            check_in_range("stall_time", stall_time, 0.0, 1e6, above=True)
+        self.stall_time = stall_time
         self.settings = Settings(
             dt=dt,
             substeps=substeps,
@@ -182,6 +186,7 @@ class Task:
             astuple(self.reward),
             longitudinal=self.longitudinal,
             settings=self.settings,
+            stall_time=self.stall_time,
         )
 
     def begin_in(
@@ -202,7 +207,7 @@ class Task:
         if self.ranges:
             drawn = {field: rng.uniform(*ends) for field, ends in self.ranges.items()}
             car = car.replace(**drawn)
-            plant = _with_vehicle(plant, car)
+            plant = plant.replace(vehicle=car)
         arc = rng.uniform(0.0, self._drawn_from) if self.random_start else 0.0
         offset, turn = rng.uniform(*self.start_offset), rng.uniform(*self.start_yaw)
         xs, ys, arcs = self._waypoints
@@ -237,11 +242,6 @@ def _checked_actions(actions: Actions) -> Actions:
     if actions not in get_args(Actions):
         raise ConfigError.unknown("actions", actions, get_args(Actions))
     return actions
-
-
-def _with_vehicle(plant: Any, car: Vehicle) -> Any:  # noqa: ANN401
-    """Give a plant of the core that is another car."""
-    return plant.replace(vehicle=car)
 
 
 def _reward_of(reward: RewardWeights | Mapping[str, float] | None) -> RewardWeights:

@@ -82,6 +82,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         if max_episode_steps is not None:
             options["time_limit"] = max_episode_steps * options.get("dt", 0.05)
         single = TrackEnv(**options)
+        self._options = {"num_envs": num_envs, "autoreset_mode": autoreset_mode, **options}
         self._task = single.task
         self._mode = _mode_of(autoreset_mode)
         self.metadata = {**single.metadata, "autoreset_mode": self._mode}
@@ -99,6 +100,10 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         self._all = np.ones(num_envs, dtype=np.bool_)
         self._none = np.zeros(num_envs, dtype=np.bool_)
         self._over = self._none
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy the options; what is drawn is that of the next `reset`."""
+        return _made, (type(self), self._options)
 
     @property
     def path(self) -> Path:
@@ -259,6 +264,10 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
             required = f"an array of bool of shape ({self.num_envs},)"
             raise ConfigError("reset_mask", f"{mask.dtype} of shape {mask.shape}", required)
         return mask
+
+
+def _made(kind: type[TrackVectorEnv], options: dict[str, Any]) -> TrackVectorEnv:
+    return kind(**options)
 
 
 def _mode_of(mode: AutoresetMode | str) -> AutoresetMode:

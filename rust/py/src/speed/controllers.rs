@@ -87,6 +87,10 @@ impl PyCoupledLongitudinal {
         self.params.clone_ref(py)
     }
 
+    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyCoupledLongitudinalParams>,) {
+        (self.params.clone_ref(py),)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let params = self.params.bind(py).repr()?;
         Ok(format!("CoupledLongitudinal({params})"))
@@ -185,6 +189,18 @@ impl PySpeedPid {
     #[getter]
     fn params(&self, py: Python<'_>) -> Py<PySpeedPidParams> {
         self.params.clone_ref(py)
+    }
+
+    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PySpeedPidParams>,) {
+        (self.params.clone_ref(py),)
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.state(py)
+    }
+
+    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_state(state)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

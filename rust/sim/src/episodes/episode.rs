@@ -24,6 +24,9 @@ pub const FIGURES: [(&str, f64); 7] = [
 /// Bound of each coordinate of the preview [m].
 pub const PREVIEW_BOUND: f64 = 2000.0;
 
+/// Less of the path than this counts as no progress [m].
+const PROGRESS: f64 = 0.1;
+
 /// What is reported in addition to the observation.
 pub const INFO: [&str; 8] = [
     "x",
@@ -43,6 +46,10 @@ pub struct Episode {
     pedalling: Option<Pedalling>,
     previous_steer: f64,
     failed: bool,
+    /// Farthest along the path so far [m], and for how long that has been so [s].
+    farthest: f64,
+    waited: f64,
+    stalled: bool,
     /// What is observed, as [`FIGURES`] says.
     pub observation: Vec<f32>,
     /// What is reported in addition, as [`INFO`] says.
@@ -58,9 +65,12 @@ impl Episode {
                 .longitudinal
                 .as_ref()
                 .map(|longitudinal| Pedalling::new(longitudinal, &simulation)),
+            farthest: simulation.travelled,
             simulation,
             previous_steer: 0.0,
             failed: false,
+            waited: 0.0,
+            stalled: false,
             observation: vec![0.0; terms.observations()],
             info: [0.0; INFO.len()],
             reward: 0.0,
@@ -79,9 +89,14 @@ impl Episode {
         self.failed || self.simulation.run.finished || self.simulation.run.lost
     }
 
-    /// Whether the time ran out before that.
+    /// Whether before that the time ran out, or it made no progress for too long.
     pub fn is_truncated(&self) -> bool {
-        !self.is_terminated() && self.simulation.is_over()
+        !self.is_terminated() && (self.simulation.is_over() || self.stalled)
+    }
+
+    /// Whether it made no progress for as long as [`Terms::stall_time`] says.
+    pub fn is_stalled(&self) -> bool {
+        self.stalled
     }
 
     pub(super) fn rest(&mut self) {
@@ -98,7 +113,7 @@ impl Episode {
     /// Moves by one control step under an action of finite numbers.
     pub(super) fn step(&mut self, action: &[f64], terms: &Terms) {
         self.reward = 0.0;
-        if self.is_terminated() || self.simulation.is_over() {
+        if self.is_terminated() || self.is_truncated() {
             return;
         }
         let limited = |index: usize| action.get(index).map_or(0.0, |a| a.clamp(-1.0, 1.0));
@@ -112,6 +127,11 @@ impl Episode {
             return self.fail(terms);
         }
         let dt = self.simulation.settings().dt;
+        self.waited += dt;
+        if self.simulation.travelled > self.farthest + PROGRESS {
+            (self.farthest, self.waited) = (self.simulation.travelled, 0.0);
+        }
+        self.stalled = self.waited >= terms.stall_time;
         let weights = &terms.weights;
         let rate = (steer - self.previous_steer) / dt;
         self.previous_steer = steer;

@@ -34,6 +34,9 @@ pub struct Terms {
     pub preview: Vec<f64>,
     /// What is rewarded.
     pub weights: Weights,
+    /// An episode is truncated that gets no farther along its path for so long [s]; infinite for
+    /// never.
+    pub stall_time: f64,
 }
 
 impl Terms {

@@ -37,6 +37,7 @@ fn batch(count: usize) -> Episodes {
         longitudinal: None,
         preview: vec![5.0, 10.0],
         weights: Weights::DEFAULT,
+        stall_time: 2.0,
     };
     let mut batch = Episodes::new(count, terms).unwrap();
     for k in 0..count {
@@ -108,6 +109,21 @@ fn test_episode_out_of_time_is_truncated() {
     }
     let one = batch.episodes().flatten().next().unwrap();
     assert!(one.is_truncated() && !one.is_terminated());
+}
+
+#[test]
+fn test_episode_without_progress_is_truncated_before_the_time_is_out() {
+    let mut batch = batch(2);
+    batch.begin(0, begun(at(0.0, 0.0)));
+    batch.begin(1, begun(at(0.0, 1.0)));
+    for _ in 0..41 {
+        batch
+            .step(&[0.0, 0.0, 0.0, 0.0], &[false; 2], true)
+            .unwrap();
+    }
+    let [standing, driving] = [0, 1].map(|k| batch.episodes().flatten().nth(k).unwrap());
+    assert!(standing.is_truncated() && standing.is_stalled() && !standing.is_terminated());
+    assert!(!driving.is_truncated());
 }
 
 #[test]
