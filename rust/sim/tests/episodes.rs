@@ -34,6 +34,7 @@ fn begun() -> Episodes {
         longitudinal: None,
         preview: vec![4.0, 9.0, 15.0],
         weights: WEIGHTS,
+        stall_time: f64::INFINITY,
     };
     let mut batch = Episodes::new(2, terms).unwrap();
     batch.begin(0, simulation);

@@ -65,7 +65,7 @@ impl Episode {
                 .longitudinal
                 .as_ref()
                 .map(|longitudinal| Pedalling::new(longitudinal, &simulation)),
-            farthest: simulation.travelled,
+            farthest: simulation.run.travelled,
             simulation,
             previous_steer: 0.0,
             failed: false,
@@ -128,8 +128,8 @@ impl Episode {
         }
         let dt = self.simulation.settings().dt;
         self.waited += dt;
-        if self.simulation.travelled > self.farthest + PROGRESS {
-            (self.farthest, self.waited) = (self.simulation.travelled, 0.0);
+        if self.simulation.run.travelled > self.farthest + PROGRESS {
+            (self.farthest, self.waited) = (self.simulation.run.travelled, 0.0);
         }
         self.stalled = self.waited >= terms.stall_time;
         let weights = &terms.weights;
