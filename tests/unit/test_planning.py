@@ -212,6 +212,29 @@ def test_too_sharp_a_bend_is_told() -> None:
     assert not speed_profile(STRAIGHT).too_sharp.size
 
 
+def _jerk(profile: Any) -> Any:
+    """Changes of the acceleration by the times between the middles of the segments."""
+    spacing = spacing_of(profile.path)
+    squared = profile.speed[: spacing.size + 1] ** 2
+    squared = np.append(squared, squared[0]) if squared.size == spacing.size else squared
+    ends, middles = np.sqrt(squared), np.sqrt(0.5 * (squared[1:] + squared[:-1]))
+    before = spacing[:-1] / (middles[:-1] + ends[1:-1])
+    return np.abs(np.diff(profile.acceleration)[: before.size]) / (
+        before + spacing[1:] / (middles[1:] + ends[1:-1])
+    )
+
+
+def test_jerk_on_coarse_waypoints_keeps_its_limit_and_the_start() -> None:
+    xy = [(8.0 * k, 8.0 * math.sin(0.4 * k)) for k in range(25)]
+    for most, start in ((1.0, 0.0), (4.0, 0.0), (4.0, 6.0)):
+        profile = speed_profile(Path(xy), SpeedLimits(max_jerk=most, start_speed=start))
+        assert _jerk(profile).max() <= 1.01 * most
+        assert profile.speed[0] == pytest.approx(start, abs=1e-2)
+    straight = Path([(float(x), 0.0) for x in range(20)])
+    with pytest.raises(ConfigError, match="start_speed must be at most .* which is what max_jerk"):
+        speed_profile(straight, SpeedLimits(max_jerk=0.5, start_speed=10.0))
+
+
 @pytest.mark.parametrize("name", ["straight", "slalom", "figure-eight", "double-lane-change"])
 @pytest.mark.parametrize("most", [1.0, 5.0])
 def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
@@ -219,11 +242,7 @@ def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
     path = Path(track.xy, closed=track.closed)
     free = speed_profile(path)
     profile = speed_profile(path, SpeedLimits(max_jerk=most))
-    spacing = spacing_of(path)
-    between = 0.5 * (spacing[1:] + spacing[:-1])
-    speed = profile.speed[1 : spacing.size]
-    jerk = np.diff(profile.acceleration) * speed / between
-    assert np.abs(jerk).max() <= most * (1.0 + 1e-6)
+    assert _jerk(profile).max() <= most * (1.0 + 1e-6)
     assert free.time <= profile.time < 1.25 * free.time
     assert max(excess(profile).values()) <= 1e-6
     assert "jerk" in profile.shares()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.errors import PopsteerError
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.planning.profile import LIMITS
 
@@ -22,6 +22,8 @@ __all__ = ["within_jerk"]
 _GROWTH = 1.2
 _PROGRAMS = 4
 _SLIGHTLY = 0.999
+# How much the square of the start's speed outweighs that of any other waypoint.
+_START = 100.0
 # The programs hold their bounds to about 1e-6 of them.
 _KEPT = 1.0 - 1e-5
 
@@ -39,8 +41,9 @@ def within_jerk(
 
     A linear program maximises the squares w of the speeds, within those given. The jerk at a
     waypoint is the change of the acceleration divided by the time between the middles of its
-    segments, h / v. That time, h / √w, is bounded from below by the largest w that the program
-    allows, so the limit holds whatever w it finds. Four programs in succession tighten the bound.
+    segments: l / (v + v_m) for the half of each, with its length l and the speed v_m in its middle.
+    That time is bounded from below by the largest w that the program allows, so the limit holds
+    whatever w it finds. The start of an open path outweighs all other waypoints. Four programs in succession tighten the bound.
 
     Parameters
     ----------
@@ -60,6 +63,8 @@ def within_jerk(
 
     Raises
     ------
+    ConfigError
+        The limit does not allow the start speed.
     PopsteerError
         The extra ``lab`` is not installed.
     """
@@ -79,7 +84,6 @@ def within_jerk(
     )
     inner = np.arange(count) if closed else np.arange(1, count - 1)
     jump = along[inner % segments] - along[inner - 1]
-    between = 0.5 * (spacing[inner % segments] + spacing[inner - 1])
     driving = _ends(limits.max_acceleration, squared, curvature, limits, after)
     braking = _ends(limits.max_deceleration, squared, curvature, limits, after)
     # From rest the acceleration a builds up over half a segment, in the time √(spacing / a).
@@ -93,9 +97,14 @@ def within_jerk(
     # A slow waypoint costs more time: the first program's speeds weigh the next one's.
     most = squared
     for _ in range(_PROGRAMS):
-        slowly = _KEPT * limits.max_jerk * between / np.sqrt(np.maximum(most[inner], 1e-12))
+        middle = np.sqrt(0.5 * (most[rows] + most[after]))
+        at = np.sqrt(np.maximum(most[inner], 1e-12))
+        halves = [spacing[k] / (at + middle[k]) for k in (inner % segments, inner - 1)]
+        slowly = _KEPT * limits.max_jerk * (halves[0] + halves[1])
         right = np.concatenate((driving, braking, slowly, slowly))
-        price = -weight / np.maximum(most, 0.01) ** 1.5
+        price = np.where(squared > 0.0, -weight / np.maximum(most, 0.01) ** 1.5, 0.0)
+        if not closed and squared[0] > 0.0:
+            price[0] = _START * price.min()
         found: Any = linprog(
             price / np.abs(price).max(), matrix, right, bounds=np.column_stack((0.0 * most, most))
         )
@@ -103,6 +112,9 @@ def within_jerk(
             raise PopsteerError(f"no speeds within max_jerk {limits.max_jerk!r}: {found.message}")
         result = np.clip(found.x, 0.0, most)
         most = np.minimum(squared, _GROWTH * result)
+    if not closed and result[0] < _SLIGHTLY * squared[0]:
+        allowed = f"at most {math.sqrt(result[0]):.3f}, which is what max_jerk allows there"
+        raise ConfigError("start_speed", limits.start_speed, allowed)
     lowered = result < _SLIGHTLY * squared
     return np.sqrt(result), np.where(lowered, np.uint8(LIMITS.index("jerk")), limit)
 
