@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,6 +80,22 @@ def test_own_path_of_a_drive_with_a_cusp_goes_backwards_there() -> None:
     assert path.reverse is not None
     assert 0.4 < path.reverse.mean() < 0.6
     assert path.x.max() == pytest.approx(20.0, abs=0.3)
+
+
+def test_replay_along_its_own_circle_has_no_bias() -> None:
+    t = 0.05 * np.arange(500)
+    for radius, speed, wheelbase in ((25.0, 8.0, 2.7), (1.5, 2.0, 0.33)):
+        yaw = speed * t / radius
+        steer = np.full_like(t, math.atan(wheelbase / radius))
+        x, y = radius * np.sin(yaw), radius - radius * np.cos(yaw)
+        log = Log(t, x, y, yaw, np.full_like(t, speed), steer)
+        found = run(log, {"stanley": None}, popsteer.Vehicle(wheelbase=wheelbase))
+        shadow = found.shadows["stanley"]
+        worst = float(np.abs(shadow.cross_track_error).max())
+        assert worst < min(0.01, 0.01 * radius)
+        assert shadow.share("fault") == 0.0
+        # At its ends a smoothed path has no neighbours on one side.
+        assert float(np.abs(shadow.steer - log.steer)[9:-9].max()) < 0.005
 
 
 def test_own_path_of_a_car_that_stands_is_refused() -> None:

@@ -25,12 +25,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Replay", "Shadow", "own_path", "run"]
 
-SPACING = 0.5
-"""Distance of the waypoints that are made of a log's trajectory [m]."""
-SMOOTHING = 1.5
-"""Standard deviation of what such a path is smoothed by [m]: noise of 2 cm every 0.4 m then bends
-it by less than 0.01 1/m, and a bend of 25 m radius loses 5 cm."""
-_SHORTEST = 5.0
+SPACING = 1.0 / 6.0
+"""Distance of the waypoints that are made of a log's trajectory, in wheelbases."""
+NOISE = 0.03
+"""How much of the noise of the positions may remain in the path's curvature, standard deviation
+times the wheelbase: the wheels' angle that it asks for [rad]."""
+LEAST, MOST = 0.1, 1.0
+"""Bounds of the length that such a path is smoothed over, in wheelbases."""
+_SHORTEST = 2.0
+"""Least distance that makes a path, in wheelbases."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +163,7 @@ def _shadow(
     if path is None:
         # Where the tracked point lies is known to the controller alone.
         somewhere = kind(Path([(0.0, 0.0), (1.0, 0.0)]), vehicle, params)
-        path, places = _own(log, float(somewhere.tracked_point))
+        path, places = _own(log, float(somewhere.tracked_point), vehicle.wheelbase)
     count = len(log)
     steer, cross, heading = np.empty(count), np.empty(count), np.empty(count)
     status = np.empty(count, dtype=np.uint32)
@@ -189,8 +192,10 @@ def _shadow(
     return Shadow(law.name, path, steer, cross, heading, status)
 
 
-def own_path(log: Log, ahead: float = 0.0) -> Path:
-    """Make a path of a log's trajectory, smoothed, with its speeds.
+def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
+    """Make a path of a log's trajectory, smoothed as little as its noise allows, with its speeds.
+
+    The smoothing is Whittaker's, as that of `popsteer.planning.curvature`: a bend keeps its radius.
 
     Parameters
     ----------
@@ -198,16 +203,18 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
         The log.
     ahead : float, default 0.0
         Which point's trajectory: so far ahead of the pose's [m].
+    wheelbase : float, default 3.0
+        The vehicle's, with which lengths scale [m].
 
     Returns
     -------
     Path
-        A waypoint every `SPACING`; driven backwards where the log drives backwards.
+        A waypoint every `SPACING` wheelbases; driven backwards where the log drives backwards.
 
     Raises
     ------
     LogError
-        The car was driven for less than 5 m.
+        The car was driven for less than two wheelbases.
 
     Examples
     --------
@@ -217,7 +224,7 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
     >>> round(float(path.x[0]), 6)
     1.0
     """
-    return _own(log, ahead)[0]
+    return _own(log, ahead, wheelbase)[0]
 
 
 def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of several classes
@@ -225,7 +232,7 @@ def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of sev
     controller.state = controller.state.replace(waypoint=waypoint, measured_waypoint=waypoint)
 
 
-def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
+def _own(log: Log, ahead: float, wheelbase: float) -> tuple[Path, NDArray[np.int64]]:
     """Make the path, and say near which of its waypoints each row is."""
     # The distance by the speed: noisy positions of a standing car would add up to one.
     middle = 0.5 * np.abs(log.speed[1:] + log.speed[:-1])
@@ -235,25 +242,24 @@ def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
     rolled = middle * step
     rolled[gaps] = chord[gaps]
     way = np.concatenate(([0.0], np.cumsum(rolled)))
-    if way[-1] < _SHORTEST:
+    if way[-1] < _SHORTEST * wheelbase:
         raise LogError(
-            f"{log.name}: {way[-1]:.1f} m of driving make no path: at least {_SHORTEST:g} m are"
-            " needed, or --waypoints"
+            f"{log.name}: {way[-1]:.1f} m of driving make no path: at least"
+            f" {_SHORTEST * wheelbase:.3g} m are needed, or --waypoints"
         )
     backwards = log.speed < 0.0
-    turns = _turns(way, backwards)
+    turns = _turns(way, backwards, wheelbase / 3.0)
     x = log.x + ahead * np.cos(log.yaw)
     y = log.y + ahead * np.sin(log.yaw)
     pieces = []
     for start, end in pairwise(turns):
-        at = np.linspace(start, end, max(2, round((end - start) / SPACING) + 1))
+        at = np.linspace(start, end, max(2, round((end - start) / (SPACING * wheelbase)) + 1))
         inside = (way >= start) & (way <= end)
         if inside.sum() < 2:
             continue
         pieces.append(
             (
-                _smoothed(way[inside], x[inside], at),
-                _smoothed(way[inside], y[inside], at),
+                *_smoothed(way[inside], np.stack((x[inside], y[inside])), at, wheelbase),
                 np.interp(at, way, log.speed),
                 at,
                 np.full(len(at), np.interp(0.5 * (start + end), way, backwards) > 0.5),
@@ -269,30 +275,42 @@ def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
     return path, near.astype(np.int64)
 
 
-def _turns(way: Array, backwards: NDArray[np.bool_]) -> list[float]:
-    """Give the ends of the stretches that are driven one way, those of more than 1 m."""
+def _turns(way: Array, backwards: NDArray[np.bool_], least: float) -> list[float]:
+    """Give the ends of the stretches that are driven one way, those longer than `least` [m]."""
     marks = way[1:][np.diff(backwards.astype(int)) != 0]
     found = [0.0]
     for mark in [*marks, way[-1]]:
-        if mark - found[-1] > 1.0:
+        if mark - found[-1] > least:
             found.append(float(mark))
     found[-1] = float(way[-1])
     return found
 
 
-def _smoothed(way: Array, values: Array, at: Array) -> Array:
-    """Smooth a coordinate over the distance; it is mirrored at its ends, as a line goes on."""
-    fine = np.linspace(at[0], at[-1], max(2, round((at[-1] - at[0]) / 0.1) + 1))
-    width = min(SMOOTHING, (at[-1] - at[0]) / 6.0) / (fine[1] - fine[0])
-    half = max(1, round(4.0 * width))
-    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / max(width, 1e-9)) ** 2)
-    kernel /= kernel.sum()
-    line = np.interp(fine, way, values)
-    if len(line) <= half:
-        plain: Array = np.interp(at, fine, line)
-        return plain
-    before = 2.0 * line[0] - line[half:0:-1]
-    after = 2.0 * line[-1] - line[-2 : -half - 2 : -1]
-    smooth = np.convolve(np.concatenate((before, line, after)), kernel, mode="valid")
-    found: Array = np.interp(at, fine, smooth)
+def _smoothed(way: Array, points: Array, at: Array, wheelbase: float) -> Array:
+    """Smooth points (2, N) over the distance by Whittaker's graduation; give them `at` (2, M).
+
+    The q are taken that minimise Σ |q - p|² + (length / h)⁶ Σ |Δ³q|², at a distance h: a wave of
+    length 2π L is kept up to 1 / (1 + (length / L)⁶). Of noise n every h it leaves a curvature of
+    n sqrt(0.0556 h / length⁵).
+    """
+    from scipy.linalg import solveh_banded
+
+    rows = 1 + int(np.count_nonzero(np.diff(way) > 0.0))
+    count = max(rows, 2)
+    even = np.linspace(way[0], way[-1], count)
+    line = np.stack([np.interp(even, way, each) for each in points])
+    step = float(even[1] - even[0])
+    if count > 6:
+        noise = 1.4826 * float(np.median(np.abs(np.diff(line, 3)))) / np.sqrt(20.0)
+        wanted = (0.0556 * step * (noise * wheelbase / NOISE) ** 2) ** 0.2
+        weight = (np.clip(wanted, LEAST * wheelbase, MOST * wheelbase) / step) ** 6
+        bands = np.zeros((4, count))
+        bands[3] = 1.0
+        third = np.array([-1.0, 3.0, -3.0, 1.0])
+        for one in range(4):
+            for other in range(one, 4):
+                last = count - 3
+                bands[3 - (other - one), other : other + last] += weight * third[one] * third[other]
+        line = solveh_banded(bands, line.T).T
+    found: Array = np.stack([np.interp(at, even, each) for each in line])
     return found
