@@ -14,6 +14,8 @@ PLAY   := out/playground
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
+# Which parts of the package `make mutants` plants faults in.
+MODULES ?= lab/sweep
 # Where `make install-c` puts the C interface; DESTDIR before it, for packages.
 PREFIX ?= /usr/local
 # From there on, where its libraries go: lib/x86_64-linux-gnu for Debian.
@@ -38,7 +40,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c uninstall-c clean FORCE
+.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -128,6 +130,9 @@ fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for eac
 coverage: $(VENV)/.dev ## measure which lines of the core and the simulations the tests reach
 	sh tests/coverage.sh $(COVERAGE) $(CURDIR)/$(PY)
 
+mutants: $(VENV)/.dev $(VENV)/.mutants ## plant small faults in the Python half and count those that its tests catch; MODULES="planning lab/sweep"
+	$(PY) -m tests.mutation $(MODULES)
+
 soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
 	$(PY) benches/soak.py --json $(SOAK)/soak.json
 
@@ -186,7 +191,7 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	@touch $@
 
 # The first line brings in a wheel whose version has not changed, the second what its extra or group needs.
-$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.dev: $(WHEEL)
+$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.mutants $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
 	$(PY) -m pip install --quiet $(if $(filter .lab,$(@F)),"$$(echo $(DIST)/popsteer-*.whl)[lab]",$(DIST)/popsteer-*.whl --group $(patsubst .%,%,$(@F)))
 	@touch $@

@@ -2,7 +2,7 @@
 
     python -m tests.mutation lab/sweep planning --count 60 --seed 1
 
-A mutant is a function of `python/popsteer` with one operator, number, branch or statement changed.
+A mutant is a function of `popsteer` with one operator, number, branch or statement changed.
 Which tests reach which line is measured once with coverage.py. A mutant is then tried in a process
 of its own, by the tests that reach its line, the quickest first, until one fails. What is not
 mutated: texts, annotations, what runs when a module is imported (constants, defaults).
@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import argparse
 import ast
+import contextlib
 import copy
 import gc
+import io
 import json
 import os
 import random
@@ -23,6 +25,8 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -33,7 +37,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGE = ROOT / "python" / "popsteer"
+_SPEC = find_spec("popsteer")
+assert _SPEC is not None
+assert _SPEC.origin is not None
+PACKAGE = Path(_SPEC.origin).parent
+"""What is imported: the installed package, or the sources where they come first."""
 MOST_SECONDS = 25.0
 """How long the tests of a mutant may take without it; the slowest are left out beyond that."""
 _QUIET = ("-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly")
@@ -278,7 +286,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("modules", nargs="+", help="folders or files of python/popsteer")
+    parser.add_argument("modules", nargs="+", help="folders or files of the package")
     parser.add_argument(
         "--tests", nargs="+", default=["tests/unit", "tests/values", "tests/adapters"]
     )
@@ -297,11 +305,15 @@ def main() -> None:
             options = ["-k", asked.k, "--tests", *asked.tests]
             subprocess.run([*command, "-", *options], cwd=ROOT, check=True)
         traced = json.loads(file.read_text())
-    pytest.main([*_QUIET, "--collect-only", *asked.tests])
-    functions = _functions()
+    with contextlib.redirect_stdout(io.StringIO()):
+        pytest.main([*_QUIET, "--collect-only", *asked.tests])
     for module in asked.modules:
         place = PACKAGE / module
         sources = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+        for source in sources:  # what is imported late is not there yet
+            parts = source.relative_to(PACKAGE.parent).with_suffix("").parts
+            import_module(".".join(parts).removesuffix(".__init__"))
+        functions = _functions()
         every = [each for source in sources for each in mutants(source)]
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
         became: Counter[str] = Counter()

@@ -73,6 +73,18 @@ def test_safe_stop_brakes_from_the_speed_it_had_at_the_vehicles_limit() -> None:
         assert np.diff(again).max() <= 1.5 * DT
 
 
+def test_limit_of_a_command_is_the_vehicles_for_driving_or_braking_and_a_reserve() -> None:
+    reserve = popsteer.SpeedTrackerParams().reserve
+    for twin in (SELF, BACKWARDS):
+        found = _drive(twin, EVENTS["held"])
+        speeding, braking = found[:, 1] > 0.1, found[:, 1] < -0.1
+        assert speeding.any()
+        assert found[speeding, 2] == pytest.approx(1.0 + reserve)
+        holding = found[:, 4] == 1
+        assert found[holding | braking, 2] == pytest.approx(2.5 + reserve)
+        assert holding.any()
+
+
 def test_pilot_mirrored_steers_to_the_other_side() -> None:
     for offset in (0.4, -0.4):
         found = []
