@@ -128,7 +128,10 @@ def _calls(node: ast.Call) -> Iterator[tuple[str, Any]]:
         field = "attr" if isinstance(node.func, ast.Attribute) else "id"
         yield "function", lambda it: setattr(it.func, field, _CALLED[name])
     elif name == "abs" and len(node.args) == 1:
-        yield "function", lambda it: setattr(it.func, "id", "float")
+        field, other = (
+            ("attr", "positive") if isinstance(node.func, ast.Attribute) else ("id", "float")
+        )
+        yield "function", lambda it: setattr(it.func, field, other)
 
 
 def _nodes(tree: ast.Module) -> Iterator[tuple[str, ast.AST]]:
