@@ -231,7 +231,7 @@ def test_jerk_on_coarse_waypoints_keeps_its_limit_and_the_start() -> None:
         assert _jerk(profile).max() <= 1.01 * most
         assert profile.speed[0] == pytest.approx(start, abs=1e-2)
     straight = Path([(float(x), 0.0) for x in range(20)])
-    with pytest.raises(ConfigError, match="start_speed must be at most .* which is what max_jerk"):
+    with pytest.raises(ConfigError, match=r"start_speed must be at most .* which is what max_jerk"):
         speed_profile(straight, SpeedLimits(max_jerk=0.5, start_speed=10.0))
 
 

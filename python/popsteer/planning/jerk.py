@@ -43,7 +43,8 @@ def within_jerk(
     waypoint is the change of the acceleration divided by the time between the middles of its
     segments: l / (v + v_m) for the half of each, with its length l and the speed v_m in its middle.
     That time is bounded from below by the largest w that the program allows, so the limit holds
-    whatever w it finds. The start of an open path outweighs all other waypoints. Four programs in succession tighten the bound.
+    whatever w it finds. The start of an open path outweighs all other waypoints. Four programs in
+    succession tighten the bound.
 
     Parameters
     ----------
