@@ -6,7 +6,7 @@ import gc
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rclpy
@@ -20,6 +20,9 @@ from popsteer.adapters.ros2 import MessageError, Node, Options, Topics, messages
 
 from .frames import Frames
 from .transport import Transport
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 COMMANDS = {
     "ackermann": messages.ACKERMANN,
@@ -78,6 +81,7 @@ class Track(LifecycleNode):
         self._follow: Any = None
         self._link: Transport | None = None
         self._timer: Any = None
+        self._now: Callable[[], int] = time.monotonic_ns
         self._before = self._base = 0
         self._came = False
         self.add_on_set_parameters_callback(self._change)
@@ -88,7 +92,10 @@ class Track(LifecycleNode):
 
     def seconds(self) -> float:
         """Give the time of the node's clock [s]."""
-        return 1e-9 * self.get_clock().now().nanoseconds
+        return 1e-9 * self._nanoseconds()
+
+    def _nanoseconds(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
 
     def on_configure(self, _: Any) -> TransitionCallbackReturn:
         """Check what is given, hear tf, and load the vehicle."""
@@ -129,7 +136,10 @@ class Track(LifecycleNode):
             self.get_logger().info("no nav2_msgs: the action follow_path is not offered")
         gc.collect()
         gc.freeze()
-        self._before = self._base = time.monotonic_ns()
+        # Periods are those of a steady clock, or of the simulation's.
+        simulated = self.value("use_sim_time")
+        self._now = self._nanoseconds if simulated else time.monotonic_ns
+        self._before = self._base = self._now()
         self._timer = self.create_timer(0.25 / options.rate, self._tick)
         return super().on_activate(state)
 
@@ -157,7 +167,7 @@ class Track(LifecycleNode):
         if self._follow is not None:
             self._follow.close()
             self._follow = None
-        self.core.finish(self.get_clock().now().nanoseconds)
+        self.core.finish(self._nanoseconds())
         self.destroy_timer(self._timer)
         self._link.close()
         self.core = self._link = None
@@ -193,12 +203,15 @@ class Track(LifecycleNode):
         if core is None:
             return
         period = round(1e9 / core.options.rate)
-        now = time.monotonic_ns()
+        now = self._now()
+        if now < self._before:  # a simulation that begins anew
+            core.jumped(1e-9 * (now - self._before))
+            self._before = self._base = now
         passed = now - self._base
         if passed < 0.75 * period or not (self._came or passed >= 1.5 * period):
             return
         missed = max(passed - period * 3 // 2, 0) // period
-        core.cycle(self.get_clock().now().nanoseconds, 1e-9 * (now - self._before), missed)
+        core.cycle(self._nanoseconds(), 1e-9 * (now - self._before), missed)
         self._before = self._base = now
         self._came = False
         if self._follow is not None:

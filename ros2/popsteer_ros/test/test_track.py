@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import time
@@ -11,7 +12,9 @@ os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 import pytest
 import rclpy
+import rclpy.clock
 from ackermann_msgs.msg import AckermannDriveStamped
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
 from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Odometry, Path
@@ -19,6 +22,7 @@ from popsteer_ros.node import Track, load_path
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 from tf2_ros import TransformBroadcaster
 
 WHEELBASE = 2.7
@@ -247,6 +251,32 @@ def test_twist_turns_by_the_wheelbase() -> None:
     rate = twist.twist.linear.x * math.tan(drive.steer) / wheelbase
     assert rate < 0.0
     assert twist.twist.angular.z == pytest.approx(rate, rel=0.05)
+    car.close()
+
+
+def test_simulated_time_gives_the_periods_and_one_that_begins_anew_is_driven_on() -> None:
+    car = Car(use_sim_time=True)
+    car.node.set_parameters([Parameter("use_sim_time", value=True)])
+    clock = car.node.create_publisher(Clock, "/clock", 1)
+    ticks = itertools.count()
+
+    def tick() -> None:
+        k = next(ticks)
+        begin, at = (100, k) if k < 300 else (50, k - 300)
+        now = begin * 10**9 + at * 20_000_000
+        clock.publish(Clock(clock=Time(sec=now // 10**9, nanosec=now % 10**9)))
+
+    steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
+    car.node.create_timer(0.01, tick, clock=steady)  # twice as fast as real time
+    assert car.until(lambda: car.track.seconds() > 100.0)
+    car.start()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(0.0, 200.0))
+    assert car.until(lambda: car.speed > 0.5)
+    assert car.track.core.loop.mean_period < 0.2
+    assert car.until(lambda: car.track.core.loop.jumps > 0)
+    assert car.until(lambda: car.track.core.pilot.state.value == "driving")
     car.close()
 
 

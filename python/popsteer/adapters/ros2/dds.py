@@ -86,78 +86,27 @@ class Participant:
     def reader(
         self, topic: str, kind: str, *, reliable: bool = False, latched: bool = False
     ) -> Reader:
-        """Subscribe to a topic.
+        """Subscribe to a topic of a type.
 
-        Parameters
-        ----------
-        topic : str
-            Its name, as ROS has it: ``/odom``.
-        kind : str
-            Its type.
-        reliable : bool, default False
-            Whether nothing may be lost; it then hears reliable publishers alone. Otherwise it hears
-            both kinds.
-        latched : bool, default False
-            Whether to be sent what was published before; it then hears publishers alone that keep
-            it ("transient local").
-
-        Returns
-        -------
-        Reader
-            The subscription.
+        `reliable` readers lose nothing, and hear reliable publishers alone; the others hear both
+        kinds. `latched` ones are sent what was published before, and hear publishers alone that
+        keep it ("transient local").
         """
         return Reader(self.open_reader(topic, kind, reliable=reliable, latched=latched))
 
     def latest(self, topic: str, kind: str) -> Latest:
-        """Subscribe to all reliable publishers of a topic, those that keep their messages, too.
-
-        Parameters
-        ----------
-        topic : str
-            Its name.
-        kind : str
-            Its type.
-
-        Returns
-        -------
-        Latest
-            The subscription.
-        """
+        """Subscribe to all reliable publishers of a topic, those that keep their messages, too."""
         return Latest(self, topic, kind)
 
     def service(self, name: str) -> Service:
-        """Offer a service of the type ``std_srvs/srv/Trigger``.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-
-        Returns
-        -------
-        Service
-            The service.
-        """
+        """Offer a service of the type ``std_srvs/srv/Trigger``."""
         return Service(self, check_name("service", name))
 
     def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
-        """Publish on a topic, reliably.
+        """Publish on a topic of a type, reliably.
 
-        Parameters
-        ----------
-        topic : str
-            Its name.
-        kind : str
-            Its type.
-        latched : bool, default False
-            Whether who comes later is sent the last message, too.
-        depth : int, default 1
-            How many messages are kept for who is slow.
-
-        Returns
-        -------
-        Writer
-            The publisher.
+        `latched` publishers send who comes later their last message, too; `depth` messages are kept
+        for who is slow.
         """
         return Writer(self.open_writer(topic, kind, latched=latched, depth=depth), kind)
 
@@ -210,13 +159,7 @@ class Reader:
         self._waits: Any = None
 
     def take(self) -> list[bytes]:
-        """Take what has come in.
-
-        Returns
-        -------
-        list of bytes
-            The messages since the last call, the oldest first.
-        """
+        """Take the messages that have come in since the last call, the oldest first."""
         return [data for data, _ in self.take_stamped()]
 
     def take_stamped(self) -> list[tuple[bytes, int]]:
@@ -234,18 +177,7 @@ class Reader:
         ]
 
     def wait(self, seconds: float) -> bool:
-        """Wait until something comes in.
-
-        Parameters
-        ----------
-        seconds : float
-            How long at most [s].
-
-        Returns
-        -------
-        bool
-            Whether something has.
-        """
+        """Wait until something comes in, `seconds` at most; says whether something has."""
         from cyclonedds.core import (
             InstanceState,
             ReadCondition,
@@ -263,24 +195,12 @@ class Reader:
 
     @property
     def peers(self) -> int:
-        """How many publishers it hears.
-
-        Returns
-        -------
-        int
-            The number.
-        """
+        """How many publishers it hears."""
         return len(self._reader.get_matched_publications())
 
     @property
     def refused(self) -> int:
-        """How many publishers it does not hear, because their QoS does not fit.
-
-        Returns
-        -------
-        int
-            The number.
-        """
+        """How many publishers it does not hear, because their QoS does not fit."""
         status = self._reader.get_requested_incompatible_qos_status()
         return int(status.total_count)
 
@@ -359,18 +279,7 @@ class Writer:
         self._wire = wire_type(kind)
 
     def write(self, data: bytes) -> None:
-        """Publish a message.
-
-        Parameters
-        ----------
-        data : bytes
-            The message.
-
-        Raises
-        ------
-        ValueError
-            The bytes are no message of the topic's type.
-        """
+        """Publish the bytes of a message; raises ValueError where they are none of its type."""
         from cyclonedds.core import DDSException
 
         try:
@@ -380,13 +289,7 @@ class Writer:
 
     @property
     def peers(self) -> int:
-        """How many subscribers hear it.
-
-        Returns
-        -------
-        int
-            The number.
-        """
+        """How many subscribers hear it."""
         return len(self._writer.get_matched_subscriptions())
 
 

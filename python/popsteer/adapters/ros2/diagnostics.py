@@ -145,26 +145,7 @@ def message(
 
 
 def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN401
-    """Make the message of a step of a simulated run.
-
-    Parameters
-    ----------
-    row : mapping of str to float
-        The step's records.
-    nanoseconds : int
-        The time [ns].
-
-    Returns
-    -------
-    diagnostic_msgs/msg/DiagnosticArray
-        One status: steering.
-
-    Examples
-    --------
-    >>> row = {"cross_track_error": 0.25, "heading_error": 0.0, "steer": 0.0, "status": 1}
-    >>> run_message(row, 0).status[0].message
-    'saturated'
-    """
+    """Make the message of a step of a simulated run, of its records: one status, steering."""
     status = Status(int(row["status"]))
     values = {
         "cross_track_error_m": row["cross_track_error"],

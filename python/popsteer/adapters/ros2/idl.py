@@ -23,28 +23,7 @@ class _Bytes:
 
 @cache
 def idl_type(name: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
-    """Give the type that DDS knows a message by.
-
-    Parameters
-    ----------
-    name : str
-        The type, as ROS has it: ``nav_msgs/msg/Path``.
-
-    Returns
-    -------
-    type
-        A structure of ``cyclonedds.idl``; in DDS it is called ``nav_msgs::msg::dds_::Path_``.
-
-    Raises
-    ------
-    PopsteerError
-        The extra ``ros2`` is not installed.
-
-    Examples
-    --------
-    >>> idl_type("nav_msgs/msg/Path").__idl_typename__
-    'nav_msgs.msg.dds_.Path_'
-    """
+    """Give the type that DDS knows a message by: ``nav_msgs::msg::dds_::Path_``, say."""
     return _made(name)
 
 
@@ -54,26 +33,6 @@ def wire_type(name: str) -> Any:  # noqa: ANN401
 
     The node converts messages by rosbags, and records the bytes that went over the wire. Cyclone
     DDS has to know the type, to find its peers and to refuse what is no such message.
-
-    Parameters
-    ----------
-    name : str
-        The type, as ROS has it.
-
-    Returns
-    -------
-    type
-        A structure that is made of ``bytes``, and whose attribute ``data`` they are.
-
-    Raises
-    ------
-    PopsteerError
-        The extra ``ros2`` is not installed.
-
-    Examples
-    --------
-    >>> wire_type("std_msgs/msg/Header")(b"bytes").data
-    b'bytes'
     """
     return as_bytes(_made(name))  # a class of its own, for its methods are others
 

@@ -101,13 +101,7 @@ class Options:
 
     @property
     def period(self) -> float:
-        """Time from one step to the next [s].
-
-        Returns
-        -------
-        float
-            The period.
-        """
+        """Time from one step to the next [s]."""
         return 1.0 / self.rate
 
 
@@ -207,19 +201,9 @@ class Node:
     def cycle(self, now: int, dt: float, missed: int = 0) -> DriveCommand | None:
         """Do one cycle: take, steer, publish.
 
-        Parameters
-        ----------
-        now : int
-            The time of the node's clock [ns].
-        dt : float
-            Measured time since the last cycle [s].
-        missed : int, default 0
-            How many cycles were missed before it.
-
-        Returns
-        -------
-        DriveCommand or None
-            What was commanded; None before there is odometry and a path.
+        `now` is the time of the node's clock [ns], `dt` the measured time since the last cycle [s],
+        `missed` how many were missed before it. Gives what was commanded; None before there is
+        odometry and a path.
         """
         began = time.perf_counter()
         self._take(now)

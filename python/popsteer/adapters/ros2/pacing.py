@@ -30,19 +30,8 @@ _STILL = 1.0  # without a tick [s]
 def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> None:
     """Run a node until it is stopped; its last command is a speed of 0.
 
-    Parameters
-    ----------
-    node : Node
-        The node.
-    participant : Participant
-        Its member of the domain.
-    stopped : callable
-        Says whether to stop, asked in each cycle.
-
-    Raises
-    ------
-    PopsteerError
-        Nothing to drive by has come in within the time-out.
+    `participant` is the node's, `stopped` is asked in each cycle. Raises PopsteerError where
+    nothing to drive by has come in within the time-out.
     """
     now = [0]
     # The collector would look through all that has been loaded in mid-drive, for nothing.

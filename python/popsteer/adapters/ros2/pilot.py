@@ -101,13 +101,7 @@ class Pilot:
 
     @property
     def vehicle(self) -> Vehicle:
-        """What is driven.
-
-        Returns
-        -------
-        Vehicle
-            The controller's.
-        """
+        """What is driven: the controller's."""
         return self.controller.vehicle
 
     def yaw_rate(self, drive: DriveCommand) -> float:
@@ -120,13 +114,7 @@ class Pilot:
         return speed * math.tan(drive.steer + car.steer_offset) / length
 
     def set_path(self, path: Path) -> None:
-        """Go on along another path, without a jump.
-
-        Parameters
-        ----------
-        path : Path
-            The path.
-        """
+        """Go on along another path, without a jump."""
         old, before = self.controller.path, self.controller.state
         self.controller.set_path(path)
         if _is_on_another_leg(old, before.waypoint, path, self.controller.state.waypoint):
@@ -140,13 +128,7 @@ class Pilot:
             self._tracker.state = found.replace(waypoint=waypoint)
 
     def release(self) -> str:
-        """Forget the fault that it brakes for: it drives again, unless the fault is still there.
-
-        Returns
-        -------
-        str
-            The fault; empty where there was none.
-        """
+        """Forget the fault that it brakes for, and say what it was: it drives again, if it can."""
         fault, self._fault = self._fault, ""
         return fault
 

@@ -96,33 +96,11 @@ class Recording:
         self.close(discard=kind is not None and self.count == 0)
 
     def add(self, topic: str, message: Any, nanoseconds: int) -> None:  # noqa: ANN401
-        """Write a message.
-
-        Parameters
-        ----------
-        topic : str
-            Its topic.
-        message : object
-            The message.
-        nanoseconds : int
-            When it was sent or received [ns].
-        """
+        """Write a message of a topic, sent or received at a time [ns]."""
         self.add_bytes(topic, message.__msgtype__, encode(message), nanoseconds)
 
     def add_bytes(self, topic: str, kind: str, data: bytes, nanoseconds: int) -> None:
-        """Write the bytes of a message.
-
-        Parameters
-        ----------
-        topic : str
-            Its topic.
-        kind : str
-            Its type.
-        data : bytes
-            The message.
-        nanoseconds : int
-            When it was sent or received [ns].
-        """
+        """Write the bytes of a message of a topic and type, sent or received at a time [ns]."""
         if self._writer is None:
             self._begin()
         if (topic, kind) not in self._connections:
@@ -135,13 +113,7 @@ class Recording:
             self._flush()
 
     def close(self, *, discard: bool = False) -> None:
-        """Finish the file.
-
-        Parameters
-        ----------
-        discard : bool, default False
-            Whether to leave none.
-        """
+        """Finish the file; `discard` leaves none."""
         if self._closed or (discard and self._writer is None):
             return
         self._closed = True

@@ -29,32 +29,10 @@ def tap(
     timeout: float = 10.0,
     seconds: float = float("inf"),
 ) -> dict[str, int]:
-    """Record topics until it is stopped.
+    """Record topics, given with their types, until it is stopped; gives how many messages of each.
 
-    Parameters
-    ----------
-    participant : Participant
-        The member of the domain.
-    topics : mapping of str to str
-        Types by topic.
-    recording : Recording
-        Where the messages go.
-    stopped : callable
-        Says whether to stop.
-    timeout : float, default 10.0
-        How long to wait for the first message [s].
-    seconds : float, optional
-        How long to record [s]; by default without end.
-
-    Returns
-    -------
-    dict of str to int
-        How many messages of each topic were recorded.
-
-    Raises
-    ------
-    PopsteerError
-        Nothing has come in within the time-out.
+    It waits `timeout` for the first message [s], and ends after `seconds`. Raises PopsteerError
+    where nothing has come in.
     """
     # Only a path may have been published before it matters; the others may be of best effort.
     readers = {

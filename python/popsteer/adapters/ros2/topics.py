@@ -63,13 +63,7 @@ class Topics:
 
     @classmethod
     def of_autoware(cls) -> Topics:
-        """Give the names and types that Autoware has.
-
-        Returns
-        -------
-        Topics
-            The topics.
-        """
+        """Give the names and types that Autoware has."""
         return cls(
             odometry="/localization/kinematic_state",
             path="/planning/trajectory",
