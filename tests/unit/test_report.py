@@ -25,6 +25,7 @@ from popsteer.lab.report.markup import json_for_script, table
 from popsteer.lab.report.pack import Pack
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import distances
+from popsteer.lab.report.verdict import verdict
 from tests.pages_of_html import Html, columns
 
 NUMBERS = st.one_of(
@@ -156,6 +157,26 @@ def test_page_tells_the_plant_from_what_the_controllers_were_given() -> None:
     whole, given_one = (text for text in page.texts["code"] if "\nwheelbase = " in text)
     assert "\ndead_time = 0.2\n" in whole
     assert "\ndead_time = 0.1\n" in given_one
+
+
+def test_page_begins_with_who_finished_and_who_did_not(comparison: compare.Comparison) -> None:
+    good = '<p class="verdict good"><strong>2 of 2 runs finished without a fault</strong></p>'
+    assert verdict([comparison]) == good
+    assert f"<h2>Results</h2>{good}" in of_comparison(comparison).decode()
+    path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    short = compare.run(path, ["pop"], settings=sim.Settings(time_limit=1.0))
+    said = verdict([comparison, short])
+    assert said.startswith('<p class="verdict bad"><strong>2 of 3 runs finished')
+    assert "POP on carla-identified (did not finish: time limit" in said
+
+
+def test_papers_columns_are_of_the_papers_track_alone(comparison: compare.Comparison) -> None:
+    heads = [
+        str(each.header) for shown in compare.table.tables(comparison) for each in shown.columns
+    ]
+    assert any("mean" in head for head in heads)
+    assert not any("paper" in head or "ratio" in head for head in heads)
+    assert not any("paper's figures" in note for note in compare.table.notes(comparison))
 
 
 def test_runs_without_records_make_no_report() -> None:

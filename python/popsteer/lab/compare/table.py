@@ -33,10 +33,7 @@ def caption(comparison: Comparison) -> str:
 
 
 def notes(comparison: Comparison) -> list[str]:
-    """Say what a reader has to know to compare the figures with the paper's.
-
-    Notes on the paper are left out where none of its controllers is among the runs.
-    """
+    """Say what a reader has to know of the figures."""
     where = (
         "Errors are measured at each controller's own tracked point, as the paper did, and at the"
         " rear axle, one point for all."
@@ -53,14 +50,7 @@ def notes(comparison: Comparison) -> list[str]:
         for name, run in comparison.runs.items()
         if run.metrics.faults
     ]
-    if not PAPER.keys() & comparison.runs.keys():
-        return said
-    if not is_authors_path(comparison.path):
-        said.append(
-            "The paper's figures are from its authors' track and vehicle in CARLA; this is another"
-            " track, so they are no target here."
-        )
-    elif "pid" in comparison.runs:
+    if "pid" in comparison.runs and is_authors_path(comparison.path):
         said.append(
             "The paper's PID row is reproduced by no reading of its gains; with those of its table"
             " and Δt in the integral, PID tracks as closely as POP."
@@ -76,12 +66,9 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
     more = _more(comparison.first.settings.settling_time)
     if comparison.step_times:
         more.append(_step_time(comparison.step_times))
-    against_paper = [
-        # A ratio to figures of another track would say nothing.
-        column
-        for column in _AGAINST_PAPER
-        if column is not _RATIO or is_authors_path(comparison.path)
-    ]
+    # On another track the paper's figures would be no target.
+    there = is_authors_path(comparison.path)
+    against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
     groups = [against_paper + more] if width >= WIDE else [against_paper, more]
     return [_table(comparison, columns) for columns in groups]
 
@@ -112,6 +99,8 @@ class _Column(NamedTuple):
     form: str
     ranked: bool = False
     """Whether less is better."""
+    of_paper: bool = False
+    """Whether it says something of the paper's track alone."""
 
     def show(self, run: Run) -> str:
         """Show the number of a run; a dash where there is none."""
@@ -142,13 +131,12 @@ def _ratio(run: Run) -> float | None:
     return None if paper is None else run.metrics.mean_abs_cross_track_error / paper
 
 
-_RATIO = _Column("ratio\n\n", _ratio, ".2f")
 _AGAINST_PAPER = [
     _Column("mean\n|e|\n[m]", lambda r: r.metrics.mean_abs_cross_track_error, ".4f", ranked=True),
-    _Column("paper\n\n[m]", _paper_cross_track, ".4f"),
-    _RATIO,
+    _Column("paper\n\n[m]", _paper_cross_track, ".4f", of_paper=True),
+    _Column("ratio\n\n", _ratio, ".2f", of_paper=True),
     _Column("mean\n|ψe|\n[rad]", lambda r: r.metrics.mean_abs_heading_error, ".4f", ranked=True),
-    _Column("paper\n\n[rad]", _paper_heading, ".4f"),
+    _Column("paper\n\n[rad]", _paper_heading, ".4f", of_paper=True),
 ]
 
 

@@ -52,6 +52,8 @@ def style() -> str:
             "grid": theme.grid,
             "path": theme.path,
             "accent": _ACCENT[name],
+            "good": theme.laws["pop"],
+            "bad": theme.laws["pid"],
         }
         return " ".join(f"--{key}: {value};" for key, value in values.items())
 

@@ -15,6 +15,7 @@ from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
 from popsteer.lab.report.times import latency_figure, latency_table
+from popsteer.lab.report.verdict import verdict
 
 if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
@@ -61,7 +62,7 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
             title=f"{shown}{place}",
             lead=caption(comparison),
             command=origin.command,
-            results=results + paragraphs(notes(comparison)),
+            results=verdict([comparison]) + results + paragraphs(notes(comparison)),
             below=latency_table(comparison),
             scenes=[scene_of(comparison)],
             roles=colours_of(comparison.runs),

@@ -14,6 +14,7 @@ from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import escape, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.verdict import verdict
 
 if TYPE_CHECKING:
     from popsteer.lab.matrix import Matrix
@@ -52,7 +53,8 @@ def of_matrix(found: Matrix, origin: Origin | None = None) -> bytes:
             ),
             lead=matrix_caption(found),
             command=origin.command,
-            results=_pivot(found)
+            results=verdict(found.comparisons)
+            + _pivot(found)
             + paragraphs(matrix_notes(found))
             + f"<details><summary>All figures</summary>{results}</details>",
             scenes=[scene_of(each) for each in found.comparisons],
