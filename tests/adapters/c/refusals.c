@@ -157,7 +157,7 @@ static void texts_are_cut_to_their_room(void) {
     CHECK(popsteer_status_names(both, room, 4) == strlen("saturated|end-of-path"));
     CHECK(strcmp(room, "sat") == 0 && room[4] == 'x');
     CHECK(popsteer_status_names(0, room, sizeof room) == 2 && strcmp(room, "ok") == 0);
-    char all[128];
+    char all[256];
     CHECK(popsteer_status_names(UINT32_MAX, all, sizeof all) < sizeof all);
     CHECK(strcmp(popsteer_error_name(POPSTEER_ERROR_NONE), "no error") == 0);
     CHECK(strcmp(popsteer_error_name(-7), "unknown error") == 0);

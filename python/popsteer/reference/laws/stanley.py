@@ -39,7 +39,7 @@ class StanleyParams(Params):
 
     def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         return super()._scaled(vehicle) | {
-            "softening": 1e-5 / 3.0 * vehicle.wheelbase,
+            "softening": 1.0 / 3.0 * vehicle.wheelbase,
             "smoothing_length": vehicle.wheelbase,
         }
 
