@@ -74,7 +74,7 @@ def test_dead_time_that_nobody_told_is_found() -> None:
 
 def test_offset_on_a_straight_is_not_taken_for_a_gain() -> None:
     # 40 s straight with an offset, then 3 m to the side: the lateral limit holds.
-    course = np.vstack((straight(800.0), straight(200.0) + (800.0, 3.0)))
+    course = np.vstack((straight(800.0), straight(200.0) + np.array((800.0, 3.0))))
     told = TOLD.replace(max_lateral_acceleration=4.0, dead_time=0.2)
     for law in LAWS:
         car = Car(offset=0.05, dead_time=0.2)

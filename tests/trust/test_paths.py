@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -114,7 +115,7 @@ def test_sharp_corners_are_turned_into_before_them() -> None:
     def zigzag(along: float, aside: float) -> np.ndarray:
         corners = [(along * k, aside * (k % 2)) for k in range(7)]
         points = []
-        for (x, y), (to_x, to_y) in zip(corners, corners[1:], strict=False):
+        for (x, y), (to_x, to_y) in itertools.pairwise(corners):
             count = int(math.hypot(to_x - x, to_y - y))
             share = np.arange(count) / count
             points.append(np.column_stack((x + share * (to_x - x), y + share * (to_y - y))))

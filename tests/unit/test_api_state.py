@@ -38,20 +38,35 @@ ESTIMATE = {
     "slip_length": 0.0,
     "acceleration": 0.0,
 }
-SUMS = ("turn_turn", "turn_offset", "offset_offset", "turn_measured", "offset_measured")
+
+
+def _regression(count: int, noise: float) -> dict[str, Any]:
+    """Least squares of so many regressors, before the first period."""
+    return {
+        "regressors": (0.0,) * count,
+        "measured": 0.0,
+        "information": (0.0,) * count**2,
+        "moment": (0.0,) * count,
+        "residual": 0.0,
+        "noise": noise,
+        "noise_time": 0.2,
+    }
+
+
 FIRST: dict[str, Any] = {
     **dict.fromkeys(("waypoint", "measured_waypoint", "place", "handover", "answer", "past")),
     "monitor": None,
+    "gate": None,
     "in_flight": None,
     "steer": 0.0,
     "held": 0,
     "held_time": 0.0,
     "period": 0.0,
     "estimator": {
-        **dict.fromkeys(SUMS, 0.0),
         "last_measured": None,
-        "turn": 0.0,
-        "change": 0.0,
+        "turning": _regression(3, 2.5e-5),
+        "sliding": _regression(2, 1.4e-5),
+        "slip_compliance": 0.0,
         "estimate": ESTIMATE,
     },
 }
@@ -129,7 +144,10 @@ def test_state_with_a_dead_time_begins_with_commands_in_flight() -> None:
         longer = state.estimator.estimate.longer_dead_time
         assert in_flight == pytest.approx(0.2 + longer)
         assert state.measured_waypoint in (4, 7)
-        assert state.estimator.last_measured == State(x=4.0, y=1.0, yaw=0.2, speed=6.0)
+        # The pose repeats though the vehicle drives: it is an old one, rolled forward.
+        expected, measured = state.gate.believed, state.gate.measured
+        assert (measured.x, measured.y) == (4.0, 1.0) != (expected.x, expected.y)
+        assert state.estimator.last_measured == expected
         assert state.past.wheel == 0.01
 
 
@@ -295,6 +313,12 @@ WHOLE: dict[str, Any] = {
         within=True,
     ),
 }
+WHOLE["gate"] = State(
+    **dict.fromkeys(("believed", "measured", "seen"), POSE),
+    **dict.fromkeys(("since", "stale", "agreed", "ahead", "gone", "differing", "age"), 0.0),
+    jump=((0.0, 0.0), 0.0),
+    noise=(1e-4, 1e-6),
+)
 QUARTER = 0.5 * math.pi
 RANGES: list[tuple[str, float, float, str]] = [
     ("steer", -1.22, 1.22, ""),
@@ -311,18 +335,22 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"estimator.last_measured.{name}", -most, most, "last_measured")
         for name, most in (("x", 2e9), ("y", 2e9), ("yaw", 1e6), ("speed", 1e4))
     ),
-    *((f"estimator.{name}", 0.0, 1e100, name) for name in ("turn_turn", "offset_offset", "change")),
     *(
-        (f"estimator.{name}", -1e100, 1e100, name)
-        for name in ("turn_offset", "turn_measured", "offset_measured")
+        (f"estimator.{name}.{field}", least, most, name)
+        for name in ("turning", "sliding")
+        for field, least, most in (
+            *((sums, -1e40, 1e40) for sums in ("regressors.1", "measured")),
+            *((sums, -1e90, 1e90) for sums in ("information.1", "moment.1")),
+            *(("information.0", 0.0, 1e90), ("residual", -1e45, 1e45)),
+            *(("noise", 0.0, 1e90), ("noise_time", 0.0, 1e3)),
+        )
     ),
-    ("estimator.turn", -1e30, 1e30, "turn"),
+    ("estimator.slip_compliance", -1e30, 1e30, "slip_compliance"),
     *(
         (f"estimator.estimate.{name}", low, high, name)
         for name, low, high in (
             ("gain", 0.4, 2.5),
             ("steer_offset", -0.15, 0.15),
-            ("longer_dead_time", 0.0, 0.0),
             ("slip", -0.15, 0.15),
             ("slip_length", -3.0, 3.0),
             ("acceleration", -60.0, 60.0),
@@ -341,6 +369,15 @@ RANGES: list[tuple[str, float, float, str]] = [
     *(
         (f"answer.vehicle.{name}", -most, most, "answer")
         for name, most in (("x", 1e9), ("y", 1e9), ("yaw", 1e6), ("speed", 1e4))
+    ),
+    *((f"gate.{name}.x", -1e20, 1e20, "gate") for name in ("believed", "measured", "seen")),
+    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("ahead", "jump.0.0", "jump.1")),
+    *(
+        (f"gate.{name}", 0.0, 1e20, "gate")
+        for name in (
+            *("since", "stale", "agreed", "gone", "differing", "age"),
+            *("noise.0", "noise.1"),
+        )
     ),
     ("past.wheel", -QUARTER, QUARTER, ""),
     ("past.since", 0.0, 1e6, ""),
@@ -383,7 +420,10 @@ def test_state_is_restored_within_its_ranges_and_refused_beyond(name: str) -> No
         whole = whole.replace(
             law=State(previous_error=0.5, previous_position=(1.0, -2.0), buffer=buffer)
         )
-    for place, low, high, field in RANGES + OWN_RANGES.get(name, []):
+    own = OWN_RANGES.get(name, [])
+    if whole.in_flight is None:  # else the commands in flight would have to be as long
+        own.append(("estimator.estimate.longer_dead_time", 0.0, 0.25, "longer_dead_time"))
+    for place, low, high, field in RANGES + own:
         for value in {low, high}:
             controller.state = _edited(whole, place, value)
             controller.step(*STEP)
@@ -422,7 +462,7 @@ def test_state_of_commands_in_flight_that_cannot_be_is_refused() -> None:
             controller.state = _edited(state, "estimator.estimate.longer_dead_time", 0.0)
             assert controller.state.in_flight.commands == commands
             controller.step(*STEP)
-        longer = _edited(whole, "estimator.estimate.longer_dead_time", 0.15)
+        longer = _edited(whole, "estimator.estimate.longer_dead_time", 0.3)
         _refused(controller, longer, "longer_dead_time")
 
 

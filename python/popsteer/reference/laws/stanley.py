@@ -60,7 +60,7 @@ class Stanley(LateralLaw[StanleyParams, StanleyState]):
     >>> from popsteer.reference import Path, Tracker
     >>> tracker = Tracker(Stanley(), Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
     >>> round(tracker.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
-    -0.114876
+    -0.099669
     """
 
     TRACKED = Tracked.FRONT_AXLE

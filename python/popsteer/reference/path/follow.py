@@ -89,23 +89,30 @@ class Follow:
         )
 
     def locate(
-        self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
+        self,
+        path: PathView,
+        waypoint: int | None,
+        vehicle: VehicleState,
+        dt: float,
+        travelled: float,
     ) -> Located:
         """Project the tracked point of a checked vehicle near segment `waypoint`.
 
-        On the whole path if that is None, or if the vehicle is lost.
+        From there it can have `travelled` so far [m] in the period `dt` [s]. On the whole path if
+        that is None, or if the vehicle is lost.
         """
         if waypoint is None:
             start = self._find_anew(path, vehicle)
         else:
             start = path.segment_at(waypoint)
-        at = self._locate_from(path, start, vehicle, dt)
+        at = self._locate_from(path, start, vehicle, dt, travelled)
         following = self._next_section(path, at, vehicle)
         if following is not None:
-            at = self._locate_from(path, following, vehicle, dt)
+            at = self._locate_from(path, following, vehicle, dt, travelled)
         squared_lost = self.lost_distance * self.lost_distance
         if at.closest.squared_distance > squared_lost:
-            anew = self._locate_from(path, self._find_anew(path, vehicle), vehicle, dt)
+            found = self._find_anew(path, vehicle)
+            anew = self._locate_from(path, found, vehicle, dt, travelled)
             if anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
@@ -113,7 +120,7 @@ class Follow:
         return replace(at, direction_changed=changed)
 
     def _locate_from(
-        self, path: PathView, segment: int, vehicle: VehicleState, dt: float
+        self, path: PathView, segment: int, vehicle: VehicleState, dt: float, travelled: float
     ) -> Located:
         """Find the point near a segment, in the direction in which that is driven."""
         reverse = path.is_reverse(segment)
@@ -123,7 +130,7 @@ class Follow:
         base = -self.base if reverse else self.base
         ahead = self.reference_offset + base
         position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
-        reach = self.search_distance + abs(vehicle.speed) * dt
+        reach = self.search_distance + travelled
         closest = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,

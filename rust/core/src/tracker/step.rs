@@ -338,7 +338,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.law.set_steer(wheel);
         }
         let decision = if !self.bare && self.is_at_rest(&at) {
-            self.rest(state, &at)
+            self.rest(state.steer, &at, &belief.estimate)
         } else {
             self.law.decide(path, &mut state.law, &at, &belief)
         };
@@ -409,11 +409,11 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// At rest the wheels keep their angle: no error changes there, however long it is looked at.
-    fn rest(&self, state: &TrackerState<L::State>, at: &Located) -> Decision {
+    fn rest(&self, steer: f64, at: &Located, estimate: &Estimate) -> Decision {
         let car = self.law.vehicle();
-        let offset = car.steer_offset + state.estimator.estimate.steer_offset;
+        let offset = car.steer_offset + estimate.steer_offset;
         Decision {
-            steer: at.mirror(car.at_wheels(state.steer + offset)),
+            steer: at.mirror(car.at_wheels(steer + offset)),
             target: at.closest.point,
             status: Status::OK,
         }

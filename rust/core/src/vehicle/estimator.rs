@@ -35,7 +35,7 @@
 //! learnt at one speed holds at another with the square of the speed; a wrong `no_slip_point`, whose
 //! slip does not grow with the speed, is found right at one speed only.
 
-use super::regression::Regression;
+use super::regression::{Regression, solve};
 use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -210,16 +210,16 @@ impl Estimator {
         let regressors = SVector::<f64, 3>::new(turn + longer * change, slope, -change);
         self.turning.observe(regressors, measured, time, dt);
 
+        let fitted_gain = self.fitted_gain();
+        // A wrong gain is neither an offset nor a dead time, also where it is not used.
+        let (offset, fitted) = self.fitted_others(fitted_gain);
         // Without a dead time nothing is predicted, and feedback corrects a wrong gain. There an
         // estimate, which a wrong `steer_lag` disturbs, would only cost gain margin.
         let gain = if vehicle.dead_time > 0.0 {
-            self.fitted_gain()
+            fitted_gain
         } else {
             1.0
         };
-        let (offset, fitted) = self.fitted_others(gain);
-        self.turning
-            .observe_noise(SVector::<f64, 3>::new(1.0, offset, fitted) * gain, dt);
         let most = Self::MAX_STEER_OFFSET;
         self.estimate.gain = gain;
         self.estimate.steer_offset = saturate(offset, -most, most);
@@ -229,6 +229,9 @@ impl Estimator {
         let fitted = if is_less { 0.0 } else { fitted };
         let (least, most) = Self::longer_range(vehicle);
         self.estimate.longer_dead_time = saturate(fitted, least, most);
+        let estimate = &self.estimate;
+        let found = SVector::<f64, 3>::new(1.0, estimate.steer_offset, estimate.longer_dead_time);
+        self.turning.observe_noise(found * fitted_gain, dt);
     }
 
     /// The gain that explains the turns best, where offset and dead time are free: only turns that
@@ -240,9 +243,7 @@ impl Estimator {
         let bb = bb + Self::FREE * Self::OFFSET_PRIOR;
         let cc = cc + Self::FREE * Self::DELAY_PRIOR;
         // Row of the gain times the inverse of the block of the others.
-        let determinant = bb * cc - bc * bc;
-        let by_b = (ab * cc - ac * bc) / determinant;
-        let by_c = (ac * bb - ab * bc) / determinant;
+        let (by_b, by_c) = solve(bb, bc, cc, ab, ac);
         let square = m.m11 - by_b * ab - by_c * ac;
         let product = y.x - by_b * y.y - by_c * y.z;
         // Rounding alone makes a sum of squares negative.
@@ -262,12 +263,7 @@ impl Estimator {
         let (m, y) = (&self.turning.information, &self.turning.moment);
         let bb = m.m22 + self.turning.prior(Self::OFFSET_PRIOR, Self::OFFSET_DOUBT);
         let cc = m.m33 + self.turning.prior(Self::DELAY_PRIOR, Self::DELAY_DOUBT);
-        let (b, c) = (y.y / gain - m.m12, y.z / gain - m.m13);
-        let determinant = bb * cc - m.m23 * m.m23;
-        (
-            (b * cc - c * m.m23) / determinant,
-            (c * bb - b * m.m23) / determinant,
-        )
+        solve(bb, m.m23, cc, y.y / gain - m.m12, y.z / gain - m.m13)
     }
 
     /// The present estimates, with the fitted gain also where controllers use 1.
@@ -318,14 +314,12 @@ impl Estimator {
         let doubt = Self::LENGTH_DOUBT * vehicle.wheelbase / square;
         let aa = m.m11 + self.sliding.prior(Self::SLIP_PRIOR, Self::SLIP_DOUBT);
         let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
-        let determinant = aa * bb - m.m12 * m.m12;
-        let slip = (y.x * bb - y.y * m.m12) / determinant;
-        let compliance = (y.y * aa - y.x * m.m12) / determinant;
-        self.sliding
-            .observe_noise(SVector::<f64, 2>::new(slip, compliance), dt);
+        let (slip, compliance) = solve(aa, m.m12, bb, y.x, y.y);
         self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
         let most = vehicle.wheelbase / square;
         self.slip_compliance = saturate(compliance, -most, most);
+        let found = SVector::<f64, 2>::new(self.estimate.slip, self.slip_compliance);
+        self.sliding.observe_noise(found, dt);
         self.find_slip_length(vehicle, now.speed);
     }
 

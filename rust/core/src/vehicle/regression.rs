@@ -29,6 +29,20 @@ use nalgebra::{SMatrix, SVector};
 /// vehicle is seen sooner.
 pub const SPAN: f64 = 2.0;
 
+/// Solves `[aa ab; ab bb] (a, b) = (x, y)`; 0 where rounding leaves nothing to solve.
+#[inline]
+pub fn solve(aa: f64, ab: f64, bb: f64, x: f64, y: f64) -> (f64, f64) {
+    let determinant = aa * bb - ab * ab;
+    if determinant > 0.0 {
+        (
+            (x * bb - y * ab) / determinant,
+            (y * aa - x * ab) / determinant,
+        )
+    } else {
+        (0.0, 0.0)
+    }
+}
+
 /// Sums of `N` regressors and of what they explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,8 +68,11 @@ impl<const N: usize> Regression<N> {
     const NOISE_TIME: f64 = 5.0;
     /// For how long the first guess of the noise counts [s].
     const FIRST_TIME: f64 = 0.2;
-    /// Bound of the sums, which no valid input reaches.
-    const MAX_SUM: f64 = 1e100;
+    /// Bounds of the sums, of their squares and of what is left, which no valid input reaches:
+    /// their products are finite.
+    const MAX_SUM: f64 = 1e40;
+    const MAX_SQUARE: f64 = 1e90;
+    const MAX_RESIDUAL: f64 = 1e45;
 
     /// Nothing measured yet; noise of this variance is expected at first.
     pub fn new(noise: f64) -> Self {
@@ -120,16 +137,16 @@ impl<const N: usize> Regression<N> {
     ///
     /// [`InputError`], naming `field`.
     pub fn checked(self, field: &'static str) -> Result<Self, InputError> {
-        let sums = self.regressors.iter().chain(self.information.iter());
-        for &sum in sums.chain(self.moment.iter()) {
+        for &sum in self.regressors.iter().chain([&self.measured]) {
             input_within(field, sum, Self::MAX_SUM)?;
         }
-        for &square in self.information.diagonal().iter() {
-            input_in_range(field, square, 0.0, Self::MAX_SUM)?;
+        for &product in self.information.iter().chain(self.moment.iter()) {
+            input_within(field, product, Self::MAX_SQUARE)?;
         }
-        input_within(field, self.measured, Self::MAX_SUM)?;
-        input_within(field, self.residual, Self::MAX_SUM)?;
-        input_in_range(field, self.noise, 0.0, Self::MAX_SUM)?;
+        for &square in self.information.diagonal().iter().chain([&self.noise]) {
+            input_in_range(field, square, 0.0, Self::MAX_SQUARE)?;
+        }
+        input_within(field, self.residual, Self::MAX_RESIDUAL)?;
         input_in_range(field, self.noise_time, 0.0, MAX_DT)?;
         Ok(self)
     }

@@ -250,7 +250,6 @@ impl PreviewPop {
                 stage: CostToGo::stage(self.params.heading_cost, offset),
                 move_cost: move_cost * move_cost,
                 turns,
-                drift: 0.0,
             },
             path_yaw,
             length,
