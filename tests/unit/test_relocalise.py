@@ -45,7 +45,15 @@ def _check_found(controller: Any, yaw: float, branch: int) -> None:
     assert (branch - after["waypoint"]) % 200 <= 2
     assert after["waypoint"] == CROSSING.relocalise(*pose)
     changed = {name for name, value in after.items() if value != before[name]}
-    assert changed <= {"waypoint", "measured_waypoint", "place", "estimator", "monitor", "gate"}
+    assert changed <= {
+        "law",
+        "waypoint",
+        "measured_waypoint",
+        "place",
+        "estimator",
+        "monitor",
+        "gate",
+    }
     # Measured and predicted vehicle are both looked for from there.
     assert (after["measured_waypoint"], after["place"]) == (after["waypoint"], None)
     assert after["gate"] is None

@@ -1,7 +1,7 @@
 //! Measured and predicted vehicle of a step, from the pose, its age and the applied angle.
 
 use crate::bounds::MIN_DT;
-use crate::laws::{Belief, LateralLaw, LateralState};
+use crate::laws::{Belief, LateralLaw};
 use crate::math::{saturate, tan};
 use crate::path::follow::Located;
 use crate::tracker::reported::Reported;
@@ -33,11 +33,6 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Perception {
-        if let Some(applied) = reported.applied_steer {
-            // The angle that was applied takes the place of the last command.
-            state.steer = applied;
-            state.law.set_steer(applied);
-        }
         if reported.pose_age > 0.0 || state.past.is_some() {
             return self.perceive_aged(state, vehicle, dt, reported.pose_age);
         }

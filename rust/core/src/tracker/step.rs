@@ -299,6 +299,11 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
+        if let Some(applied) = reported.applied_steer {
+            // The angle that was applied takes the place of the last command.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
         let (vehicle, pose) = self.believe(state, vehicle, dt, reported.pose_age);
         let perception = self.perceive(state, vehicle, dt, reported);
         let mut belief = perception.belief;

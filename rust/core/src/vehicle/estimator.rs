@@ -104,6 +104,9 @@ impl Estimator {
     const LENGTH_DOUBT: f64 = 0.1;
     /// Standard deviations of the yaw's noise from which on a turn counts as an outlier.
     const OUTLIER: f64 = 6.0;
+    /// How fast the dead time changes [s/s]. Faster: one that nobody told costs less; slower: wheels
+    /// that stick are not taken for late ones before the monitor sees them.
+    const DELAY_RATE: f64 = 0.2;
     /// Shortest dead time that counts where none was given [s].
     const LEAST_DEAD_TIME: f64 = 0.005;
     /// How much longer than given the dead time may turn out [s].
@@ -223,7 +226,8 @@ impl Estimator {
         let most = Self::MAX_STEER_OFFSET;
         self.estimate.gain = gain;
         self.estimate.steer_offset = saturate(offset, -most, most);
-        let fitted = saturate(fitted, longer - dt, longer + dt);
+        let most = Self::DELAY_RATE * dt;
+        let fitted = saturate(fitted, longer - most, longer + most);
         // A vehicle that was given without a dead time is predicted only where it shows one.
         let is_less = vehicle.dead_time <= 0.0 && fitted < Self::LEAST_DEAD_TIME;
         let fitted = if is_less { 0.0 } else { fitted };
