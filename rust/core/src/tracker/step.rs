@@ -335,6 +335,10 @@ impl<L: LateralLaw> Tracker<L> {
         }
 
         let fault = self.find_faults(state, located, here, dt);
+        if fault.contains(Status::IMPLAUSIBLE) {
+            // Wheels that do not obey are no late wheels: nothing is learnt from them.
+            state.estimator.last_measured = None;
+        }
 
         if !self.bare {
             // The angle of the last command, with the present estimate of the offset.
