@@ -47,24 +47,10 @@ def refuse_units(log: Log) -> None:
 
 
 def first_length(drive: PreparedLog, name: str) -> float:
-    """Give a first guess of the length by which the car turns, or say why there is none.
+    """Give a first guess of the length by which the car turns [m], or say why there is none.
 
-    Parameters
-    ----------
-    drive : PreparedLog
-        The log.
-    name : str
-        What it is called.
-
-    Returns
-    -------
-    float
-        v tan(steer) / yaw' by linear regression, with the delay that explains most [m].
-
-    Raises
-    ------
-    LogError
-        The log is too short or too straight, the wheels do not turn, or they turn the wrong way.
+    It is v tan(steer) / yaw' by linear regression, with the delay that explains most. Raises
+    LogError where the log is too short or too straight, or the wheels do not turn or turn wrong.
     """
     t, yaw, speed = (
         np.concatenate([values[part] for part in drive.parts()] or [np.zeros(0)])

@@ -20,24 +20,7 @@ _HAND_WHEEL = 12.0
 def described(
     given: Vehicle | None, found: Fit, point: Point, fixed: dict[str, float]
 ) -> list[str]:
-    """Say what a reader should know beyond the figures.
-
-    Parameters
-    ----------
-    given : Vehicle or None
-        The vehicle that was given.
-    found : Fit
-        What the heading says.
-    point : Point
-        What the position says.
-    fixed : dict of str to float
-        What was not fitted.
-
-    Returns
-    -------
-    list of str
-        A sentence each.
-    """
+    """Say what a reader should know beyond the figures, a sentence each."""
     notes = []
     length = found.values["turning_wheelbase"]
     if given is not None and not 0.6 < length / given.wheelbase < 1.7:

@@ -25,25 +25,10 @@ AFRESH = 10.0
 def compared(
     log: Log, drive: PreparedLog, yaw: Array, theta: float, point: tuple[float, float, float]
 ) -> dict[str, NDArray[Any]]:
-    """Set the simulated motion beside the measured one.
+    """Set the simulated motion beside the measured one: the records of an `Identification`.
 
-    Parameters
-    ----------
-    log : Log
-        The log.
-    drive : PreparedLog
-        The log, prepared for the fit.
-    yaw : (N,) ndarray of float64
-        The simulated heading [rad].
-    theta : float
-        How much of what it leaves of the measured one is noise of the samples.
-    point : tuple of float
-        Rear axle [m], slip [s²/m] and heading bias [rad], as `fit_point` gives them.
-
-    Returns
-    -------
-    dict of str to ndarray
-        The records of an `Identification`.
+    `yaw` is the simulated heading [rad], `theta` as `fit` gives it; `point` is rear axle [m], slip
+    [s²/m] and heading bias [rad], as `fit_point` gives them.
     """
     from popsteer.identification.point import smooth
 

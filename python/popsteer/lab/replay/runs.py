@@ -100,37 +100,10 @@ def run(
 
     Each is given the poses and speeds of the log, and the driver's angle as the one that was
     applied: it answers what it would command now, whatever it answered before. After a gap it
-    begins anew.
-
-    Parameters
-    ----------
-    log : Log
-        The drive.
-    tuning : mapping of str to parameters or None
-        The parameters of each controller by its name; None for the defaults.
-    vehicle : Vehicle
-        The vehicle that they are given.
-    path : Path, optional
-        What they are to follow. By default each follows the trajectory that its own tracked point
-        was driven along.
-    course : str, optional
-        What to call the path.
-    adapt : AdaptParams or "auto" or None
-        How they adapt; None: not at all.
-    progress : callable, optional
-        Called with the controller's name and the share of it that is done.
-
-    Returns
-    -------
-    Replay
-        What each would have done.
-
-    Raises
-    ------
-    ConfigError
-        No controller has such a name.
-    LogError
-        The log's trajectory makes no path.
+    begins anew. `tuning` has the parameters of each controller by its name, None for the defaults.
+    Without a `path` each follows the trajectory that its own tracked point was driven along;
+    `course` is what to call it. Raises ConfigError where no controller has such a name, and
+    LogError where the log's trajectory makes no path.
 
     Examples
     --------
