@@ -106,7 +106,6 @@ def test_planned_speed_is_kept_on_the_plants(name: str, track: str) -> None:
         max_acceleration=2.0,
         max_deceleration=3.0,
         max_lateral_acceleration=4.0,
-        drive_lag=0.25 if name == "carla-identified" else 0.0,
     )
     profile = planning.speed_profile(Path(tracks.get(track).xy), LIMITS, car)
     # The multi-body model has no speeds below 1 m/s.

@@ -266,6 +266,7 @@ def test_vehicles_by_name_are_the_papers_and_those_of_the_plants() -> None:
         no_slip_point=0.0,
         turning_wheelbase=3.553,
         understeer=2.9e-4,
+        drive_lag=0.25,
         max_lateral_acceleration=None,
     )
     assert vehicles.get("kinematic-bicycle") == sim.KinematicBicycle().vehicle

@@ -49,6 +49,7 @@ impl CarlaIdentified {
         no_slip_point: Some(0.0),
         understeer: 2.9e-4,
         steer_lag: 0.1,
+        drive_lag: 0.25, // the default throttle_lag
         ..Vehicle::PAPER
     };
 }
