@@ -1,6 +1,6 @@
 //! What goes into a step, and what comes out of it.
 
-use popsteer_core::tracker::{Predicted, Reported};
+use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::Estimate;
 use popsteer_core::{Command, Vehicle, VehicleState};
 
@@ -106,21 +106,6 @@ pub struct CPredicted {
     pub vehicle: CVehicleState,
     /// Angle commanded then [rad].
     pub steer: f64,
-}
-
-impl From<Predicted> for CPredicted {
-    fn from(predicted: Predicted) -> Self {
-        let Predicted {
-            time,
-            vehicle,
-            steer,
-        } = predicted;
-        Self {
-            time,
-            vehicle: vehicle.into(),
-            steer,
-        }
-    }
 }
 
 /// What the motion has shown of the vehicle.
