@@ -57,7 +57,7 @@ def _noise(random: np.random.Generator, count: int, memory: float) -> NDArray[np
 def _measured(clean: dict[str, NDArray[np.float64]], seed: int, memory: float) -> Log:
     random = np.random.default_rng(seed)
     sizes = {"x": 0.02, "y": 0.02, "yaw": 0.002, "speed": 0.02}
-    noisy = {
+    noisy: dict[str, Any] = {
         name: values + sizes.get(name, 0.0) * _noise(random, len(values), memory)
         for name, values in clean.items()
     }
