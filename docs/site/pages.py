@@ -20,7 +20,10 @@ CHAPTERS: list[tuple[str, list[str]]] = [
         ["docs/carla.md", "docs/ros2.md", "docs/gymnasium.md", "docs/c.md", "docs/examples.md"],
     ),
     ("Edges and statuses", ["docs/edges.md"]),
-    ("Choose a controller", ["docs/choose.md", "docs/preview_pop.md"]),
+    (
+        "Choose a controller",
+        ["docs/choose.md", "docs/preview_pop.md", "docs/compare_your_controller.md"],
+    ),
     ("Theory", ["docs/theory.md"]),
     ("Benchmarks", ["benches/README.md", "docs/fuzzing.md", "docs/mutation_testing.md"]),
     ("The paper", ["docs/paper.md"]),

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from popsteer import controllers
+from popsteer import controllers, own
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
 from popsteer.toml_file import in_file, keys, read
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["add_load_and_save", "as_toml", "load", "load_all", "save"]
 
 _HEAD = """\
-# Tuning of a controller, as popsteer.{kind}.load reads it. SI units and radians. What is
+# Tuning of a controller, as {kind} reads it. SI units and radians. What is
 # left out has its default, which may scale with the vehicle.
 """
 
@@ -70,17 +70,25 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
     document = read(file, "tuning file")
     found: dict[str, Params] = {}
     for table, fields in document.items():
-        name = table.replace("_", "-")
-        if name not in controllers.names():
+        mine = own.is_named("controller", table)
+        name = table if mine else table.replace("_", "-")
+        if not mine and name not in controllers.names():
             known = [each.replace("-", "_") for each in controllers.names()]
             raise in_file(file, ConfigError.unknown("table", table, known))
         if not isinstance(fields, dict):
             raise in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
-        found[name] = _made(file, table, fields, controllers.get(name).params)
+        found[name] = _made(file, table, fields, _kind(name))
     if not found:
         listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
         raise in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
     return found
+
+
+def _kind(name: str) -> Any:  # noqa: ANN401 - one's own has any class
+    """Give the class of a controller's parameters."""
+    if name in controllers.names():
+        return controllers.get(name).params
+    return own.params_of(own.load("controller", name))
 
 
 def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
@@ -149,13 +157,15 @@ def save(params: Params, file: str | os.PathLike[str]) -> None:
     write_text_atomic(file, as_toml(params))
 
 
-def as_toml(params: Params) -> str:
+def as_toml(params: Params, name: str | None = None) -> str:
     """Word the tuning of a controller as the text of a TOML file.
 
     Parameters
     ----------
     params : parameters of a controller
         The tuning.
+    name : str, optional
+        Name of the controller, where it is one of your own.
 
     Returns
     -------
@@ -167,9 +177,12 @@ def as_toml(params: Params) -> str:
     >>> as_toml(popsteer.PopParams()).splitlines()[5:7]
     ['# Lookahead at rest `ld_min` [m].', '# min_lookahead =']
     """
-    name = controllers.name_of(type(params)).replace("-", "_")
-    head = _HEAD.format(kind=type(params).__name__) + f"[{name}]"
-    return "\n".join([head, *keys(params)]) + "\n"
+    kind = f"popsteer.{type(params).__name__}.load"
+    if name is not None and own.is_named("controller", name):
+        lines = [f"{key} = {value!r}" for key, value in params.as_dict().items()]
+        return "\n".join([_HEAD.format(kind="popsteer --params") + f'["{name}"]', *lines]) + "\n"
+    table = controllers.name_of(type(params)).replace("-", "_")
+    return "\n".join([_HEAD.format(kind=kind) + f"[{table}]", *keys(params)]) + "\n"
 
 
 def add_load_and_save(*kinds: type[Any]) -> None:

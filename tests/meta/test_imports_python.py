@@ -26,7 +26,7 @@ LAYERS = (
         "prediction",
         "signatures",
     ),
-    ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
+    ("paper", "own", "controllers", "vehicles", "vehicle_file", "reference"),
     ("planning", "logs", "params_file"),
     ("identification",),
     ("popsteer",),  # what `import popsteer` brings

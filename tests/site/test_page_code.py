@@ -21,6 +21,7 @@ ELSEWHERE = {
     "README.md": "tests/meta/test_readme.py",
     "docs/c.md": "tests/adapters/c/test_c_interface.py",
     "docs/carla.md": "tests/adapters/test_carla_page.py",
+    "docs/compare_your_controller.md": "tests/cli/test_own.py",
     "docs/edges.md": "tests/closed_loop/test_cars_loop_stop.py",
     "docs/planning.md": "tests/closed_loop/test_planning_page.py",
     "docs/ros2.md": "tests/adapters/test_ros2_page.py",

@@ -73,6 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             raise _with_all_extras(error, given) from None
         sys.stdout.flush()
     except PopsteerError as error:
+        print(getattr(error, "traceback", ""), end="", file=sys.stderr)  # of the user's own code
         status = _refuse(str(error))
     except BrokenPipeError:
         status = 1  # whoever read the output has seen enough: `popsteer tracks | head` is no error

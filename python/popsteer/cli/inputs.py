@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import tracks
+from popsteer import own, tracks
 from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each
 from popsteer.errors import ConfigError
@@ -86,8 +86,24 @@ def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Co
         return Course(Path.from_csv(os.fspath(waypoints), closed=closed), waypoints.name)
     if closed:
         raise ConfigError("--closed", closed, _CLOSED)
+    if track is not None and own.is_reference(track):
+        return Course(_own_path(track), own.title(track))
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
     return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name)
+
+
+def _own_path(name: str) -> Path:
+    """Give the path that a function of your own makes, or that stands there: of (x, y) rows too."""
+    made = own.load("track", name)
+    try:
+        found = made() if callable(made) else made
+        if isinstance(found, Path):
+            return found
+        if isinstance(found, tracks.Track):
+            return Path(found.xy, speed=found.speed, closed=found.closed)
+        return Path(found)
+    except Exception as error:
+        raise own.OwnCodeError(name, error) from error
 
 
 def courses(
@@ -138,9 +154,9 @@ def tuned(
     all by default. Raises ConfigError where a controller, the preset or a parameter is not known, a
     value is refused, or the file has a controller that is not among them.
     """
-    known = controller_names() if known is None else known
+    own_too, known = known is None, controller_names() if known is None else known
     for name in controllers:
-        if name not in known:
+        if name not in known and not (own_too and baselines.is_known(name)):
             raise ConfigError.unknown("controller", name, known)
     begun: dict[str, Any] = parameters(controllers, preset)
     if params is not None:
@@ -153,7 +169,7 @@ def tuned(
         preset = params.name
     usual = AdaptParams()
     # The baselines do not adapt, so alone they have no such parameters.
-    adapting = [] if set(controllers) <= set(baselines.names()) else [usual]
+    adapting = [usual] if set(controllers) & set(own_controllers.names()) else []
     owner = " or ".join(controllers)
     changed = assigned_each([*begun.values(), *adapting], assignments or [], owner)
     adapt: AdaptParams | Literal["auto"] | None = "auto"

@@ -103,3 +103,4 @@ def matrix(
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
     outputs.show(lab.matrix.table.matrix_caption(found), tables, notes)
     print(said)
+    outputs.say_raised(run for each in found.comparisons for run in each.runs.values())

@@ -54,7 +54,10 @@ __all__ = [
 _PLANTS = (
     f"{', '.join(sim.plant_names())}; with the extra 'plants' commonroad-MODEL-VEHICLE (MODEL is"
     f" st, std or mb, VEHICLE is 1 to 3) and {plants.names()[-1]}; or the file *.toml of a vehicle,"
-    " which is then driven as a kinematic bicycle."
+    " which is then driven as a kinematic bicycle. FILE.py:NAME is a plant of your own."
+)
+_OWN = (
+    "Your own are FILE.py:NAME, MODULE:NAME or an entry point, see docs/compare_your_controller.md"
 )
 _TRACKS = ", ".join(tracks.names())
 
@@ -73,7 +76,7 @@ Controllers: TypeAlias = Annotated[
     typer.Option(
         metavar="NAMES",
         help=f"The controllers, separated by commas: {', '.join(controller_names())}."
-        " mpc needs the extra 'mpc'.",
+        f" mpc needs the extra 'mpc'. {_OWN}.",
     ),
 ]
 OwnControllers: TypeAlias = Annotated[
@@ -87,7 +90,7 @@ Controller: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help=f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'.",
+        help=f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'. {_OWN}.",
     ),
 ]
 Preset: TypeAlias = Annotated[
@@ -139,7 +142,7 @@ Track: TypeAlias = Annotated[
     optional(
         "NAME",
         f"Shipped track to follow: {_TRACKS}. The first is the default; for replay, it is the"
-        " trajectory in the log.",
+        " trajectory in the log. FILE.py:NAME is a path of your own, or a function that makes one.",
     ),
 ]
 Tracks: TypeAlias = Annotated[

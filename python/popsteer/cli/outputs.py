@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
+    from popsteer.sim import Run
 
 __all__ = [
     "console",
@@ -37,6 +39,7 @@ __all__ = [
     "driven",
     "figure_paths",
     "say",
+    "say_raised",
     "show",
     "write",
     "written",
@@ -141,6 +144,14 @@ def deliver(
     tables = lab.compare.table.tables(comparison, console().width)
     show(caption(comparison), tables, notes(comparison))
     print(said)
+    say_raised(comparison.runs.values())
+
+
+def say_raised(runs: Iterable[Run]) -> None:
+    """Show the tracebacks of the runs that code of your own ended, on stderr."""
+    for run in runs:
+        if run.traceback:
+            print(f"\n{run.law} on {run.plant}:\n{run.traceback}", end="", file=sys.stderr)
 
 
 def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from popsteer import lab, presets, vehicles
+from popsteer import lab, own, presets, vehicles
 from popsteer.cli import inputs, logs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
@@ -17,6 +17,7 @@ from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder, write_files_atomic
+from popsteer.lab import baselines
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
@@ -57,7 +58,8 @@ def replay(
         str | None,
         options.optional(
             "NAMES",
-            f"The controllers, of {', '.join(controller_names())}. By default {_DEFAULT}, or"
+            f"The controllers, of {', '.join(controller_names())}, or your own as compare has them."
+            f" By default {_DEFAULT}, or"
             " the one of --params.",
         ),
     ] = None,
@@ -129,9 +131,16 @@ def _chosen(
         if name not in names:
             raise ConfigError("--controllers", controllers, f"with {name}, which --params is of")
     return {
-        name: assigned(tuned.get(name, presets.get(name, preset)), assignments, name)
-        for name in names
+        name: assigned(tuned.get(name, _usual(name, preset)), assignments, name) for name in names
     }
+
+
+def _usual(name: str, preset: str) -> Params:
+    """Give the parameters of a controller where no file has them."""
+    if name in controller_names() or not own.is_named("controller", name):
+        return presets.get(name, preset)
+    made: Params = baselines.get(name).params()
+    return made
 
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:

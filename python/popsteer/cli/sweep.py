@@ -52,7 +52,7 @@ def sweep(
         str | None,
         options.optional(
             "NAME",
-            "The controller. The default is that of --params, or else"
+            "The controller, as compare has them. The default is that of --params, or else"
             f" {varying.DEFAULT_CONTROLLER}.",
         ),
     ] = None,
@@ -169,3 +169,6 @@ def sweep(
         print(f"The worst run again: popsteer compare --replay-run {out}:{worst}")
     if report is not None:
         print(said)
+    if not job.is_of_core:
+        stopped = next((row["run"] for row in rows if not row["finished"]), None)
+        outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer import controllers, lab
+from popsteer import controllers, lab, own
 from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
 from popsteer.cli.progress import Progress, kept_in
 from popsteer.errors import ConfigError
@@ -48,7 +48,8 @@ def tune(
         str | None,
         options.optional(
             "NAME",
-            f"The controller: {', '.join(controllers.names())}. The default is that of"
+            f"The controller: {', '.join(controllers.names())}, or your own as compare has it."
+            " The default is that of"
             f" --params, or else {varying.DEFAULT_CONTROLLER}.",
         ),
     ] = None,
@@ -124,7 +125,7 @@ def tune(
     """Search for the parameters of a controller for a vehicle."""
     moved, given, _ = vehicle_inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
-    if name not in controllers.names():
+    if name not in controllers.names() and not own.is_named("controller", name):
         raise ConfigError.unknown("controller", name, controllers.names())
     base = tuning.params[name]
     wanted = lab.tune.usual_search(name, base, given)
@@ -182,7 +183,7 @@ def tune(
             from popsteer.lab.tune.figure import tune_figure
 
             drawn = outputs.draw_figures(out, partial(tune_figure, tuned), progress)
-            write_files_atomic({**drawn, out: as_toml(tuned.params).encode()})
+            write_files_atomic({**drawn, out: as_toml(tuned.params, name).encode()})
     report = lab.tune.report
     outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))
     outputs.written(out, pictures, "--out FILE writes the tuning, and a figure of the trials.")

@@ -38,7 +38,7 @@ def tuning(
     """
     if controller is None:
         controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
-    if controller in baselines.names() and preset == "default":
+    if baselines.is_known(controller) and preset == "default":
         preset = presets.REPRODUCTION  # those from elsewhere have one tuning alone
     return controller, inputs.tuned(
         [controller], preset, assignments, no_adapt=no_adapt, params=params

@@ -65,7 +65,7 @@ def named_vehicle(text: str) -> Vehicle:
         return Vehicle.load(text)
     if text in vehicles.names():
         return vehicles.get(text)
-    if text in plants.names():
+    if plants.is_known(text):
         return sim.vehicle_of(text)
     known = (*vehicles.names(), *plants.names(), "a file *.toml")
     raise ConfigError.unknown("vehicle", text, known)

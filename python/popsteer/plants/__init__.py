@@ -41,6 +41,6 @@ A plant of your own is any object that has what `PythonPlant` lists:
 
 from popsteer.errors import PlantLimit
 from popsteer.plants.protocol import PlantState, PythonPlant
-from popsteer.plants.registry import get, names
+from popsteer.plants.registry import get, is_known, names
 
-__all__ = ["PlantLimit", "PlantState", "PythonPlant", "get", "names"]
+__all__ = ["PlantLimit", "PlantState", "PythonPlant", "get", "is_known", "names"]

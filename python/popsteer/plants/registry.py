@@ -5,14 +5,16 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Protocol
 
+from popsteer import own
 from popsteer.errors import ConfigError
 from popsteer.extras import require
+from popsteer.plants.own import OwnPlant
 from popsteer.plants.protocol import PythonPlant
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["Configurable", "get", "names"]
+__all__ = ["Configurable", "get", "is_known", "names"]
 
 _MODELS = ("st", "std", "mb")
 _VEHICLES = (1, 2, 3)
@@ -50,17 +52,28 @@ def names() -> tuple[str, ...]:
     return (*commonroad, _MUJOCO)
 
 
+def is_known(name: str) -> bool:
+    """Whether `get` knows a name: one of `names`, or that of a plant of your own.
+
+    Examples
+    --------
+    >>> is_known("mujoco-car"), is_known("mine.py:Car"), is_known("bicycle")
+    (True, True, False)
+    """
+    return name in names() or own.is_named("plant", name)
+
+
 def get(name: str) -> Configurable:
     """Make a plant.
 
     Parameters
     ----------
     name : str
-        One of `names`.
+        One of `names`, or one of your own as `popsteer.own` has it.
 
     Returns
     -------
-    CommonRoad or MujocoCar
+    CommonRoad or MujocoCar or OwnPlant
         A new vehicle with the default parameters.
 
     Raises
@@ -78,6 +91,8 @@ def get(name: str) -> Configurable:
 commonroad-st-2, commonroad-st-3, commonroad-std-1, commonroad-std-2, commonroad-std-3, \
 commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
     """
+    if name not in names() and own.is_named("plant", name):
+        return OwnPlant(name)
     if name not in names():
         raise ConfigError.unknown("plant", name, names())
     require(f"plant {name}", "plants")

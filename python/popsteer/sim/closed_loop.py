@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer import controllers
+from popsteer import controllers, own
 from popsteer._core import (
+    CarlaIdentified,
+    KinematicBicycle,
     Path,
     Settings,
     Simulation,
@@ -18,7 +20,7 @@ from popsteer._core import (
     SpeedTracker,
     Vehicle,
 )
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, PathError
 from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.belief import believed, informed
 from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
@@ -89,6 +91,8 @@ class Run:
     """What the plant was."""
     ending: str = ""
     """How it ended; `Simulation.ending` lists the ways."""
+    traceback: str = ""
+    """What code of your own raised, where that ended the run and `keep_going` was asked for."""
 
     @property
     def dt(self) -> float:
@@ -196,6 +200,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     noise: Noise | None = None,
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
+    keep_going: bool = False,
 ) -> Run:
     """Let a controller drive a plant along a path, until its end or until the run has failed.
 
@@ -237,6 +242,9 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         Where the noise comes from, 0 to 2**64 - 1; the same seed gives the same bits.
     progress : callable, optional
         Called now and then with the share of the path done, 0 to 1.
+    keep_going : bool, default False
+        Whether an exception from a controller or a plant of your own ends the run, which then has
+        its `traceback`, instead of reaching you.
 
     Returns
     -------
@@ -321,7 +329,17 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         tracked_point=getattr(controller, "tracked_point", None),
         settings=settings,
     )
-    simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed, pedals=pedals)
+    ending = trace = ""
+    try:
+        simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed, pedals=pedals)
+    except (ConfigError, PathError):
+        raise
+    except Exception as error:
+        core = isinstance(plant, str | CarlaIdentified | KinematicBicycle)
+        if not keep_going or (core and isinstance(controller, controllers.CONTROLLERS)):
+            raise
+        ending = " ".join(f"raised {type(error).__name__}: {error}".split())
+        trace = own.raised(error)
     return Run(
         law=_name(controller),
         plant=simulation.plant,
@@ -333,7 +351,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         params=_params(controller),
         vehicle=believed(controller),
         plant_vehicle=vehicle,
-        ending=simulation.ending or "stopped",
+        ending=ending or simulation.ending or "stopped",
+        traceback=trace,
     )
 
 

@@ -9,6 +9,7 @@ from popsteer import plants
 from popsteer._core import CarlaIdentified, KinematicBicycle
 from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
+from popsteer.plants.own import ASKED
 from popsteer.plants.protocol import PythonPlant
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ CORE_PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
     "kinematic-bicycle": KinematicBicycle,
 }
 """The classes of the plants of the core, by name."""
-_ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 
 
 def plant_names() -> tuple[str, ...]:
@@ -88,12 +88,12 @@ def plant_name(plant: Plant) -> str:
     """
     if isinstance(plant, str):
         known = (*plant_names(), *plants.names())
-        if plant not in known:
+        if plant not in known and not plants.is_known(plant):
             raise ConfigError.unknown("plant", plant, known)
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         return next(name for name, kind in CORE_PLANTS.items() if isinstance(plant, kind))
-    lacking = [asked for asked in _ASKED if not hasattr(plant, asked)]
+    lacking = [asked for asked in ASKED if not hasattr(plant, asked)]
     if lacking:
         raise TypeError(
             "plant must be a name or an object of a plant class,"
@@ -114,7 +114,7 @@ def made(plant: Plant) -> Plant:
     'carla-identified'
     """
     name = plant_name(plant)  # refuses an unknown one
-    return plants.get(name) if isinstance(plant, str) and name in plants.names() else plant
+    return plants.get(name) if isinstance(plant, str) and plants.is_known(name) else plant
 
 
 def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:

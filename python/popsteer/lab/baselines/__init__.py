@@ -14,6 +14,6 @@ Examples
 """
 
 from popsteer.lab.baselines.mpc_params import MpcParams
-from popsteer.lab.baselines.registry import Baseline, get, names
+from popsteer.lab.baselines.registry import Baseline, get, is_known, names
 
-__all__ = ["Baseline", "MpcParams", "get", "names"]
+__all__ = ["Baseline", "MpcParams", "get", "is_known", "names"]

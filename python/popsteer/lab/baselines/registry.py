@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
+from popsteer import own
 from popsteer.errors import ConfigError
 from popsteer.extras import require
 from popsteer.lab.baselines.mpc_params import MpcParams
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from popsteer import Path, Vehicle
     from popsteer.sim.steering import OwnSimpleController
 
-__all__ = ["Baseline", "get", "names"]
+__all__ = ["Baseline", "get", "is_known", "names"]
 
 
 class Baseline(NamedTuple):
@@ -24,9 +26,9 @@ class Baseline(NamedTuple):
     """Name on the command line and in files."""
     title: str
     """Name as a person reads it, in tables and figures."""
-    params: type[MpcParams]
+    params: type[Any]
     """The class of its parameters."""
-    controller: Callable[[Path, Vehicle | None, MpcParams | None], OwnSimpleController]
+    controller: Callable[[Path, Vehicle | None, Any], OwnSimpleController]
     """Makes what steers, of path, vehicle and parameters; without a vehicle, of the plant's."""
 
 
@@ -37,6 +39,34 @@ def _mpc(
     from popsteer.lab.baselines.mpc import Mpc
 
     return Mpc(path, vehicle, params)
+
+
+class _Broken:
+    """Stands for a controller whose constructor raised."""
+
+    def __init__(self, error: Exception) -> None:
+        self._error = error
+
+    def step(self, *_: float) -> NoReturn:
+        """Raise what the constructor raised."""
+        raise self._error
+
+
+def _own(
+    name: str,
+    kind: Any,  # noqa: ANN401 - a class or a function
+    path: Path,
+    vehicle: Vehicle | None,
+    params: Any,  # noqa: ANN401 - of a class of its own
+) -> OwnSimpleController:
+    """Make a controller of your own."""
+    try:
+        made: OwnSimpleController = own.called(kind, path, vehicle, params=params)
+    except Exception as error:  # noqa: BLE001 - anything can be raised there
+        return _Broken(error)
+    if not callable(getattr(made, "step", None)):
+        raise ConfigError("controller", name, "one with a method step(x, y, yaw, speed, dt)")
+    return made
 
 
 _BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
@@ -53,16 +83,26 @@ def names() -> tuple[str, ...]:
     return tuple(_BASELINES)
 
 
+def is_known(name: str) -> bool:
+    """Whether `get` knows a name: one of `names`, or that of a controller of your own."""
+    return name in names() or own.is_named("controller", name)
+
+
 def get(name: str) -> Baseline:
     """Give a baseline by its name: its title, its parameters, and what makes it.
 
-    Raises ConfigError where no baseline has this name.
+    A name may be that of a controller of your own, as `popsteer.own` has it. Raises ConfigError
+    where nothing has this name, and OwnCodeError where loading it raises. What its constructor
+    raises, the first step of the controller raises.
 
     Examples
     --------
     >>> get("mpc").params().stages
     20
     """
+    if name not in names() and own.is_named("controller", name):
+        kind = own.load("controller", name)
+        return Baseline(name, own.title(name), own.params_of(kind), partial(_own, name, kind))
     if name not in names():
         raise ConfigError.unknown("baseline", name, names())
     return _BASELINES[name]

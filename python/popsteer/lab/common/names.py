@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from popsteer import controllers
+from popsteer import controllers, own
 from popsteer.lab import baselines
 
 __all__ = ["controller_names", "title_of"]
@@ -17,4 +17,4 @@ def title_of(law: str) -> str:
     """Name of a controller as a person reads it; that of one's own is as it is."""
     if law in baselines.names():
         return baselines.get(law).title
-    return controllers.get(law).title if law in controllers.names() else law
+    return controllers.get(law).title if law in controllers.names() else own.title(law)

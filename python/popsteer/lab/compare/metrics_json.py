@@ -54,7 +54,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         "controllers": {
             name: _controller(run)
             # Times differ from run to run; without them the file is the same each time.
-            | ({"step_time": times[name]} if (times := comparison.step_times) else {})
+            | ({"step_time": times[name]} if name in (times := comparison.step_times) else {})
             for name, run in comparison.runs.items()
         },
         "paper": {name: figures._asdict() for name, figures in PAPER.items()},
@@ -71,7 +71,14 @@ def _controller(run: Run) -> dict[str, Any]:
     """Lay out one run: its metrics, and the controller's tuning and vehicle."""
     params = {name: _finite(value) for name, value in run.params.items()}
     vehicle = None if run.vehicle is None else run.vehicle.as_dict()
-    return {**_metrics(run.metrics), "ending": run.ending, "params": params, "vehicle": vehicle}
+    raised = {"traceback": run.traceback} if run.traceback else {}
+    return {
+        **_metrics(run.metrics),
+        "ending": run.ending,
+        **raised,
+        "params": params,
+        "vehicle": vehicle,
+    }
 
 
 def _metrics(metrics: Metrics) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from popsteer import controllers, presets, sim
@@ -107,15 +107,15 @@ def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParam
     >>> parameters(["pid"], "published-code")["pid"].kp
     0.12
     """
-    if preset != presets.REPRODUCTION and names and set(names) <= set(baselines.names()):
+    if preset != presets.REPRODUCTION and names and all(map(baselines.is_known, names)):
         requirement = f"left out, as it changes nothing about {', '.join(names)}"
         raise ConfigError("preset", preset, requirement)
     chosen: dict[str, Params | MpcParams] = {}
     for name in names:
-        if name in baselines.names():
-            chosen[name] = baselines.get(name).params()
-        elif name in controllers.names():
+        if name in controllers.names():
             chosen[name] = presets.get(name, preset)
+        elif baselines.is_known(name):
+            chosen[name] = baselines.get(name).params()
         else:
             raise ConfigError.unknown("controller", name, controller_names())
     return chosen
@@ -133,7 +133,8 @@ def controller(
     Parameters
     ----------
     name : str
-        One of `popsteer.lab.common.names.controller_names`.
+        One of `popsteer.lab.common.names.controller_names`, or one of your own as `popsteer.own`
+        has it.
     path : Path
         What it follows.
     vehicle : Vehicle
@@ -163,9 +164,9 @@ def controller(
     """
     # The registries pair each controller with its parameters.
     known: Any = params
-    if name in baselines.names():
-        return baselines.get(name).controller(path, vehicle, known)
-    return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
+    if name in controllers.names():
+        return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
+    return baselines.get(name).controller(path, vehicle, known)
 
 
 def run(  # noqa: PLR0913 - as `popsteer.sim.run`
@@ -191,8 +192,10 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     path : Path
         What they follow.
     names : sequence of str, or mapping of str to parameters
-        The controllers, of `popsteer.lab.common.names.controller_names`; by default the paper's
-        four. A mapping gives each its tuning, and `preset` then only says what that is called.
+        The controllers, of `popsteer.lab.common.names.controller_names` or of your own as
+        `popsteer.own` has them; by default the paper's four. What one of your own raises ends its
+        run alone; `Run.traceback` has it. A mapping gives each its tuning, and `preset` then only
+        says what that is called.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves.
     vehicle : Vehicle, optional
@@ -249,7 +252,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
                 progress(name, share)
 
         advance(0.0)
-        runs[name] = sim.run(
+        run = sim.run(
             driver,
             plant,
             path=path,
@@ -260,6 +263,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
             longitudinal=longitudinal,
             settings=settings,
             progress=advance,
+            keep_going=True,
         )
+        runs[name] = replace(run, law=name, params=run.params or chosen[name].as_dict())
         advance(1.0)
     return Comparison(runs=runs, preset=preset, plant=plant_name(plant))

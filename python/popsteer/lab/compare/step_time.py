@@ -53,7 +53,8 @@ def time_steps(
     Returns
     -------
     Comparison
-        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns].
+        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns];
+        without those of runs that code of your own ended.
 
     Raises
     ------
@@ -78,6 +79,8 @@ def time_steps(
     times: dict[str, float] = {}
     latencies: dict[str, Sequence[int]] = {}
     for name, run in comparison.runs.items():
+        if run.traceback:
+            continue  # there is no step to time
 
         def advance(share: float, name: str = name) -> None:
             if progress is not None:
@@ -86,6 +89,10 @@ def time_steps(
         make = partial(controller, name, run.path, comparison.believed, params[name], adapt)
         times[name], latencies[name] = _step_time(comparison, run, make, advance)
     return replace(comparison, step_times=times, latencies=latencies)
+
+
+def _nothing() -> None:
+    """Stand for the `reset` of a controller of one's own that has none."""
 
 
 def _step_time(
@@ -105,7 +112,7 @@ def _step_time(
     def driver() -> Driver:
         made = make()
         # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
-        return Driver(getattr(made, "steer", made.step), made.reset)
+        return Driver(getattr(made, "steer", made.step), getattr(made, "reset", _nothing))
 
     measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
     percentiles = measured.percentiles[run.law]

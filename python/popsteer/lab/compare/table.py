@@ -142,7 +142,9 @@ _AGAINST_PAPER = [
 
 def _step_time(times: Mapping[str, float]) -> _Column:
     """Column for the median time of a control step."""
-    return _Column("step\np50\n[µs]", lambda run: 1e6 * times[run.law], ".2f", ranked=True)
+    return _Column(
+        "step\np50\n[µs]", lambda run: 1e6 * times.get(run.law, math.nan), ".2f", ranked=True
+    )
 
 
 def _more(settling_time: float) -> list[_Column]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -28,5 +29,5 @@ def rows(found: Matrix) -> Iterator[Row]:
     """Give the rows in the order of the comparisons: plant by plant, track by track."""
     for comparison in found.comparisons:
         for name, run in comparison.runs.items():
-            time = comparison.step_times[name]
+            time = comparison.step_times.get(name, math.nan)
             yield Row(comparison.plant, comparison.track, name, run.metrics, time, run.ending)

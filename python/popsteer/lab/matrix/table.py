@@ -146,7 +146,9 @@ def _markdown(found: Matrix) -> str:
     for each in found.comparisons:
         cells = [_error(run.metrics) for run in each.runs.values()]
         lines.append([each.plant, each.track, *cells])
-    times = [median(each.step_times[name] for each in found.comparisons) for name in names]
+    times = [
+        median(each.step_times.get(name, math.nan) for each in found.comparisons) for name in names
+    ]
     lines.append(["step, median [µs]", "", *(f"{1e6 * time:.2f}" for time in times)])
     on = describe()
     table = "".join(f"| {' | '.join(line)} |\n" for line in lines)

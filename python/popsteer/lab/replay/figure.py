@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer import controllers
 from popsteer.lab.common.draw import plot_broken, wrapped
+from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.table import caption
 from popsteer.status import Status
 
@@ -46,7 +46,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     )
     for place, shadow in enumerate(found.shadows.values()):
         style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
-        title = controllers.get(shadow.name).title
+        title = title_of(shadow.name)
         plot_broken(angles, t, np.degrees(shadow.steer), log.gaps, label=title, **style)
         plot_broken(differences, t, np.degrees(shadow.steer - log.steer), log.gaps, **style)
         plot_broken(errors, t, shadow.cross_track_error, log.gaps, **style)
@@ -58,7 +58,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
     marks.set_yticks(
         range(len(found.shadows)),
-        [controllers.get(name).title for name in found.shadows],
+        [title_of(name) for name in found.shadows],
         fontsize=8.0,
     )
     marks.invert_yaxis()

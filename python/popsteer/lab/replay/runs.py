@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from popsteer import controllers
+from popsteer import controllers, own
 from popsteer._core import Path
+from popsteer.lab.replay.watching import Watching
 from popsteer.logs import LogError
 from popsteer.status import Status
 
@@ -102,8 +104,9 @@ def run(
     applied: it answers what it would command now, whatever it answered before. After a gap it
     begins anew. `tuning` has the parameters of each controller by its name, None for the defaults.
     Without a `path` each follows the trajectory that its own tracked point was driven along;
-    `course` is what to call it. Raises ConfigError where no controller has such a name, and
-    LogError where the log's trajectory makes no path.
+    `course` is what to call it. Raises ConfigError where no controller has such a name,
+    OwnCodeError where one of your own raises, and LogError where the log's trajectory makes no
+    path.
 
     Examples
     --------
@@ -117,21 +120,22 @@ def run(
     """
     shadows = {}
     for name, params in tuning.items():
-        law = controllers.get(name)
-        shadows[name] = _shadow(log, law, params, vehicle, path, adapt, progress)
+        own_code = name not in controllers.names() and own.is_named("controller", name)
+        kind: Any = partial(Watching, name) if own_code else controllers.get(name).controller
+        shadows[name] = _shadow(log, name, kind, params, vehicle, path, adapt, progress)
     return Replay(log=log, vehicle=vehicle, shadows=shadows, course=course)
 
 
 def _shadow(
     log: Log,
-    law: controllers.Law,
+    name: str,
+    kind: Any,  # noqa: ANN401 - makes one of several classes
     params: controllers.Params | None,
     vehicle: Vehicle,
     path: Path | None,
     adapt: AdaptParams | Literal["auto"] | None,
     progress: Callable[[str, float], object] | None,
 ) -> Shadow:
-    kind: Any = law.controller
     places: NDArray[np.int64] | None = None
     if path is None:
         # Where the tracked point lies is known to the controller alone.
@@ -161,8 +165,8 @@ def _shadow(
         steer[k], status[k] = command.steer, int(command.status)
         cross[k], heading[k] = command.cross_track_error, command.heading_error
         if progress is not None and k % 512 == 0:
-            progress(law.name, k / count)
-    return Shadow(law.name, path, steer, cross, heading, status)
+            progress(name, k / count)
+    return Shadow(name, path, steer, cross, heading, status)
 
 
 def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
@@ -202,6 +206,9 @@ def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
 
 def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of several classes
     """Give a controller its waypoint: where laps overlap, it could find the wrong one."""
+    if isinstance(controller, Watching):
+        controller.segment = waypoint
+        return
     controller.state = controller.state.replace(waypoint=waypoint, measured_waypoint=waypoint)
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer import controllers
 from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, figure_names
+from popsteer.lab.common.names import title_of
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def replay_table(found: Replay) -> Table:
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
         table.add_row(
-            controllers.get(shadow.name).title,
+            title_of(shadow.name),
             *(f"{figures[key]:.{places}f}" for key, places in _SHOWN.items()),
         )
     return table
@@ -74,7 +74,7 @@ def statuses(found: Replay) -> list[str]:
             f"{name} {100.0 * share:.1f} %" for name, share in shadow.conditions().items()
         )
         if held:
-            lines.append(f"{controllers.get(shadow.name).title}: {held}")
+            lines.append(f"{title_of(shadow.name)}: {held}")
     return lines
 
 

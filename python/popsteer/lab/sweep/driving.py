@@ -108,6 +108,7 @@ def repeat(
         noise=made.noise,
         seed=job.seed_of(run),
         progress=progress,
+        keep_going=True,
     )
 
 

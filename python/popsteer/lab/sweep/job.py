@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-from popsteer import controllers, sim
+from popsteer import controllers, own, sim
 from popsteer._core import (
     AdaptParams,
     CarlaIdentified,
@@ -59,7 +59,7 @@ class Job:
     path : Path
         What is followed.
     controller : str
-        Name of the controller.
+        Name of the controller; of your own as `popsteer.own` has it.
     params : parameters of that controller
         Its tuning.
     plant : str or plant
@@ -194,6 +194,9 @@ class Job:
             settings=Settings() if self.settings is None else self.settings,
         )
         document = {"schema": SCHEMA, "version": __version__, **document}
+        named = {each: own.file_hash(each) for each in (self.controller, plant_name(plant))}
+        if files := {each: found for each, found in named.items() if found}:
+            document["files"] = files  # a sweep of other code is another sweep
         return json.dumps(document, separators=(",", ":"))
 
     @property
@@ -217,6 +220,9 @@ def from_text(text: str) -> Job:
             f"a sweep of popsteer {document.get('version')} ({schema}); this is {__version__}"
             f" ({SCHEMA})"
         )
+    for each, known in document.pop("files", {}).items():
+        if own.file_hash(each) != known:
+            raise PopsteerError(f"{each} is not there as it was when the sweep was driven")
     del document["schema"], document["version"]
     adapt, pedals = document["adapt"], document["longitudinal"]
     name = document["controller"]

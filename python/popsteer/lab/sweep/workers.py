@@ -18,10 +18,12 @@ from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
+from popsteer import own
 from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.lab.sweep.driving import drive, drive_text
+from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -120,6 +122,8 @@ def on_dask(
         except (OSError, ValueError) as error:
             raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
         _check_versions(client, where)
+        for file in own.files(job.controller, plant_name(job.whole)):
+            client.upload_file(str(file))
         workers = max(len(client.nthreads()), 1)
         text = client.scatter(job.text, broadcast=True)
         futures = [

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from popsteer import controllers, sim
+from popsteer import controllers, own, sim
 from popsteer._core import (
     AdaptParams,
     CarlaIdentified,
@@ -98,7 +98,7 @@ class Problem:
     paths : mapping of str to Path
         The tracks, by name.
     controller : str
-        Name of the controller, one of popsteer's.
+        Name of the controller; of your own as `popsteer.own` has it.
     base : parameters of that controller
         The tuning to begin with; what is not searched stays.
     search : mapping of str to Distribution
@@ -143,7 +143,8 @@ class Problem:
     settings: Settings | None = None
 
     def __post_init__(self) -> None:
-        if self.controller not in controllers.names():
+        own_code = own.is_named("controller", self.controller)
+        if self.controller not in controllers.names() and not own_code:
             raise ConfigError.unknown("controller", self.controller, controllers.names())
         check_count("cars", self.cars, 0, _MAX_CARS)
         if not self.search:
@@ -207,11 +208,12 @@ class Problem:
     def _driven(
         self, params: Params, progress: Callable[[float], object] | None
     ) -> list[tuple[str, float, float]]:
-        drivers = {
-            name: controller(self.controller, road[0], self.given, params, self.adapt)
-            for name, road, _, _ in self.scenarios
-        }
-        if isinstance(self.plant, CarlaIdentified | KinematicBicycle):
+        core = isinstance(self.plant, CarlaIdentified | KinematicBicycle)
+        if core and self.controller in controllers.names():
+            drivers = {
+                name: controller(self.controller, road[0], self.given, params, self.adapt)
+                for name, road, _, _ in self.scenarios
+            }
             many: Any = [drivers[name] for name, _, _, _ in self.scenarios]
             figures = sim.run_many(
                 many,
@@ -232,7 +234,7 @@ class Problem:
                 strict=True,
             )
         else:
-            columns = zip(*self._one_by_one(drivers, progress), strict=True)
+            columns = zip(*self._one_by_one(params, progress), strict=True)
         found = []
         for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True):
             if ended and not (math.isfinite(error) and math.isfinite(effort)):
@@ -249,13 +251,13 @@ class Problem:
         return start_speed(road[0], self.constant_speed) if made.speed is None else made.speed
 
     def _one_by_one(
-        self, drivers: Mapping[str, Any], progress: Callable[[float], object] | None
+        self, params: Params, progress: Callable[[float], object] | None
     ) -> tuple[list[bool], list[float], list[float]]:
         found: tuple[list[bool], list[float], list[float]] = ([], [], [])
         settings = Settings() if self.settings is None else self.settings
-        for done, (name, road, made, seed) in enumerate(self.scenarios):
+        for done, (_, road, made, seed) in enumerate(self.scenarios):
             metrics = sim.run(
-                drivers[name],
+                controller(self.controller, road[0], self.given, params, self.adapt),
                 made.plant,
                 path=road[0],
                 start=made.start,
@@ -300,7 +302,8 @@ def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distrib
     Returns
     -------
     dict
-        A quarter to four times each value; a gain that may vanish from 0 on.
+        A quarter to four times each value; a gain that may vanish from 0 on. Of a controller of
+        your own the `RANGES` of its parameters.
 
     Examples
     --------
@@ -309,6 +312,12 @@ def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distrib
     >>> [f"{name} {each}" for name, each in found.items()]
     ['lookahead_gain uniform(0.0,0.6)', 'min_lookahead loguniform(1.5,24.0)']
     """
+    if name not in _SEARCHED:
+        ranges: Mapping[str, tuple[float, float]] = getattr(base, "RANGES", {})
+        return {
+            field: distribution(field, f"{'log' if low > 0.0 else ''}uniform({low!r},{high!r})")
+            for field, (low, high) in ranges.items()
+        }
     resolved = base.resolved(vehicle).as_dict()
     found = {}
     for field in _SEARCHED[name]:

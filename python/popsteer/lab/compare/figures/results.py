@@ -157,7 +157,9 @@ def _draw_series(panel: Axes, run: Run, series: _Series, colour: str, theme: The
     values: NDArray[np.float64] = run.records[series.record] * series.scale
     panel.axhline(0.0, color=theme.path, linewidth=0.9)
     panel.plot(run.records["time"], values, color=colour, linewidth=1.1)
-    note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
+    note = run.ending  # where code of one's own raised in its first step
+    if len(values):
+        note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
     panel.text(
         0.98,
         0.96,

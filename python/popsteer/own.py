@@ -1,0 +1,205 @@
+"""Controllers, plants and tracks of your own, by name.
+
+A name is ``FILE.py:NAME``, ``MODULE:NAME``, or an entry point ``popsteer.controllers`` or
+``popsteer.plants`` of an installed package. What is named is a class or a function. If it has an
+attribute ``Params``, a dataclass whose fields are numbers with defaults, it is called with an
+object of that as its last argument; ``RANGES`` there bounds them, (lowest, highest) by name.
+
+Examples
+--------
+>>> is_named("controller", "mine.py:Mpc"), is_named("controller", "mpc")
+(True, False)
+>>> title("folder/mine.py:Mpc")
+'Mpc'
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import re
+import sys
+import traceback
+import zlib
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, make_dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.parameters import Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import ModuleType, TracebackType
+
+__all__ = [
+    "OwnCodeError",
+    "called",
+    "entry_points",
+    "file_hash",
+    "files",
+    "is_named",
+    "is_reference",
+    "load",
+    "params_of",
+    "raised",
+    "title",
+]
+
+What: TypeAlias = Literal["controller", "plant", "track"]
+
+_REFERENCE = re.compile(r"(?P<place>.+):(?P<name>[A-Za-z_]\w*)")
+_PACKAGE = str(Path(__file__).parent)
+
+
+class OwnCodeError(PopsteerError):
+    """Code of your own raised where nothing can be driven without it; has its `traceback`."""
+
+    traceback: str
+
+    def __init__(self, name: str, error: BaseException) -> None:
+        super().__init__(f"{name} raised {type(error).__name__}: {error}")
+        self.traceback = raised(error)
+
+
+@dataclass(frozen=True)
+class NoParams(Parameters):
+    """Parameters of what has none."""
+
+
+def is_reference(name: object) -> bool:
+    """Whether a name is written ``FILE.py:NAME`` or ``MODULE:NAME``."""
+    return isinstance(name, str) and _REFERENCE.fullmatch(name) is not None
+
+
+def is_named(what: What, name: object) -> bool:
+    """Whether a name is a reference, or an entry point of an installed package."""
+    return is_reference(name) or (isinstance(name, str) and name in entry_points(what))
+
+
+def title(name: str) -> str:
+    """Give what a reference names; any other name as it is."""
+    found = _REFERENCE.fullmatch(name)
+    return found["name"] if found else name
+
+
+@cache
+def entry_points(what: What) -> Mapping[str, metadata.EntryPoint]:
+    """Give the entry points of installed packages, by name."""
+    return {each.name: each for each in metadata.entry_points(group=f"popsteer.{what}s")}
+
+
+def load(what: What, name: str) -> Any:  # noqa: ANN401 - whatever is there
+    """Give what a name stands for.
+
+    Raises ConfigError where there is no such file, module or object, and OwnCodeError, with their
+    traceback, where loading it raises.
+    """
+    found = _REFERENCE.fullmatch(name)
+    if found and found["place"].endswith(".py") and _file(found["place"]) is None:
+        raise ConfigError(what, name, "in a file that exists")
+    try:
+        if found is None:
+            return entry_points(what)[name].load()
+        place = found["place"]
+        if not place.endswith(".py"):
+            module = importlib.import_module(place)
+        else:
+            module = _module(str(_file(place)))
+    except Exception as error:
+        raise OwnCodeError(name, error) from error
+    if not hasattr(module, found["name"]):
+        raise ConfigError(what, name, f"defined in {found['place']}")
+    return getattr(module, found["name"])
+
+
+def files(*names: str) -> list[Path]:
+    """Give the files that names refer to; names of other kinds have none."""
+    found = [match["place"] for name in names if (match := _REFERENCE.fullmatch(name))]
+    places = [_file(place) for place in found if place.endswith(".py")]
+    return [place for place in places if place is not None]
+
+
+def file_hash(name: str) -> str | None:
+    """Give a hash of the file that a name refers to; None where it refers to none."""
+    found = files(name)
+    return hashlib.sha256(found[0].read_bytes()).hexdigest()[:16] if found else None
+
+
+def params_of(kind: Any) -> type[Parameters]:  # noqa: ANN401 - a class or a function
+    """Give the class of the parameters of what `load` gave.
+
+    Raises ConfigError where ``Params`` is no dataclass whose fields have defaults.
+    """
+    given: Any = getattr(kind, "Params", None)
+    if given is None:
+        return NoParams
+    wanted = "a dataclass whose fields have defaults"
+    if not isinstance(given, type) or not is_dataclass(given):
+        raise ConfigError(f"Params of {kind.__name__}", given, wanted)
+    if issubclass(given, Parameters):
+        return given
+    named = []
+    for each in fields(given):
+        if each.default is MISSING:
+            raise ConfigError(f"{given.__name__}.{each.name}", "no default", wanted)
+        named.append((each.name, each.type, field(default=each.default)))
+    made = make_dataclass(
+        given.__name__,
+        named,
+        bases=(Parameters,),
+        namespace={"RANGES": getattr(given, "RANGES", {}), "__doc__": given.__doc__},
+        frozen=True,
+    )
+    made.__module__ = given.__module__
+    return made
+
+
+def called(kind: Any, *given: object, params: Any) -> Any:  # noqa: ANN401 - whatever is there
+    """Call what `load` gave: with the arguments, and its parameters where it has some."""
+    if not hasattr(kind, "Params"):
+        return kind(*given)
+    own = kind.Params
+    return kind(*given, params if isinstance(params, own) else own(**params.as_dict()))
+
+
+def raised(error: BaseException) -> str:
+    """Give the traceback of an error, from the first line that is not popsteer's own."""
+    first: TracebackType | None = error.__traceback__
+    here = first
+    while here is not None and _is_ours(here.tb_frame.f_code.co_filename):
+        here = here.tb_next
+    return "".join(traceback.format_exception(type(error), error, here or first))
+
+
+def _is_ours(file: str) -> bool:
+    return file.startswith((_PACKAGE, "<frozen importlib", importlib.__file__))
+
+
+def _file(place: str) -> Path | None:
+    """Find the file of a reference: as it is named, or, on a cluster, where modules are found."""
+    paths = [Path(place), *(Path(folder) / Path(place).name for folder in sys.path)]
+    return next((path.resolve() for path in paths if path.is_file()), None)
+
+
+@cache
+def _module(file: str) -> ModuleType:
+    """Run a file, once a process, as a module of a name of its own."""
+    path = Path(file)
+    name = f"{path.stem}_{zlib.crc32(file.encode()):08x}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} is no module")
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # what lies beside it can be imported, as by a script
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look there for the module of their class
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

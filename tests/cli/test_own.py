@@ -1,0 +1,229 @@
+"""Controllers, plants and tracks of one's own, by name."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import popsteer
+from popsteer import own, plants, sim
+from popsteer.errors import ConfigError
+from popsteer.lab import baselines
+from tests.cli.command import call
+from tests.helpers import ROOT
+
+PAGE = (ROOT / "docs" / "compare_your_controller.md").read_text(encoding="utf-8")
+MINE, WRAPPED = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+COMMANDS = re.findall(r"^popsteer (.*)$", PAGE, re.MULTILINE)
+
+BROKEN = """
+import popsteer
+from popsteer import plants
+
+class Tired:
+    def __init__(self, path, vehicle):
+        self.steps = 0
+
+    def step(self, x, y, yaw, speed, dt):
+        self.steps += 1
+        if self.steps > 20:
+            raise RuntimeError("tired of steering")
+        return 0.0
+
+class Unborn:
+    def __init__(self, path, vehicle):
+        raise LookupError("no such matrix")
+
+class Blank:
+    def __init__(self, path, vehicle):
+        pass
+
+class Car:
+    name, reverses = "unicycle", True
+
+    def __init__(self):
+        self.vehicle = popsteer.Vehicle(wheelbase=2.0, steer_lag=0.0)
+
+    def reset(self, x, y, yaw, speed):
+        self.state = x, y, yaw, speed
+
+    def advance(self, steer, throttle, brake, dt, substeps, reverse):
+        import math
+        x, y, yaw, speed = self.state
+        for _ in range(substeps):
+            x, y = x + speed * math.cos(yaw) * dt, y + speed * math.sin(yaw) * dt
+            yaw += speed * math.tan(steer) / 2.0 * dt
+            speed += (3.0 * throttle - 6.0 * brake) * dt
+        self.state = x, y, yaw, speed
+        return plants.PlantState(*self.state, speed * math.tan(steer) / 2.0, steer)
+
+def road():
+    return [(float(x), 0.0) for x in range(61)]
+
+def fallen():
+    raise ArithmeticError("bridge out")
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(MINE)
+    Path("broken.py").write_text(BROKEN)
+    return tmp_path
+
+
+def test_page_class_is_compared_swept_and_tuned_by_the_commands_of_the_page(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    compare, matrix, sweep, tune, again = COMMANDS
+    assert call(capsys, *compare.split()).status == 0
+    figures = json.loads(Path("out/metrics.json").read_text())["controllers"]["mine.py:BangBang"]
+    assert figures["finished"]
+    assert figures["params"] == {"amplitude": 0.122}
+    assert Path("out/overview.png").stat().st_size > 10_000
+    assert Path("out/runs/mine.py-BangBang.csv").exists()
+    assert "BangBang" in Path("slalom.html").read_text()
+    done = call(capsys, *matrix.split())
+    assert done.out.count("BangBang") == 4  # on two tracks and two plants
+    assert call(capsys, *sweep.replace("1000", "4").split(), "--workers", "2").status == 0
+    rows = list(csv.DictReader(Path("sweep.csv").read_text().splitlines()[1:]))
+    assert [row["run"] for row in rows] == ["0", "1", "2", "3"]
+    assert "to the last bit" in call(capsys, "compare", "--replay-run", "sweep.csv:2").out
+    assert call(capsys, *tune.replace("20", "2").split(), "--cars", "1").status == 0
+    tuned = Path("tuned.toml").read_text()
+    amplitude = float(tuned.rpartition("=")[2])
+    assert 0.01 <= amplitude <= 0.5
+    assert call(capsys, *again.split(), "--out", "tuned").status == 0
+    figures = json.loads(Path("tuned/metrics.json").read_text())["controllers"]
+    assert figures["mine.py:BangBang"]["params"] == {"amplitude": amplitude}
+
+
+def test_changed_file_of_a_sweep_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = [
+        "--controller",
+        "mine.py:BangBang",
+        "--track",
+        "circle",
+        "--constant-speed",
+        "6",
+        "--runs",
+        "1",
+    ]
+    assert call(capsys, "sweep", *name, "--workers", "1", "--out", "one.csv").status == 0
+    Path("mine.py").write_text(MINE.replace("0.122", "0.2"))
+    done = call(capsys, "compare", "--replay-run", "one.csv:0")
+    assert done.status == 2
+    assert "mine.py:BangBang is not there as it was" in done.err
+
+
+def test_what_raises_is_shown_with_its_traceback_and_the_others_drive(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = "compare --controllers broken.py:Tired,pop,broken.py:Unborn --track broken.py:road"
+    done = call(capsys, *line.split(), "--constant-speed", "5", "--step-time", "--out", "out")
+    assert done.status == 0
+    assert "Tired came to an end after 1.0 s: raised RuntimeError: tired of steering" in done.out
+    assert 'raise RuntimeError("tired of steering")' in done.err
+    assert 'raise LookupError("no such matrix")' in done.err
+    assert "popsteer/" not in done.err
+    found = json.loads(Path("out/metrics.json").read_text())["controllers"]
+    assert [each["finished"] for each in found.values()] == [False, True, False]
+    assert found["broken.py:Tired"]["steps"] == 20
+    assert "step_time" in found["pop"]
+
+
+def test_sweep_with_a_class_that_raises_counts_failures_and_shows_one(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = "sweep --controller broken.py:Unborn --track circle --runs 2 --workers 1"
+    done = call(capsys, *line.split(), "--constant-speed", "5")
+    assert done.status == 0
+    assert done.err.count("no such matrix") == 2  # the line of code, and the message
+
+
+def test_own_plant_and_road_are_driven_and_vary(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    where = ["--plant", "broken.py:Car", "--track", "broken.py:road", "--constant-speed", "5"]
+    done = call(capsys, "compare", "--controllers", "pop", *where, "--out", "out")
+    assert done.status == 0
+    document = json.loads(Path("out/metrics.json").read_text())
+    assert document["plant_vehicle"]["wheelbase"] == 2.0
+    assert document["path"]["waypoints"] == 61
+    assert document["controllers"]["pop"]["finished"]
+    vary = ["--vary", "dead_time=uniform(0,0.1)", "--runs", "2", "--workers", "1"]
+    assert call(capsys, "sweep", "--controller", "pop", *where, *vary, "--out", "a.csv").status == 0
+    rows = list(csv.DictReader(Path("a.csv").read_text().splitlines()[1:]))
+    assert len({row["dead_time"] for row in rows}) == 2
+    assert {row["finished"] for row in rows} == {"True"}
+
+
+def test_replay_lets_an_own_controller_watch_and_wrapped_one_answers(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("wrapped.py").write_text(WRAPPED)
+    rows = [f"{0.05 * k},{0.4 * k},0.1,0,8,0" for k in range(200)]
+    Path("drive.csv").write_text("\n".join(["t,x,y,yaw,speed,steer", *rows]))
+    line = "replay drive.csv --controllers wrapped.py:Wrapped --track straight --out out"
+    done = call(capsys, *line.split())
+    assert done.status == 0, done.err
+    table = list(csv.reader(Path("out/summary.csv").read_text().splitlines()))
+    assert any("wrapped.py:Wrapped" in cell for row in table for cell in row)
+    line = "replay drive.csv --controllers broken.py:Tired --track straight"
+    done = call(capsys, *line.split())
+    assert done.status == 2
+    assert 'raise RuntimeError("tired of steering")' in done.err
+
+
+def test_names_that_stand_for_nothing_are_refused_in_one_line(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("torn.py").write_text("def f(:\n")
+    for arguments, said in (
+        (("--controllers", "nowhere.py:Mpc"), "controller must be in a file that exists"),
+        (("--controllers", "mine.py:Absent"), "controller must be defined in mine.py"),
+        (("--controllers", "broken.py:Blank"), "one with a method step"),
+        (("--controllers", "torn.py:f"), "torn.py:f raised SyntaxError"),
+        (("--controllers", "no_such_module:f"), "raised ModuleNotFoundError"),
+        (("--plant", "mine.py:Gains"), "a plant, which has name"),
+        (("--track", "broken.py:fallen"), "broken.py:fallen raised ArithmeticError: bridge out"),
+    ):
+        done = call(capsys, "compare", *arguments)
+        assert (done.status, said in done.err) == (2, True), done.err
+
+
+def test_entry_points_of_an_installed_package_are_known(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("toy.py").write_text(MINE + BROKEN)
+    folder = Path("toy-1.0.dist-info")
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n")
+    (folder / "entry_points.txt").write_text(
+        "[popsteer.controllers]\nbang-bang = toy:BangBang\n[popsteer.plants]\ntoy-car = toy:Car\n"
+    )
+    monkeypatch.syspath_prepend(str(here))
+    own.entry_points.cache_clear()
+    assert baselines.get("bang-bang").params().as_dict() == {"amplitude": 0.122}
+    assert sim.plant_name("toy-car") == "toy-car"
+    assert plants.get("toy-car").vehicle.wheelbase == 2.0
+    monkeypatch.undo()
+    own.entry_points.cache_clear()
+    with pytest.raises(ConfigError, match="unknown baseline 'bang-bang'"):
+        baselines.get("bang-bang")
+
+
+def test_run_of_the_library_raises_unless_asked_to_keep_going(here: Path) -> None:
+    tired = own.load("controller", "broken.py:Tired")(None, None)
+    path = popsteer.Path([(float(x), 0.0) for x in range(61)])
+    with pytest.raises(RuntimeError, match="tired"):
+        sim.run(tired, path=path)
+    run = sim.run(own.load("controller", "broken.py:Tired")(None, None), path=path, keep_going=True)
+    assert run.ending == "raised RuntimeError: tired of steering"
+    assert run.traceback.splitlines()[-1] == "RuntimeError: tired of steering"
+    assert len(run.records["x"]) == run.metrics.steps == 20
