@@ -122,12 +122,12 @@ fn all_at_once(
     let (mut m, mut y) = (vec![vec![0.0; size]; size], vec![0.0; size]);
     let age = |from: usize, to: usize| dts[from + 1..=to].iter().sum::<f64>();
     let last = rows.len() - 1;
-    for k in 0..=last {
+    for (k, dt) in dts.iter().enumerate().take(rows.len()) {
         let kept = |i: usize| f64::exp(-age(i, k) / 2.0);
         let sum = |column: usize| (0..=k).map(|i| kept(i) * rows[i][column]).sum::<f64>();
         let sums: Vec<f64> = (0..size).map(sum).collect();
         let answer: f64 = (0..=k).map(|i| kept(i) * answers[i]).sum();
-        let weight = dts[k] * f64::exp(-age(k, last) / time);
+        let weight = dt * f64::exp(-age(k, last) / time);
         for row in 0..size {
             y[row] += weight * sums[row] * answer;
             for column in 0..size {

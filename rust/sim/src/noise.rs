@@ -101,9 +101,13 @@ mod tests {
         let mut random = Pcg64::new(1, 2);
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
         let seen = Perception::new(noise, 1, 2).of(here);
-        assert_eq!(seen.x, 10.0 + 0.3 * draw());
-        assert_eq!(seen.y, 20.0 + 0.3 * draw());
-        assert_eq!(seen.yaw, wrap(0.1 + 0.01 * draw()));
-        assert_eq!(seen.speed, 5.0 + 2.0 * draw());
+        let expected = [
+            10.0 + 0.3 * draw(),
+            20.0 + 0.3 * draw(),
+            wrap(0.1 + 0.01 * draw()),
+            5.0 + 2.0 * draw(),
+        ];
+        let got = [seen.x, seen.y, seen.yaw, seen.speed];
+        assert_eq!(got.map(f64::to_bits), expected.map(f64::to_bits));
     }
 }

@@ -374,7 +374,6 @@ impl PreviewPop {
             && at.vehicle.forward_speed() >= FULL_RATE * self.approach.min_speed;
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let limit = match plan.reached {
-            MoveLimit::Nothing => None,
             MoveLimit::Rate => rate_is_the_vehicles.then_some(Status::RATE_LIMIT),
             MoveLimit::Curvature if arrives || rate_is_the_vehicles => {
                 let pace = at.vehicle.speed;
@@ -387,7 +386,7 @@ impl PreviewPop {
                     Status::STEER_LIMIT
                 })
             }
-            MoveLimit::Curvature => None,
+            MoveLimit::Nothing | MoveLimit::Curvature => None,
         };
         let status = limit.map_or(Status::OK, |limit| Status::SATURATED.with(limit));
         (
