@@ -88,11 +88,14 @@ impl Instance {
             stage: CostToGo::stage(length * random.of(&[1.0, 1.0, 0.3, 3.0]), offset),
             move_cost: rate_cost * rate_cost,
             turns,
-            start: ModelState {
-                error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
-                heading: random.uniform(-0.4, 0.4),
-                driven: commanded + random.uniform(-0.04, 0.04) / length,
-                commanded,
+            start: {
+                let slip = random.of(&[0.0, 0.01]);
+                ModelState {
+                    error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
+                    heading: slip + random.uniform(-0.4, 0.4),
+                    driven: commanded + random.uniform(-0.04, 0.04) / length,
+                    commanded,
+                }
             },
             limits: PlanLimits {
                 first: (-first * random.of(&[1.0, 0.99]), first),
