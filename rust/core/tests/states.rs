@@ -88,22 +88,13 @@ fn test_states_go_out_and_in_again_in_the_midst_of_a_drive() {
     assert_ne!(adapting["estimator"], bare["estimator"]);
 }
 
-/// The first row of angles that `data` has, wherever it stands.
-fn angles(data: &mut Value) -> Option<&mut Vec<Value>> {
-    match data {
-        Value::Array(row) if row.first().is_some_and(Value::is_array) => Some(row),
-        Value::Object(fields) => fields.values_mut().find_map(angles),
-        _ => None,
-    }
-}
-
 #[test]
 fn test_state_with_more_angles_than_a_ring_holds_is_refused() {
     let tracker = Tracker::of(PreviewPop::new(car(), PreviewPopParams::DEFAULT).unwrap());
     let mut state = tracker.initial_state();
     drive(&tracker, &wave(), &mut state, 0..40);
     let mut data = to_value(state).unwrap();
-    let row = angles(&mut data).unwrap();
+    let row = data["in_flight"]["commands"].as_array_mut().unwrap();
     let (angle, kept) = (row[0].clone(), row.len());
     row.extend(vec![angle; 1000]);
     let refused = from_value::<TrackerState<PreviewPopState>>(data).unwrap_err();
