@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import PopsteerError, paper, reference
+from popsteer import PopsteerError, Status, paper, reference
 from popsteer.reference.path.view import PathView
 from popsteer.reference.vehicle.delay import InFlight
 from tests.parity import plans
@@ -239,7 +239,6 @@ class Controller(Pair):
             state.waypoint,
             state.measured_waypoint,
             state.steer,
-            0.0 if state.answer is None else state.answer.vehicle.speed,
             None if in_flight is None else InFlight(in_flight.commands, in_flight.wheel),
         )
 
@@ -278,14 +277,11 @@ class Controller(Pair):
             return Pair(self.name, command, command)
 
     def _reaches_limit(self, apart: Apart) -> bool:
-        """Whether only what limits them differs, as the commands just reach a limit."""
+        """Whether the commands agree but for SATURATED, and just reach a limit of the wheels."""
         if not isinstance(apart.theirs, reference.Command) or self._step is None:
             return False
         ours, theirs = (shown(side, apart.theirs) for side in (apart.ours, apart.theirs))
-        if (
-            ours["status"] == theirs["status"]
-            or (ours["status"] ^ theirs["status"]) & ~plans.LIMITS
-        ):
+        if ours["status"] ^ theirs["status"] != Status.SATURATED:
             return False
         if agree({**ours, "status": 0}, {**theirs, "status": 0}, self.within):
             return False

@@ -43,9 +43,7 @@ def decided(
             then, wheel = in_flight.predict(car, vehicle.ahead(car.no_slip), estimate)
             vehicle = then.bounded().ahead(-car.no_slip).bounded()
         estimate = _estimate(after, slip_of=after)
-    faster = 0.0 if before.answer is None else abs(before.answer.vehicle.speed)
-    travelled = max(abs(speed), faster) * dt
-    at = twin.follow.locate(path, before.waypoint, vehicle, dt, travelled)
+    at = twin.follow.locate(path, before.waypoint, vehicle, dt)
     state = twin.STATE()
     # What a buffer holds stands in the law itself here.
     own = before.law.as_dict()

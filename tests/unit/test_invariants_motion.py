@@ -282,9 +282,7 @@ def _check_status(
     at, decision = shown
     command, moved = answers
     differ = moved.status ^ command.status
-    limits = popsteer.Status.SATURATED | popsteer.Status.STEER_LIMIT
-    limits |= popsteer.Status.RATE_LIMIT | popsteer.Status.LATERAL_LIMIT
-    assert differ in limits | popsteer.Status.END_OF_PATH
+    assert differ in popsteer.Status.SATURATED | popsteer.Status.END_OF_PATH
     if popsteer.Status.END_OF_PATH in differ:
         # At the very end rounding says whether the vehicle is past it.
         off = abs(command.predicted_cross_track_error)

@@ -30,8 +30,7 @@ def test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of(
 
     def turned(last: int, rear: float, yaw: float, speed: float) -> bool:
         x, y = rear - rear_axle * math.cos(yaw), 0.2 - rear_axle * math.sin(yaw)
-        vehicle = VehicleState(x, y, yaw, speed)
-        return follow.locate(path, last, vehicle, 0.05, 0.05 * abs(speed)).direction_changed
+        return follow.locate(path, last, VehicleState(x, y, yaw, speed), 0.05).direction_changed
 
     for yaw in (-0.1, 0.0, 0.2):
         for rear, is_there in ((39.7, False), (39.84, False), (39.86, True)):

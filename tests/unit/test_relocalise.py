@@ -45,18 +45,8 @@ def _check_found(controller: Any, yaw: float, branch: int) -> None:
     assert (branch - after["waypoint"]) % 200 <= 2
     assert after["waypoint"] == CROSSING.relocalise(*pose)
     changed = {name for name, value in after.items() if value != before[name]}
-    assert changed <= {
-        "law",
-        "waypoint",
-        "measured_waypoint",
-        "place",
-        "estimator",
-        "monitor",
-        "gate",
-    }
-    # Measured and predicted vehicle are both looked for from there.
-    assert (after["measured_waypoint"], after["place"]) == (after["waypoint"], None)
-    assert after["gate"] is None
+    assert changed <= {"waypoint", "measured_waypoint", "place", "estimator", "monitor"}
+    assert (after["measured_waypoint"], after["place"]) == (None, None)
     assert after["estimator"]["last_measured"] is None
     controller.step(*pose, 5.0, 0.05)
     assert (controller.state.waypoint - branch + 1) % 200 <= 2
@@ -82,7 +72,7 @@ def test_law_whose_search_runs_out_of_its_budget_goes_on() -> None:
     lap = [math.tau * k / 600 for k in range(600)] * 117
     circle = popsteer.Path([(11e3 * math.cos(t), 11e3 * math.sin(t)) for t in whole], closed=True)
     laps = popsteer.Path([(95.0 * math.cos(t), 95.0 * math.sin(t)) for t in lap], closed=True)
-    controller = popsteer.Stanley(circle, monitor=None)  # every pose is believed
+    controller = popsteer.Stanley(circle)
     poses: Sequence[tuple[float, float, float]] = (
         (0.0, 0.0, 0.3),
         (4.0, -3.0, 2.0),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import copysign
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState
+from popsteer.reference.laws.law import Belief, LateralLaw, LawState
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimate import Estimate
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
 
 __all__ = ["Command", "Tracker", "TrackerState"]
-
-REST = 0.02
-"""Slower than this the vehicle stands, in wheelbases a second."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +68,6 @@ class TrackerState(Generic[StateT]):
     """The same of the measured vehicle, where there is a dead time."""
     steer: float = 0.0
     """The angle last commanded [rad]."""
-    speed: float = 0.0
-    """The speed at the last step [m/s]."""
     in_flight: InFlight | None = None
     """Commands in flight, and the wheels; None where the vehicle is not modelled."""
 
@@ -130,30 +125,22 @@ class Tracker(Generic[StateT]):
         law, state, path = self.law, self.state, self.path
         predicted, belief = self._predict(vehicle, dt)
 
-        # Since the last step it may have driven faster than now.
-        travelled = max(abs(speed), abs(state.speed)) * dt
-        state.speed = speed
-        at = here = law.follow.locate(path, state.waypoint, predicted, dt, travelled)
+        at = here = law.follow.locate(path, state.waypoint, predicted, dt)
         state.waypoint = at.closest.segment
         if law.vehicle.dead_time > 0.0:
-            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt, travelled)
+            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt)
             state.measured_waypoint = here.closest.segment
 
         if not self._bare:
             # The angle that the wheels were given.
             law.set_steer(state.law, law.vehicle.at_wheels(state.steer + self._offset))
-        if not self._bare and abs(at.vehicle.speed) < REST * law.vehicle.wheelbase:
-            # At rest the wheels keep their angle: no error changes there.
-            angle = law.vehicle.at_wheels(state.steer + self._offset)
-            decision = Decision(at.mirror(angle), at.closest.point, Status.OK)
-        else:
-            decision = law.decide(path, state.law, at, belief)
+        decision = law.decide(path, state.law, at, belief)
         wanted, status = at.mirror(decision.steer), decision.status
         if self._bare:
             state.steer = wanted
-        else:
-            status |= self._limit(wanted, at.vehicle.speed, dt)
-        if here.past_end:
+        elif self._limit(wanted, at.vehicle.speed, dt):
+            status |= Status.SATURATED
+        if at.past_end:
             status |= Status.END_OF_PATH
         if at.off_path:
             status |= Status.OFF_PATH
@@ -186,35 +173,23 @@ class Tracker(Generic[StateT]):
             return then.bounded().ahead(-car.no_slip).bounded(), Belief(wheel, estimate)
         return vehicle, Belief(state.in_flight.wheel, estimate)
 
-    def _limit(self, wanted: float, speed: float, dt: float) -> Status:
+    def _limit(self, wanted: float, speed: float, dt: float) -> bool:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
 
-        Returns what limits it.
+        Returns whether that had to be limited.
         """
         law, state, car, offset = self.law, self.state, self.law.vehicle, self._offset
         wanted = wanted - offset
-        angle = car.at_wheels(wanted + offset)
-        wheel = _limit_lateral_acceleration(car, angle, speed, self.estimate.gain)
-        steer = command = car.at_wheels(wheel - offset)
+        wheel = car.at_wheels(wanted + offset)
+        wheel = _limit_lateral_acceleration(car, wheel, speed, self.estimate.gain)
+        steer = car.at_wheels(wheel - offset)
         if car.max_steer_rate is not None:
             reach = car.max_steer_rate * dt
             steer = saturate(steer, state.steer - reach, state.steer + reach)
         state.steer = steer
         law.set_steer(state.law, car.at_wheels(steer + offset))
-        limits = {
-            Status.SATURATED: steer - wanted,
-            Status.RATE_LIMIT: steer - command,
-            Status.LATERAL_LIMIT: wheel - angle,
-            Status.STEER_LIMIT: max(
-                abs(angle - (wanted + offset)), abs(command - (wheel - offset))
-            ),
-        }
         # The offset is put off and on again, which rounds.
-        status = Status.OK
-        for limit, difference in limits.items():
-            if abs(difference) > 1e-12:
-                status |= limit
-        return status
+        return abs(steer - wanted) > 1e-12
 
 
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:

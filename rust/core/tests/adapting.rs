@@ -253,3 +253,69 @@ fn test_motion_of_a_period_counts_up_to_a_quarter_of_a_second() {
         assert_eq!(gains, counts, "{dt}");
     }
 }
+
+/// The slip is that of the no-slip point on the stretch it has driven, whichever point is tracked
+/// and however old its pose is: there the path is straight, here it bends.
+#[test]
+fn test_slip_is_taken_from_the_stretch_that_the_no_slip_point_has_driven() {
+    let car = Vehicle {
+        steer_lag: 0.0,
+        ..Vehicle::PAPER
+    };
+    // Straight along x to the origin, then to the left with a radius of 20 m.
+    let at = |s: f64| {
+        if s < 0.0 {
+            (s, 0.0, 0.0)
+        } else {
+            let angle = s / 20.0;
+            (20.0 * angle.sin(), 20.0 - 20.0 * angle.cos(), angle)
+        }
+    };
+    let points = (-400..400).map(|k| at(0.1 * f64::from(k)));
+    let (x, y): (Vec<f64>, Vec<f64>) = points.map(|(x, y, _)| (x, y)).unzip();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let adapt = AdaptParams {
+        turn_time: 0.0,
+        slip_time: 2.0,
+        min_speed: Some(1.0),
+    };
+    let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+    let tracker = Tracker::new(law, Some(adapt)).unwrap();
+    for age in [0.0, 0.3] {
+        for (s, bend) in [(-1.6, 0.0), (6.0, 0.05)] {
+            let mut state = tracker.initial_state();
+            let reported = Reported {
+                applied_steer: None,
+                pose_age: age,
+            };
+            let mut step = |s: f64, left: f64| {
+                let (x, y, yaw) = at(s);
+                let vehicle = VehicleState {
+                    x: x - left * yaw.sin(),
+                    y: y + left * yaw.cos(),
+                    yaw,
+                    speed: 10.0,
+                };
+                let command = tracker.step(&path.view(), &mut state, vehicle, 0.1, reported);
+                command.unwrap();
+                tracker.estimate(&state)
+            };
+            for before in (1..6).rev() {
+                step(s - f64::from(before), 0.0);
+            }
+            let known = step(s, 0.05);
+            // A sample of 0.05: its share is 0.1 / 2.
+            let split = 0.01 * 0.01;
+            let step = 0.05 * 0.05 / (split + bend * bend);
+            assert!(
+                (known.slip - step * split).abs() < 2e-4,
+                "{age} {s}: {known:?}"
+            );
+            let length = step * bend;
+            assert!(
+                (known.slip_length - length).abs() < 2e-3,
+                "{age} {s}: {known:?}"
+            );
+        }
+    }
+}

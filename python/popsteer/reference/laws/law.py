@@ -141,6 +141,4 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
     """Bring an angle [rad] within `max_steer`, and tell the status of that."""
     limited = vehicle.at_wheels(steer)
-    if limited == steer:
-        return limited, Status.OK
-    return limited, Status.SATURATED | Status.STEER_LIMIT
+    return limited, Status.OK if limited == steer else Status.SATURATED

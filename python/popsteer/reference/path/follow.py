@@ -89,30 +89,23 @@ class Follow:
         )
 
     def locate(
-        self,
-        path: PathView,
-        waypoint: int | None,
-        vehicle: VehicleState,
-        dt: float,
-        travelled: float,
+        self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
     ) -> Located:
         """Project the tracked point of a checked vehicle near segment `waypoint`.
 
-        From there it can have `travelled` so far [m] in the period `dt` [s]. On the whole path if
-        that is None, or if the vehicle is lost.
+        On the whole path if that is None, or if the vehicle is lost.
         """
         if waypoint is None:
             start = self._find_anew(path, vehicle)
         else:
             start = path.segment_at(waypoint)
-        at = self._locate_from(path, start, vehicle, dt, travelled)
+        at = self._locate_from(path, start, vehicle, dt)
         following = self._next_section(path, at, vehicle)
         if following is not None:
-            at = self._locate_from(path, following, vehicle, dt, travelled)
+            at = self._locate_from(path, following, vehicle, dt)
         squared_lost = self.lost_distance * self.lost_distance
         if at.closest.squared_distance > squared_lost:
-            found = self._find_anew(path, vehicle)
-            anew = self._locate_from(path, found, vehicle, dt, travelled)
+            anew = self._locate_from(path, self._find_anew(path, vehicle), vehicle, dt)
             if anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
@@ -120,7 +113,7 @@ class Follow:
         return replace(at, direction_changed=changed)
 
     def _locate_from(
-        self, path: PathView, segment: int, vehicle: VehicleState, dt: float, travelled: float
+        self, path: PathView, segment: int, vehicle: VehicleState, dt: float
     ) -> Located:
         """Find the point near a segment, in the direction in which that is driven."""
         reverse = path.is_reverse(segment)
@@ -130,7 +123,7 @@ class Follow:
         base = -self.base if reverse else self.base
         ahead = self.reference_offset + base
         position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
-        reach = self.search_distance + travelled
+        reach = self.search_distance + abs(vehicle.speed) * dt
         closest = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,

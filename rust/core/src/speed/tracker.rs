@@ -39,9 +39,8 @@ use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, InputError, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
 use crate::params;
-use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::follow::Located;
-use crate::path::{Follow, PathView, STEP_BUDGET};
+use crate::path::{Follow, PathView};
 use crate::speed::defaults::{self, gravity_along};
 use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
 use crate::speed::stops::Planned;
@@ -429,24 +428,16 @@ impl SpeedTracker {
 
     /// The path `new` replaces `old`; its own plan replaces the old one.
     ///
-    /// The command and the estimate continue, and so does the place, as in [`carry_over`].
+    /// The command and the estimate continue. So does the location, if the segment beside the
+    /// vehicle is the same; otherwise the next step searches the whole new path.
     pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
-        let Some(last) = state.waypoint.map(|last| old.segment_at(last)) else {
-            return;
+        let goes_on = |last: usize| {
+            let segment = old.segment_at(last);
+            segment < new.segments()
+                && new.segment(segment) == old.segment(segment)
+                && new.is_reverse(segment) == old.is_reverse(segment)
         };
-        if goes_on(old, new, last) {
-            return;
-        }
-        let (point, _) = old.segment(last);
-        let progress = Progress {
-            segment: last,
-            point,
-            reach: self.follow.search_distance + old.segment_length(last),
-        };
-        let opposite = self.follow.opposite_distance;
-        let tolerance = 0.1 * self.vehicle.wheelbase;
-        let found = carry_over(old, new, progress, opposite, tolerance, STEP_BUDGET);
-        state.waypoint = Some(found.segment);
+        state.waypoint = state.waypoint.filter(|&last| goes_on(last));
     }
 
     /// Whether `state` is one that this controller could have on `path`.

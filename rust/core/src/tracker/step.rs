@@ -6,17 +6,15 @@
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
-use crate::geometry::{Point, get_distance};
+use crate::geometry::Point;
 use crate::laws::law::check_steer;
-use crate::laws::{Decision, LateralLaw, LateralState};
-use crate::math::larger;
+use crate::laws::{LateralLaw, LateralState};
 use crate::path::follow::{Follow, Located};
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::{Command, command};
-use crate::tracker::gate::Gate;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
@@ -24,10 +22,6 @@ use crate::tracker::state::{
 };
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
-
-/// Slower than this the vehicle stands, in wheelbases a second. Larger: a creeping vehicle is not
-/// steered; smaller: noise of the speed turns the wheels of a standing one.
-const REST: f64 = 0.02;
 
 /// A controller, and how it adapts to its vehicle.
 ///
@@ -139,7 +133,6 @@ impl<L: LateralLaw> Tracker<L> {
             past: None,
             estimator: Estimator::default(),
             monitor: None,
-            gate: None,
         }
     }
 
@@ -225,9 +218,6 @@ impl<L: LateralLaw> Tracker<L> {
         if let Some(monitor) = state.monitor {
             monitor.checked()?;
         }
-        if let Some(gate) = state.gate {
-            gate.checked()?;
-        }
         match (self.models, &state.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
@@ -299,46 +289,24 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
-        if let Some(applied) = reported.applied_steer {
-            // The angle that was applied takes the place of the last command.
-            state.steer = applied;
-            state.law.set_steer(applied);
-        }
-        let (vehicle, pose) = self.believe(state, vehicle, dt, reported.pose_age);
         let perception = self.perceive(state, vehicle, dt, reported);
         let mut belief = perception.belief;
 
         let follow = self.law.follow();
-        let (here, predicted) = (perception.here, perception.predicted);
-        // Since the last step it may have driven faster than now. After a jump both are looked for
-        // from the place of the measured vehicle.
-        let last = state.answer.as_ref();
-        let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
-        let travelled = larger(here.speed.abs(), faster) * dt;
-        let ahead = if state.place.is_none() && state.waypoint.is_some() {
-            let from = Point::new(here.x, here.y);
-            get_distance(from, Point::new(predicted.x, predicted.y))
-        } else {
-            0.0
-        };
-        let at = follow.locate_within(path, state.waypoint, predicted, dt, travelled + ahead);
+        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
         state.waypoint = Some(at.closest.segment);
-        let measured = self.locate_measured(path, state, here, belief.estimate, dt, travelled);
-        let located = measured.as_ref().unwrap_or(&at);
+        let measured = self.locate_measured(path, state, perception.here, dt);
+        let here = measured.as_ref().unwrap_or(&at);
         if let Some(adapt) = &self.adapt {
             // A pose that was given before carries no new information.
             if perception.observed >= MIN_DT {
-                let since = (perception.observed, perception.bend);
-                self.observe_slip(state, adapt, located, vehicle, since);
+                let since = (perception.observed, perception.travel);
+                self.observe_slip(path, state, adapt, here, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
-        let fault = self.find_faults(state, located, here, dt);
-        if fault.contains(Status::IMPLAUSIBLE) {
-            // Wheels that do not obey are no late wheels: nothing is learnt from them.
-            state.estimator.last_measured = None;
-        }
+        let fault = self.find_faults(state, here, perception.here, dt);
 
         if !self.bare {
             // The angle of the last command, with the present estimate of the offset.
@@ -346,26 +314,21 @@ impl<L: LateralLaw> Tracker<L> {
             let wheel = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(wheel);
         }
-        let decision = if !self.bare && self.is_at_rest(&at) {
-            self.rest(state.steer, &at, &belief.estimate)
-        } else {
-            self.law.decide(path, &mut state.law, &at, &belief)
-        };
+        let decision = self.law.decide(path, &mut state.law, &at, &belief);
         let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;
-            Status::OK
+            false
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let ahead = Ahead::of(path, follow, located);
-        state.remember(&at, located, decision.target, ahead, here);
+        let ahead = Ahead::of(path, follow, here);
+        state.remember(&at, here, decision.target, ahead, perception.here);
         let status = decision.status
             | fault
-            | pose
-            | limited
-            | Status::END_OF_PATH.when(located.past_end)
+            | Status::SATURATED.when(limited)
+            | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
     }
@@ -377,13 +340,11 @@ impl<L: LateralLaw> Tracker<L> {
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
-        estimate: Estimate,
         dt: f64,
-        travelled: f64,
     ) -> Option<Located> {
-        if self.models && estimate.delays(self.law.vehicle()) {
-            let (follow, start) = (self.law.follow(), state.measured_waypoint);
-            let measured = follow.locate_within(path, start, vehicle, dt, travelled);
+        if self.law.vehicle().dead_time > 0.0 {
+            let follow = self.law.follow();
+            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
             state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
@@ -409,60 +370,6 @@ impl<L: LateralLaw> Tracker<L> {
     /// The thresholds of its monitor; None without a monitor.
     pub fn monitor(&self) -> Option<&MonitorParams> {
         self.monitor.as_ref().map(Monitor::params)
-    }
-
-    /// Whether the vehicle stands, or will when the command reaches the wheels.
-    #[inline]
-    fn is_at_rest(&self, at: &Located) -> bool {
-        at.vehicle.speed.abs() < REST * self.law.vehicle().wheelbase
-    }
-
-    /// At rest the wheels keep their angle: no error changes there, however long it is looked at.
-    fn rest(&self, steer: f64, at: &Located, estimate: &Estimate) -> Decision {
-        let car = self.law.vehicle();
-        let offset = car.steer_offset + estimate.steer_offset;
-        Decision {
-            steer: at.mirror(car.at_wheels(steer + offset)),
-            target: at.closest.point,
-            status: Status::OK,
-        }
-    }
-
-    /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
-    /// where nothing of the vehicle is modelled.
-    #[inline]
-    fn believe(
-        &self,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-        age: f64,
-    ) -> (VehicleState, Status) {
-        if self.bare || self.monitor.is_none() {
-            return (vehicle, Status::OK);
-        }
-        let car = self.law.vehicle();
-        let wheel = match &state.in_flight {
-            Some(in_flight) if self.models => in_flight.wheel(),
-            _ => state.steer + car.steer_offset,
-        };
-        let curvature = self.bend(wheel, vehicle.speed, &state.estimator);
-        let Some(gate) = &mut state.gate else {
-            state.gate = Some(Gate::new(vehicle, car, age));
-            return (vehicle, Status::OK);
-        };
-        let believed = gate.pass(car, vehicle, curvature, dt, age);
-        if believed.jumped {
-            state.estimator.last_measured = None;
-            state.waypoint = None;
-            state.measured_waypoint = None;
-            state.place = None;
-            state.law.change_path(None);
-            if let Some(monitor) = &mut state.monitor {
-                monitor.interrupt();
-            }
-        }
-        (believed.vehicle, believed.status)
     }
 
     /// Compares the measured motion with the last commands, and returns the faults.

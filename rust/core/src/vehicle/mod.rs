@@ -5,7 +5,6 @@ pub mod delay;
 pub mod estimate;
 pub mod estimator;
 pub mod past;
-pub mod regression;
 pub mod state;
 pub mod timed;
 pub mod wheels;

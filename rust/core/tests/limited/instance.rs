@@ -35,6 +35,7 @@ pub(crate) struct Instance {
     pub(crate) stage: CostToGo,
     pub(crate) move_cost: f64,
     pub(crate) turns: Vec<f64>,
+    pub(crate) drift: f64,
     pub(crate) start: ModelState,
     pub(crate) limits: PlanLimits,
     /// Of the vehicle: what makes an angle of a curvature [m].
@@ -88,14 +89,12 @@ impl Instance {
             stage: CostToGo::stage(length * random.of(&[1.0, 1.0, 0.3, 3.0]), offset),
             move_cost: rate_cost * rate_cost,
             turns,
-            start: {
-                let slip = random.of(&[0.0, 0.01]);
-                ModelState {
-                    error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
-                    heading: slip + random.uniform(-0.4, 0.4),
-                    driven: commanded + random.uniform(-0.04, 0.04) / length,
-                    commanded,
-                }
+            drift: step * random.of(&[0.0, 0.01]),
+            start: ModelState {
+                error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
+                heading: random.uniform(-0.4, 0.4),
+                driven: commanded + random.uniform(-0.04, 0.04) / length,
+                commanded,
             },
             limits: PlanLimits {
                 first: (-first * random.of(&[1.0, 0.99]), first),
@@ -113,6 +112,7 @@ impl Instance {
             stage: self.stage,
             move_cost: self.move_cost,
             turns: &self.turns,
+            drift: self.drift,
         }
     }
 
@@ -130,8 +130,12 @@ impl Instance {
             if moved == Some(k) {
                 state.commanded += 1.0;
             }
-            let turn = if moved.is_some() { 0.0 } else { turn };
-            state = self.travel.after(&state, turn);
+            let (turn, drift) = if moved.is_some() {
+                (0.0, 0.0)
+            } else {
+                (turn, self.drift)
+            };
+            state = self.travel.after(&state, turn, drift);
             all.push([state.error, state.heading, state.driven]);
         }
         all

@@ -36,12 +36,6 @@ use crate::status::Status;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
 
-/// A bend is sharp where the path turns by more than this share of what the vehicle can in a
-/// horizon.
-const SHARP: f64 = 0.8;
-/// How many horizons ahead sharp bends are looked for.
-const FARTHEST: usize = 4;
-
 law_params! {
     /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
     pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate) {
@@ -226,16 +220,14 @@ impl PreviewPop {
         let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
         let pace = larger(speed, self.approach.min_speed);
-        let length = vehicle.turning_length(speed) / estimate.gain;
-        let horizon = self.approach.horizon_at(vehicle, pace);
-        let horizon = horizon * self.sharp_bend_ahead(path, at, pace, length);
-        let (count, period) = steps(horizon, at.dt);
+        let (count, period) = steps(self.approach.horizon_at(vehicle, pace), at.dt);
         // The model runs over distance: that of a step, and that travelled in the lag.
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         // A slip of `slip_length` times the curvature acts as if the tracked point lay
         // `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
         let offset = at.mirror(estimate.slip_length);
+        let length = vehicle.turning_length(speed) / estimate.gain;
         let move_cost = self.params.steer_rate_cost * length / period;
 
         let turns = turns.get_mut(..count).unwrap_or_default();
@@ -250,6 +242,7 @@ impl PreviewPop {
                 stage: CostToGo::stage(self.params.heading_cost, offset),
                 move_cost: move_cost * move_cost,
                 turns,
+                drift: step * estimate.slip,
             },
             path_yaw,
             length,
@@ -257,28 +250,6 @@ impl PreviewPop {
             pace,
             lag,
         }
-    }
-
-    /// How many times as far as usual to look ahead: past a bend that is sharper than the lateral
-    /// acceleration allows, so that the vehicle turns in before it.
-    #[inline]
-    fn sharp_bend_ahead(&self, path: &PathView<'_>, at: &Located, pace: f64, length: f64) -> f64 {
-        let vehicle = self.vehicle();
-        if vehicle.max_lateral_acceleration.is_none() {
-            return 1.0;
-        }
-        let stretch = pace * self.params.horizon;
-        let most = SHARP * stretch * self.approach.widest(vehicle, pace, length);
-        let mut turns = [0.0; FARTHEST];
-        let arc = at.closest.arc_length(path);
-        let smoothing = self.params.smoothing_length;
-        let distance = stretch * from_count(FARTHEST);
-        Preview::new(path, smoothing, at.closest.segment, arc, distance)
-            .turns(arc, stretch, &mut turns);
-        let sharp = turns.iter().position(|turn| turn.abs() > most);
-        sharp.map_or(1.0, |stretches| {
-            smaller(from_count(stretches + 2), from_count(FARTHEST))
-        })
     }
 
     /// The state that the plan starts from, and half the slope of its cost by the commanded
@@ -317,7 +288,7 @@ impl PreviewPop {
             } else {
                 error
             },
-            heading: wrap(at.vehicle.yaw + belief.estimate.slip - prediction.path_yaw),
+            heading: wrap(at.vehicle.yaw - prediction.path_yaw),
             driven: tan(at.mirror(wheel)) / length,
             commanded: tangent / length,
         };
@@ -373,22 +344,11 @@ impl PreviewPop {
         let rate_is_the_vehicles = self.approach.rate_is_the_vehicles
             && at.vehicle.forward_speed() >= FULL_RATE * self.approach.min_speed;
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
-        let limit = match plan.reached {
-            MoveLimit::Rate => rate_is_the_vehicles.then_some(Status::RATE_LIMIT),
-            MoveLimit::Curvature if arrives || rate_is_the_vehicles => {
-                let pace = at.vehicle.speed;
-                let steered = self.approach.max_tangent / length * (pace * pace);
-                let lateral = self.vehicle().max_lateral_acceleration;
-                let is_lateral = lateral.is_some_and(|most| most <= steered);
-                Some(if is_lateral {
-                    Status::LATERAL_LIMIT
-                } else {
-                    Status::STEER_LIMIT
-                })
-            }
-            MoveLimit::Nothing | MoveLimit::Curvature => None,
-        };
-        let status = limit.map_or(Status::OK, |limit| Status::SATURATED.with(limit));
+        let status = Status::SATURATED.when(match plan.reached {
+            MoveLimit::Nothing => false,
+            MoveLimit::Rate => rate_is_the_vehicles,
+            MoveLimit::Curvature => arrives || rate_is_the_vehicles,
+        });
         (
             saturate(angle, low, high),
             status | Status::PLAN_CUT_SHORT.when(plan.cut_short),
