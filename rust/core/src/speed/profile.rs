@@ -4,17 +4,18 @@
 //!
 //! The unknowns are the squares of the speeds at the waypoints, `w_i = v_i²`. Between waypoints w is
 //! linear in the arc, so that the acceleration `(w_{i+1} - w_i) / (2 l_i)` is constant on a segment
-//! of length `l_i`. Wanted are the greatest `w_i` with
+//! of length `l_i`. Wanted are large `w_i` with
 //!
 //! ```text
-//! w_i           <= bound_i                                       each waypoint by itself
+//! w_i           <= bound_i                                       before any driving or braking
 //! w_{i+1} - w_i <= 2 l_i min(A(w_i, k_i), A(w_{i+1}, k_{i+1}))   driving
 //! w_i - w_{i+1} <= 2 l_i min(D(w_i, k_i), D(w_{i+1}, k_{i+1}))   braking
 //! ```
 //!
 //! where `k_i` is the curvature. A and D are the accelerations that the friction ellipse leaves
 //! beside the lateral one, `w |k|` ([`SpeedLimits`]); they hold at both ends of a segment. The bound
-//! of a waypoint is the least of
+//! of a waypoint is the least of the following; the wheels' time is a segment's and bounds both its
+//! ends
 //!
 //! ```text
 //! max_speed², speed_limit²
@@ -24,21 +25,24 @@
 //! 0 at a cusp, start_speed² and end_speed² at the ends of an open path
 //! ```
 //!
-//! with the turning wheelbase L. Along a path with a grade, gravity uphill is taken off A, and D is at
-//! most what the brakes can do less gravity downhill.
+//! with L the vehicle's turning length at rest; the third bounds nothing without understeer, nor where
+//! the wheels reach `k` at rest. No one plan need be the greatest at every waypoint: at the lateral
+//! limit A is 0, and a slightly lower `w_i` may allow a higher `w_{i+1}`. Along a path with a grade,
+//! gravity uphill is taken off A, and D is at most what the brakes can do less gravity downhill.
 //!
 //! # Method
 //!
 //! A pass forward lowers each w to what driving reaches from the waypoint before it, and a pass
 //! backward to what braking can come down from before the next one: the forward-backward solver of
 //! A. Heilmeier et al., *Minimum curvature trajectory planning and control for an autonomous race
-//! car*, Vehicle System Dynamics 58, 2020. They are repeated until nothing is lowered any more. One
-//! round is enough where the limits of the acceleration do not depend on the speed: after a speed
-//! that the pass backward lowers, the vehicle brakes, so nothing is asked of driving; before it the
-//! speed rises less, and at a lower speed the ellipse leaves more. With a limit that grows with the
-//! speed the last does not hold, and so the passes repeat.
+//! car*, Vehicle System Dynamics 58, 2020. They are repeated until nothing is lowered any more, at
+//! most `ROUNDS` times. One round is enough where the limits of the acceleration do not depend on the
+//! speed: after a speed that the pass backward lowers, the vehicle brakes, so nothing is asked of
+//! driving; before it the speed rises less, and at a lower speed the ellipse leaves more. With a limit
+//! that grows with the speed the last does not hold, and so the passes repeat.
 //!
-//! A closed path is cut open at its slowest waypoint, where a lap neither drives nor brakes.
+//! A closed path is cut open at its slowest waypoint, whose bound no pass lowers, as none goes below the
+//! speed that it starts from.
 
 use crate::error::ConfigError;
 use crate::math::{larger, sqrt, tan};
@@ -147,7 +151,7 @@ impl Course<'_> {
 }
 
 /// The greatest speed at each waypoint of `course` within `limits` [m/s], into `speed`, and what
-/// limits it there, into `limit`: both have room for N.
+/// limits it there, into `limit`: both are N long.
 ///
 /// # Errors
 ///

@@ -17,7 +17,7 @@
 //!
 //! with gravity `g` along a path that knows its grade, and the estimate `d` of all other
 //! accelerations ([`disturbance`](super::disturbance)). Where the path ends, changes its direction
-//! or says 0 the vehicle stops, and errors of the speed may not shift the place. With the distance
+//! or says 0 the vehicle stops, and errors of the speed must not shift the place. With the distance
 //! `D` to the stop, what is wanted is a constant deceleration to it:
 //!
 //! ```text
@@ -26,9 +26,10 @@
 //! wanted  = -(v_T² - c²) / (2 D_T)                  once that is near the largest deceleration
 //! ```
 //!
-//! down to a creeping speed `c`, or more where that keeps the plan. `wanted` is kept within the accelerations of the plan, extended by `reserve`. Only where the
-//! vehicle would overrun its stop it brakes harder, up to what its brakes can do, and
-//! `cannot_stop` says when even that is not enough. The command changes by at most `max_jerk * dt`.
+//! down to a creeping speed `c`, or more where that keeps the plan. The harder of the two counts.
+//! `wanted` is kept within the vehicle's accelerations, extended by `reserve`. Only where the vehicle
+//! would overrun its stop it brakes harder, up to what its brakes can do, and `cannot_stop` says when
+//! even that is not enough. The command changes by at most `max_jerk * dt`.
 //!
 //! A vehicle that has arrived stands, until the stop is farther off than noise can explain.
 //!
@@ -47,8 +48,8 @@ use crate::speed::stops::Planned;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// Largest speed at which the vehicle creeps to a stop, in wheelbases a second. More: it arrives
-/// faster, and stops less exactly.
+/// Speed at which the vehicle creeps to a stop and starts, and below which it may stand, in wheelbases
+/// a second. More: it arrives faster, and stops less exactly.
 const CREEP: f64 = 0.1;
 /// It creeps when it is this near to the stop, in wheelbases, whatever the plan still allows there.
 const CREEP_DISTANCE: f64 = 1.0 / 15.0;
