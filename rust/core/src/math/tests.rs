@@ -1,0 +1,49 @@
+use super::*;
+
+#[test]
+fn test_wrap_odd_function_exactly() {
+    for angle in [0.0, 1.0, PI, 3.5, TAU, 7.0, 1e3, 12_345.678, 1e6] {
+        assert_eq!(wrap(-angle), -wrap(angle));
+        assert!(wrap(angle).abs() <= PI);
+    }
+}
+
+#[test]
+fn test_remainder_is_that_of_the_operator_to_the_bit() {
+    for value in [
+        0.0,
+        5e-324,
+        1.0,
+        6.2,
+        TAU,
+        6.3,
+        20.0,
+        1e6,
+        f64::INFINITY,
+        f64::NAN,
+    ] {
+        for period in [TAU, 1e-3, 1.0, 1e7] {
+            for value in [value, -value] {
+                let (fast, plain) = (remainder(value, period), value % period);
+                assert!(fast.to_bits() == plain.to_bits() || plain.is_nan() && fast.is_nan());
+            }
+        }
+    }
+}
+
+#[test]
+fn test_saturate_inside_and_outside() {
+    assert_eq!(saturate(-2.0, -1.0, 1.0), -1.0);
+    assert_eq!(saturate(0.25, -1.0, 1.0), 0.25);
+    assert_eq!(saturate(2.0, -1.0, 1.0), 1.0);
+}
+
+#[test]
+fn test_counts_saturate() {
+    assert_eq!(to_count(f64::NAN), 0);
+    assert_eq!(to_count(2.9), 2);
+    assert_eq!(to_count(-3.5), 0);
+    assert!(to_count(f64::INFINITY) > usize::MAX / 4);
+    assert_eq!([2.0, 2.1, -0.5].map(ceil_to_count), [2, 3, 0]);
+    assert_eq!(from_count(21), 21.0);
+}
