@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["read_waypoints"]
-
 _PARSED_COLUMNS = 3  # x, y, reference speed; what stands further right is never looked at
 _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
 

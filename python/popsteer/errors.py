@@ -11,18 +11,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = [
-    "ConfigError",
-    "InputError",
-    "PathError",
-    "PlantLimit",
-    "PopsteerError",
-    "below",
-    "count_in_range",
-    "in_range",
-    "odd_in_range",
-]
-
 
 _LONGEST = 200  # characters of a name or a value in a message
 

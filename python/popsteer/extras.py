@@ -7,8 +7,6 @@ from importlib.util import find_spec
 
 from popsteer.errors import PopsteerError
 
-__all__ = ["MODULES", "MissingExtra", "missing", "require"]
-
 MODULES = {
     "lab": ("filelock", "matplotlib", "optuna", "plotly", "rich", "rosbags", "scipy", "typer"),
     "ros2": ("cyclonedds", "rich", "rosbags", "typer"),

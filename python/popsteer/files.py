@@ -17,15 +17,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-__all__ = [
-    "check_files",
-    "check_folder",
-    "read_bytes",
-    "write_bytes_atomic",
-    "write_files_atomic",
-    "write_text_atomic",
-]
-
 
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
     """Refuse files that cannot be written, before the work whose results they are to hold.

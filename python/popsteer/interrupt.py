@@ -9,8 +9,6 @@ import os
 import signal
 import sys
 
-__all__ = ["end", "handle_as_usual"]
-
 
 def end(*_: object) -> None:
     """End the process with the status that a shell has for Ctrl-C."""

@@ -35,20 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import ModuleType, TracebackType
 
-__all__ = [
-    "OwnCodeError",
-    "called",
-    "entry_points",
-    "file_hash",
-    "files",
-    "is_named",
-    "is_reference",
-    "load",
-    "params_of",
-    "raised",
-    "title",
-]
-
 What: TypeAlias = Literal["controller", "plant", "track"]
 
 _REFERENCE = re.compile(r"(?P<place>.+):(?P<name>[A-Za-z_]\w*)")

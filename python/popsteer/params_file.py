@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from popsteer.controllers import Params
 
-__all__ = ["add_load_and_save", "as_toml", "load", "load_all", "save"]
-
 _HEAD = """\
 # Tuning of a controller, as {kind} reads it. SI units and radians. What is
 # left out has its default, which may scale with the vehicle.

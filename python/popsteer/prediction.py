@@ -8,8 +8,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Prediction"]
-
 
 class Prediction(NamedTuple):
     """What `predict` of a controller answers: a trajectory, an entry an instant.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from popsteer.errors import ConfigError, InputError, count_in_range, in_range
 
-__all__ = ["check_count", "check_in_range"]
-
 
 def check_in_range(
     field: str,

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from inspect import Signature
 
-__all__ = ["spell_out"]
-
 
 class _Shown:
     """The signature of a class, made when it is asked for: importing inspect takes its time."""

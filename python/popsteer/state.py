@@ -7,8 +7,6 @@ from typing import Any, NoReturn, final
 
 from typing_extensions import Self
 
-__all__ = ["State"]
-
 
 @final
 class State:

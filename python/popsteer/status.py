@@ -5,8 +5,6 @@ from __future__ import annotations
 import enum
 from typing import Literal
 
-__all__ = ["Status"]
-
 
 class Status(enum.IntFlag):
     """How a control step went: a set of conditions, each of which may hold beside the others.

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
 
-__all__ = ["as_toml", "load", "save"]
-
 _HEAD = """\
 # A vehicle, as popsteer.Vehicle.load reads it. SI units and radians; x forward, y left, angles of
 # the front wheels positive to the left. A pose is that of the vehicle's point, wherever you measure

@@ -26,8 +26,6 @@ from popsteer.cli import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["app"]
-
 _HELP = """\
 Path-tracking controllers, driven along a track and measured.
 

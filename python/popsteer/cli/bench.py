@@ -9,8 +9,6 @@ from popsteer import lab
 from popsteer.cli import options
 from popsteer.files import check_folder
 
-__all__ = ["HELP", "bench"]
-
 HELP = """\
 Measure how long a control step takes when it is called from Python.
 

@@ -24,8 +24,6 @@ from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings
 from popsteer.sim.geometry import CORE_PLANTS
 
-__all__ = ["HELP", "compare"]
-
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
 _PLANT_PARAMS = {**CORE_PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}

@@ -17,8 +17,6 @@ from popsteer.interrupt import handle_as_usual
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["INTERRUPTED", "REFUSED", "main"]
-
 REFUSED = 2
 """Exit status where the input, the options or a file are at fault."""
 INTERRUPTED = 130

@@ -18,8 +18,6 @@ from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.identification import Identification
 
-__all__ = ["HELP", "identify"]
-
 HELP = """\
 Identify a vehicle from the log of a drive.
 

@@ -24,21 +24,6 @@ if TYPE_CHECKING:
 
     from popsteer.sim.closed_loop import Pose
 
-__all__ = [
-    "DEFAULT_TRACK",
-    "OWN_CONTROLLERS",
-    "Course",
-    "Start",
-    "Tuning",
-    "course",
-    "courses",
-    "longitudinal",
-    "names",
-    "start",
-    "tuned",
-    "usual_longitudinal",
-]
-
 OWN_CONTROLLERS = own_controllers.names()
 """The controllers of popsteer; the baselines are from elsewhere."""
 DEFAULT_TRACK = "racetrack"

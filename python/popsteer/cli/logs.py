@@ -16,8 +16,6 @@ from popsteer.logs.units import UNITS
 if TYPE_CHECKING:
     from popsteer.cli.progress import Progress
 
-__all__ = ["Column", "Log", "Topic", "Unit", "pairs", "read"]
-
 Log: TypeAlias = Annotated[
     Path,
     typer.Argument(

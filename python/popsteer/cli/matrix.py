@@ -16,8 +16,6 @@ from popsteer.lab.common.vehicle import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings, vehicle_of
 
-__all__ = ["HELP", "matrix"]
-
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
 HELP = """\

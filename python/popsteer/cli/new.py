@@ -15,8 +15,6 @@ import typer
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 
-__all__ = ["HELP", "new"]
-
 HELP = """\
 Write a project to begin from: a vehicle, a path, a control loop that follows it, and a test.
 

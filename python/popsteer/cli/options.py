@@ -15,42 +15,6 @@ from popsteer.sim.closed_loop import START_OFFSET
 if TYPE_CHECKING:
     from typer.models import OptionInfo
 
-__all__ = [
-    "DEFAULT_DT",
-    "Closed",
-    "ConstantSpeed",
-    "Controller",
-    "Controllers",
-    "Distributions",
-    "Dt",
-    "Longitudinal",
-    "NoAdapt",
-    "Out",
-    "OwnControllers",
-    "OwnPlant",
-    "Params",
-    "PlannedLongitudinal",
-    "Plant",
-    "Plants",
-    "Preset",
-    "Record",
-    "Report",
-    "Seed",
-    "Set",
-    "SetLongitudinal",
-    "SetPlant",
-    "SetVehicle",
-    "Speed",
-    "Start",
-    "StartAt",
-    "StartOffset",
-    "Track",
-    "Tracks",
-    "Vehicle",
-    "Waypoints",
-    "optional",
-]
-
 _PLANTS = (
     f"{', '.join(sim.plant_names())}; with the extra 'plants' commonroad-MODEL-VEHICLE (MODEL is"
     f" st, std or mb, VEHICLE is 1 to 3) and {plants.names()[-1]}; or the file *.toml of a vehicle,"

@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from popsteer.lab.report import Origin
     from popsteer.sim import Run
 
-__all__ = [
-    "console",
-    "deliver",
-    "draw_figures",
-    "driven",
-    "figure_paths",
-    "say",
-    "say_raised",
-    "show",
-    "write",
-    "written",
-]
-
 _PIPED = 160
 
 

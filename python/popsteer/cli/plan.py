@@ -19,8 +19,6 @@ from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.planning import SpeedLimits
 
-__all__ = ["HELP", "plan"]
-
 HELP = f"""\
 Find the fastest speeds along a path that a vehicle's limits allow.
 

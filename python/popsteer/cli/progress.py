@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
     from typing_extensions import Self
 
-__all__ = ["Progress", "kept_in"]
-
 _PATIENCE = 1.0  # seconds without a bar
 
 

@@ -9,8 +9,6 @@ import typer
 
 from popsteer.cli import options, ros2_options
 
-__all__ = ["HELP", "record"]
-
 HELP = """\
 Record the topics of "popsteer ros2" as MCAP, without ROS: odometry, path, commands, the intended
 trajectory, diagnostics and the clock.

@@ -21,8 +21,6 @@ from popsteer.lab import baselines
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
-__all__ = ["HELP", "replay"]
-
 HELP = """\
 Let controllers watch a recorded drive, and tell what they would have commanded.
 

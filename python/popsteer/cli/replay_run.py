@@ -15,8 +15,6 @@ from popsteer.files import check_folder
 if TYPE_CHECKING:
     import typer
 
-__all__ = ["replay_run"]
-
 _WITH_IT = ("replay_run", "out", "report")
 
 

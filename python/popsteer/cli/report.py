@@ -10,8 +10,6 @@ import typer
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_bytes_atomic
 
-__all__ = ["check", "command_line", "write"]
-
 _KINDS = (".html", ".htm")
 
 

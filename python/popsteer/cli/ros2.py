@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer import Path, Vehicle
     from popsteer.controllers import Controller
 
-__all__ = ["HELP", "ros2"]
-
 HELP = """\
 Run a ROS 2 node that steers along the paths that a planner publishes. It needs no ROS: DDS and the
 messages come with the extra 'ros2'.

@@ -19,25 +19,6 @@ if TYPE_CHECKING:
 
     from popsteer.adapters.ros2.topics import Topics
 
-__all__ = [
-    "Autoware",
-    "CommandType",
-    "Domain",
-    "Localhost",
-    "Names",
-    "Param",
-    "ParamsFile",
-    "PathType",
-    "Remap",
-    "RosArgs",
-    "Timeout",
-    "Topic",
-    "names_of",
-    "parameters_of",
-    "stop_on_signals",
-    "topics_of",
-]
-
 _FLAGS = ("closed", "use_sim_time")
 _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_FLAGS)
 

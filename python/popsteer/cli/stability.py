@@ -14,8 +14,6 @@ from popsteer.errors import ConfigError
 from popsteer.files import check_folder
 from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
-__all__ = ["HELP", "stability"]
-
 _CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
 # Some of the figures are drawn for some controllers alone.

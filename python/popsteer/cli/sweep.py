@@ -16,8 +16,6 @@ from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
-__all__ = ["HELP", "sweep"]
-
 HELP = """\
 Drive one controller thousands of times, each time with another vehicle, start and noise.
 

@@ -11,8 +11,6 @@ from popsteer import tracks
 from popsteer.cli import inputs, options
 from popsteer.files import check_folder
 
-__all__ = ["app"]
-
 _HELP = """\
 List the tracks that come with popsteer, or write them as files.
 

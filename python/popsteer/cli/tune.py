@@ -17,8 +17,6 @@ from popsteer.lab.common.distributions import distribution
 from popsteer.params_file import as_toml
 from popsteer.sim import Settings, vehicle_of
 
-__all__ = ["HELP", "tune"]
-
 HELP = """\
 Search for the parameters of a controller with which a vehicle stays closest to its tracks, while
 the wheels move hardly more than before.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from popsteer.sim import Plant
 
-__all__ = ["DEFAULT_CONTROLLER", "distributions", "tuning"]
-
 DEFAULT_CONTROLLER = "preview-pop"
 """The controller by default."""
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
 
-__all__ = ["believed", "changed_plant", "named_vehicle", "plant", "plant_label", "varied"]
-
 
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
     """Give the plant that an option names.

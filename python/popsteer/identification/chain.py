@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Chain", "LagOf", "Wheels"]
-
 LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-4
 _MOST_ANGLE = 1.5

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SHORTEST", "first_length", "refuse_units"]
-
 SHORTEST = 10.0
 """The least time of driving [s]."""
 _MOVING = 0.3

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PreparedLog", "prepare"]
-
 CELL = 0.025
 """Longest cell of the simulation [s]. Lag, dead time and rate are exact for a command that stays
 the same within it; shorter ones cost time alone."""

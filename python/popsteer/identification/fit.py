@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["LAGS", "NAMES", "Fit", "fit"]
-
 NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
 """What is fitted, in the order of `Chain.yaw`; `max_steer_rate` where it was reached."""
 LAGS: tuple[LagOf, ...] = ("yaw rate", "wheels", "tyres")

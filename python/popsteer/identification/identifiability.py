@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from popsteer.identification.drive import PreparedLog
     from popsteer.identification.fit import Fit
 
-__all__ = ["Doubt", "rate_unknown", "steps", "unsure"]
-
 _SURE_LENGTH = 0.05
 """Largest standard error of what turns the car, as a share: beyond it two causes are one."""
 _SURE_OFFSET = math.radians(0.3)

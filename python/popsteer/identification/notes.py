@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from popsteer.identification.fit import Fit
     from popsteer.identification.point import Point
 
-__all__ = ["described"]
-
 _NOTABLE_TURN = math.radians(0.2)
 _NOTABLE_SPEED = 0.01
 _HAND_WHEEL = 12.0

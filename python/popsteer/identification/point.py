@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["NAMES", "Point", "fit_point", "smooth"]
-
 NAMES = ("rear_axle", "slip", "heading_bias", "speed_excess")
 _TURNS = 4
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from popsteer.identification.point import Point
     from popsteer.logs import Log
 
-__all__ = ["identify"]
-
 _MOST_ROUNDS = 5
 _NO_LENGTH = 0.15
 _SURE_POINT = 0.1

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.logs import Log
 
-__all__ = ["Identification"]
-
 _EXACT = 1e-3
 """A share of the turning that nobody misses: a log without noise is explained as well."""
 

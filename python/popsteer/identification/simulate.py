@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["AFRESH", "compared"]
-
 AFRESH = 10.0
 """After this time the simulation restarts at the measured pose [s]."""
 

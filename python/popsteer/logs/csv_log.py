@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["read_csv"]
-
 _SHOWN = 12
 _SHOWN_CHARACTERS = 40
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from popsteer.logs.log import Log
 
-__all__ = ["read"]
-
 _BAGS = (".mcap", ".db3", ".bag")
 
 

@@ -13,8 +13,6 @@ from popsteer.errors import PopsteerError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["COLUMNS", "Log", "LogError"]
-
 COLUMNS = ("t", "x", "y", "yaw", "speed", "steer")
 """The columns of a log."""
 _GAP_PERIODS = 5.0

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-__all__ = ["ODOMETRY", "STEERING", "Steering", "typestore"]
-
 ODOMETRY = "nav_msgs/msg/Odometry"
 """The type of poses and speeds."""
 _REPORT = "builtin_interfaces/Time stamp\nfloat32 steering_tire_angle\n"

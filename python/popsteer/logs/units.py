@@ -6,8 +6,6 @@ import math
 
 from popsteer.logs.log import COLUMNS, LogError
 
-__all__ = ["UNITS", "factor"]
-
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "x": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},

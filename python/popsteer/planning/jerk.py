@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["within_jerk"]
-
 # Each program may exceed the squares of the speeds of the one before by this much.
 _GROWTH = 1.2
 _PROGRAMS = 4

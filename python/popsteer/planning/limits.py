@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Vehicle
 
-__all__ = ["DEFAULTS", "SpeedLimits"]
-
 DEFAULTS = {
     name: _speed_defaults[name]
     for name in ("max_speed", "max_lateral_acceleration", "max_acceleration", "max_deceleration")

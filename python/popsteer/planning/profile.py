@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from popsteer.planning.limits import SpeedLimits
 
-__all__ = ["LIMITS", "SpeedProfile"]
-
 LIMITS = (
     "top speed",
     "speed limit",

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["smooth"]
-
 # Waypoints are averaged over this many tolerances before their offset counts. Shorter: noise is
 # taken for the line; longer: bends of that length may be cut.
 _WINDOW = 40.0

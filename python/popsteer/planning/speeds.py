@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["curvature", "speed_profile", "speeds_along"]
-
 _LEAST = 1e-3
 """The least speed limit that is no stop [m/s]."""
 

@@ -28,8 +28,6 @@ from popsteer.plants.published import published
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["CommonRoad"]
-
 _GRAVITY = 9.81
 # The models change to kinematics at this speed, and the slip no longer sets the pace.
 _KINEMATIC_SPEED = 0.1

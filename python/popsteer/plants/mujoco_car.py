@@ -16,8 +16,6 @@ from popsteer.plants.pedals import MujocoCarParams
 from popsteer.plants.protocol import PlantState, follow
 from popsteer.plants.published import published
 
-__all__ = ["MujocoCar"]
-
 # As in the model file.
 _WHEELBASE, _TRACK, _RADIUS = 2.7, 1.56, 0.33
 _MOST_STEER = 0.6

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from popsteer.parameters import Parameters
     from popsteer.plants.protocol import PlantState
 
-__all__ = ["ASKED", "OwnPlant"]
-
 ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 """What a plant has."""
 

@@ -7,8 +7,6 @@ from typing import ClassVar
 
 from popsteer.parameters import Parameters
 
-__all__ = ["MujocoCarParams", "PedalParams"]
-
 
 @dataclass(frozen=True)
 class PedalParams(Parameters):

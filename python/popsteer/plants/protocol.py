@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
 
-__all__ = ["PlantState", "PythonPlant", "follow"]
-
 
 class PlantState(NamedTuple):
     """What a plant reports after a control step."""

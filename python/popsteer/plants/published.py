@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from popsteer._core import Vehicle
 
-__all__ = ["GRIP_SHARE", "STEER_LAG", "published"]
-
 STEER_LAG = 0.1
 """Lag of the wheels that a plant from elsewhere is taken to have [s]: nothing is fitted to it."""
 GRIP_SHARE = 0.8

@@ -14,8 +14,6 @@ from popsteer.plants.protocol import PythonPlant
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["Configurable", "get", "is_known", "names"]
-
 _MODELS = ("st", "std", "mb")
 _VEHICLES = (1, 2, 3)
 _MUJOCO = "mujoco-car"

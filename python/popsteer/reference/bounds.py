@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["MAX_COORDINATE", "MAX_DT", "MAX_SPEED", "MAX_YAW", "MIN_DT"]
-
 MAX_COORDINATE = 1e9
 """The largest coordinate [m], of waypoints and vehicles alike."""
 MAX_SPEED = 1e4

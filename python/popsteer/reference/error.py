@@ -13,17 +13,6 @@ from popsteer.ranges import check_in_range
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = [
-    "Checked",
-    "count",
-    "in_range",
-    "input_below",
-    "input_in_range",
-    "input_within",
-    "number",
-    "optional",
-]
-
 
 def in_range(value: float, low: float, high: float) -> bool:
     """Tell whether `value` is a number in [low, high]; False for NaN.

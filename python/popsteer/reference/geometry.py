@@ -6,8 +6,6 @@ from typing import TypeAlias
 
 from popsteer.reference.math import sqrt
 
-__all__ = ["Point", "get_distance", "squared_distance"]
-
 Point: TypeAlias = tuple[float, float]
 """A point or a displacement in the plane, (x, y) [m]."""
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Command", "Tracker", "TrackerState"]
-
 
 @dataclass(frozen=True)
 class Command:

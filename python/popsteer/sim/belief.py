@@ -11,8 +11,6 @@ from popsteer.errors import ConfigError
 if TYPE_CHECKING:
     from popsteer.sim.steering import OwnController
 
-__all__ = ["believed", "informed"]
-
 _C = TypeVar("_C", bound="controllers.Controller | OwnController")
 
 

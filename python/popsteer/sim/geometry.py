@@ -15,20 +15,6 @@ from popsteer.plants.protocol import PythonPlant
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
 
-__all__ = [
-    "CORE_PLANTS",
-    "CorePlant",
-    "Plant",
-    "Pose",
-    "StartAt",
-    "made",
-    "object_of",
-    "plant_name",
-    "plant_names",
-    "pose_of",
-    "vehicle_of",
-]
-
 CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 """A plant of the core, which many runs can share: its name, or an object with its parameters."""
 Plant: TypeAlias = CorePlant | PythonPlant

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.sim.geometry import CorePlant, Pose, StartAt
     from popsteer.sim.pedals import Longitudinal, PedalMap
 
-__all__ = ["run_many"]
-
 _PLANTS = (str, CarlaIdentified, KinematicBicycle)
 _MAX_THREADS = 1024
 

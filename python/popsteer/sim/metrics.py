@@ -10,8 +10,6 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from popsteer._core import Simulation
 
-__all__ = ["Metrics"]
-
 
 @dataclass(frozen=True)
 class Metrics:

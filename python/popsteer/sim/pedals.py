@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from popsteer._core import Path, Vehicle
     from popsteer.sim.geometry import Plant
 
-__all__ = ["Longitudinal", "PedalMap", "check_longitudinal"]
-
 Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 """What works the pedals: the paper's controller, a PID on the path's speeds, or a plan that is
 kept."""

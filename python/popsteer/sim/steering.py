@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Protocol, TypeAlias
 
-__all__ = ["OwnCommand", "OwnController", "OwnReversingController", "OwnSimpleController"]
-
 
 class OwnCommand(Protocol):
     """What a controller of your own may return: an angle, and optionally more.

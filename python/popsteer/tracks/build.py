@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.tracks.geometry import Sampled
 
-__all__ = ["FIRST_SPEED", "LIMITS", "build", "equal_steps", "profile"]
-
 LIMITS = SpeedLimits(**DEFAULTS, exponent=math.inf)
 """What an ordinary car drives at briskly, far from the limit of a dry road."""
 FIRST_SPEED = 1.5

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from popsteer.tracks.track import Track
 
-__all__ = ["get", "names"]
-
 
 def names() -> tuple[str, ...]:
     """Names of the shipped tracks.

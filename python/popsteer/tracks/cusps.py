@@ -20,8 +20,6 @@ from popsteer.tracks.waypoints import Waypoints, placed
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["CREEP", "MANOEUVRING", "SLOWING", "parallel_parking", "three_point_turn"]
-
 MANOEUVRING = 1.5
 """Greatest speed of a parking manoeuvre [m/s]."""
 CREEP = 0.3

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Piece", "Sampled", "sample", "straight", "turn"]
-
 
 class Piece(NamedTuple):
     """A stretch of line whose curvature changes linearly with arc length.

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
     from popsteer.tracks.track import Track
 
-__all__ = ["double_lane_change", "obstacle_avoidance", "step_steer"]
-
 _NO_CLAIM = "No conformance with the standard is claimed: its disputed dimensions are parameters."
 
 

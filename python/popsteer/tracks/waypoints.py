@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Waypoints", "placed"]
-
 
 class Waypoints(NamedTuple):
     """Waypoints as `popsteer.Path` takes them: `Path(w.xy, speed=w.speed, closed=w.closed)`."""

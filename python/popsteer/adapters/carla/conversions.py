@@ -21,21 +21,6 @@ if TYPE_CHECKING:
 
     import carla
 
-__all__ = [
-    "Steering",
-    "ackermann_control",
-    "axles_of",
-    "client_library",
-    "curve_of",
-    "path_of",
-    "pose_of",
-    "speed_from_kmh",
-    "speed_of",
-    "thinned",
-    "transform_of",
-    "vehicle_control",
-]
-
 _SPACING = 0.1
 """Waypoints closer than this to the one before are left out of a path [m]. CARLA's global planner
 gives the ends of its segments twice; a few millimetres between them would be a corner."""

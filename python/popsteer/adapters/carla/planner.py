@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.carla.conversions import Steering
     from popsteer.controllers import Controller
 
-__all__ = ["LocalPlanner"]
-
 _ROAMING = 100  # waypoints kept ahead where there is no plan, as CARLA's planner keeps
 _ARRIVED = 1.0  # the last waypoint counts as reached from here on [m], as there
 _GAINS = ("lateral_control_dict", "longitudinal_control_dict")

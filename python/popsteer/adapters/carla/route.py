@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     import carla
 
-__all__ = ["RoadOption", "Route"]
-
 _DRIVEN = 50  # waypoints kept behind the vehicle, so that a path goes on through it
 _STRAIGHT = math.radians(35.0)  # a branch that turns by less goes straight on, as agents see it
 

@@ -11,8 +11,6 @@ from popsteer.adapters.carla.conversions import Steering, axles_of, curve_of
 if TYPE_CHECKING:
     import carla
 
-__all__ = ["steering_of", "vehicle_of"]
-
 
 def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 - `Vehicle` checks them
     """Describe a vehicle of CARLA: wheelbase, rear axle and largest angle of its physics control.

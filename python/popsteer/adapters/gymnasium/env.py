@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from popsteer.sim import Plant
     from popsteer.tracks import Track
 
-__all__ = ["PREVIEW", "TrackEnv"]
-
 PREVIEW = (2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)
 """How far ahead along the path the points lie that are observed by default [m]."""
 

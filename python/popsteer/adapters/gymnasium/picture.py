@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from popsteer import Path, Vehicle
 
-__all__ = ["Picture"]
-
 _SIZE = 400  # pixels
 _METRES = 50.0  # that the picture shows, for a car of the paper's wheelbase
 _SCALE = _SIZE / _METRES

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.adapters.gymnasium.task import Task
 
-__all__ = ["INFO", "action_space", "actions_of", "observation_names", "observation_space"]
-
 INFO = tuple(Episodes.info_names())
 """The names of what is reported in addition to an observation."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["TrackVecEnv"]
-
 
 class TrackVecEnv(VecEnv):  # type: ignore[misc]
     """Many vehicles on a path, stepped together in Rust, as stable-baselines3 takes them.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from popsteer import CoupledLongitudinal
     from popsteer.sim import Plant, Pose
 
-__all__ = ["Actions", "Begin", "RewardWeights", "Task"]
-
 Actions: TypeAlias = Literal["steer", "steer-and-pedals"]
 """What the agent does: steer alone, at the path's speeds, or work the pedals as well."""
 

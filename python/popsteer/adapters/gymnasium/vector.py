@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from popsteer import Path, Vehicle
 
-__all__ = ["TrackVectorEnv"]
-
 _MOST = 1_000_000
 
 

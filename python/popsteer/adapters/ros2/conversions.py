@@ -29,23 +29,6 @@ from popsteer.adapters.ros2.messages import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = [
-    "Measured",
-    "MessageError",
-    "ackermann_message",
-    "control_message",
-    "measured_of",
-    "nanoseconds_of",
-    "odometry_message",
-    "path_message",
-    "path_of",
-    "path_of_bytes",
-    "time_message",
-    "twist_message",
-    "twist_stamped_message",
-    "yaw_of",
-]
-
 _SECOND = 10**9
 # A quaternion has norm 1, but for rounding; all zeros is one that nobody has set.
 _NORM = (0.9, 1.1)

@@ -14,8 +14,6 @@ from popsteer.adapters.ros2.names import check_name, check_namespace, check_node
 from popsteer.errors import PopsteerError
 from popsteer.extras import require
 
-__all__ = ["Latest", "Participant", "Reader", "Service", "Writer"]
-
 _BATCH = 256
 # How long the last message of a publisher that keeps it is waited for [s].
 _KEPT = 2.0

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.intake import Intake
     from popsteer.adapters.ros2.pilot import DriveCommand, Pilot
 
-__all__ = ["ERROR", "OK", "WARN", "Around", "Loop", "message", "run_message"]
-
 OK, WARN, ERROR = 0, 1, 2
 _JUMP = 1.0  # more than a planner's noise, less than a lane [m]
 _LEVELS = {"ok": OK, "degraded": WARN, "fault": ERROR}

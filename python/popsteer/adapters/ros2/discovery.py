@@ -11,8 +11,6 @@ from popsteer.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["configuration", "domain_of"]
-
 _DOMAINS = 232
 _RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 

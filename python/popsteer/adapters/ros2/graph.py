@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["Graph", "Publication", "user_data"]
-
 _TOPIC = "ros_discovery_info"
 # Distributions before Iron: gids of 24 bytes in place of 16, and no type hashes.
 _OLD = ("foxy", "galactic", "humble")

@@ -8,8 +8,6 @@ from typing import Any
 from popsteer.adapters.ros2.messages import store
 from popsteer.extras import require
 
-__all__ = ["as_bytes", "idl_type", "wire_type"]
-
 
 class _Bytes:
     """What a reader gives and a writer takes: a message's bytes, as they are on the wire."""

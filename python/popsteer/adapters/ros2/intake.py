@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from popsteer import Path
 
-__all__ = ["AHEAD", "Counted", "Course", "Intake"]
-
 AHEAD = 0.05
 """How far a stamp may lie in the future before the clocks count as apart [s]."""
 

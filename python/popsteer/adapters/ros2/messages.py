@@ -8,25 +8,6 @@ from typing import Any
 from popsteer import logs
 from popsteer.extras import require
 
-__all__ = [
-    "ACKERMANN",
-    "CLOCK",
-    "CONTROL",
-    "CONTROL_MODE",
-    "DIAGNOSTICS",
-    "ODOMETRY",
-    "PATH",
-    "TRAJECTORY",
-    "TWIST",
-    "TWIST_STAMPED",
-    "TYPES",
-    "decode",
-    "encode",
-    "hash_of",
-    "make",
-    "store",
-]
-
 ODOMETRY = "nav_msgs/msg/Odometry"
 """Pose and speed of the vehicle."""
 PATH = "nav_msgs/msg/Path"

@@ -6,8 +6,6 @@ import re
 
 from popsteer.errors import ConfigError
 
-__all__ = ["check_name", "check_namespace", "check_node", "expanded"]
-
 _WORD = "[A-Za-z_][A-Za-z0-9_]*"
 _NAME = re.compile(f"(/{_WORD})+")
 _LONGEST = 247

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.controllers import Controller
 
-__all__ = ["Node", "Options"]
-
 _SECOND = 10**9
 _AHEAD = 2.0  # the intended trajectory's length [s] ...
 _POSES = 40  # ... and its poses at most

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.dds import Participant, Reader
     from popsteer.adapters.ros2.node import Node
 
-__all__ = ["spin"]
-
 _SECOND = 10**9
 _JUMP = 0.1  # the clock against the machine's steady one [s]; NTP slews far less in a cycle
 _SIM_JUMP = 1.0  # from one tick of a simulation to the next [s]

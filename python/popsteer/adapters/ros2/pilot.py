@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 
-__all__ = ["DriveCommand", "Pilot", "State"]
-
 # What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
 _ACCELERATION = _speed_defaults["max_acceleration"]
 _DECELERATION = _speed_defaults["max_deceleration"]

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from popsteer.sim import Run
 
-__all__ = ["Recording", "record_run"]
-
 _FRAME = "map"
 # The records "data end" and "footer", which say that there is no index, and the magic number.
 _END = b"\x0f\x04" + bytes(11) + b"\x02\x14" + bytes(27) + b"\x89MCAP0\r\n"

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
 
-__all__ = ["tap"]
-
 _PERIOD = 0.01
 
 

@@ -21,8 +21,6 @@ from popsteer.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["Topics"]
-
 
 @dataclass(frozen=True)
 class Topics:

@@ -8,8 +8,6 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.dds import Participant, Reader
     from popsteer.adapters.ros2.intake import Counted
 
-__all__ = ["why_none_is_usable", "why_silent"]
-
 
 def why_none_is_usable(
     count: Counted, topic: str, kind: str, reader: Reader, participant: Participant

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from popsteer import Path
 
-__all__ = ["Ahead"]
-
 
 class Ahead:
     """The headings of a path, one stretch between cusps after the other.

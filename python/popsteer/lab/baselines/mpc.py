@@ -21,8 +21,6 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from popsteer import Path
 
-__all__ = ["Mpc", "MpcCommand"]
-
 # Below this speed, in wheelbases a second, the vehicle hardly answers to its wheels: the problem is
 # set up for this speed instead.
 _LEAST_SPEED = 1.0 / 3.0

@@ -10,8 +10,6 @@ from popsteer.parameters import Parameters
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
 
-__all__ = ["MpcParams"]
-
 
 @dataclass(frozen=True)
 class MpcParams(Parameters):

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from popsteer import Vehicle
     from popsteer.lab.baselines.mpc_params import MpcParams
 
-__all__ = ["Instant", "Problem"]
-
 # Of a stage: variables δ[k], e[k+1], ψ[k+1], a[k+1]; rows the equations of e, ψ, a, the limit of δ,
 # the limit of its change.
 _VARIABLES, _ROWS = 4, 5

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer import Path, Vehicle
     from popsteer.sim.steering import OwnSimpleController
 
-__all__ = ["Baseline", "get", "is_known", "names"]
-
 
 class Baseline(NamedTuple):
     """What is to be known about a baseline by those who deal with any of them."""

@@ -14,24 +14,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.common.timing import Drive
 
-__all__ = [
-    "EMPTY_CALL",
-    "LABELS",
-    "MPC_SOLVE",
-    "MPC_STEP",
-    "MPC_UPDATE",
-    "NUMBA_STEP",
-    "PAPER_NS",
-    "PAPER_REFERENCE_STEP",
-    "PAPER_STEP",
-    "POP_COMMAND",
-    "POP_STEP",
-    "PREVIEW_POP_STEP",
-    "REFERENCE_STEP",
-    "SLOW_STEPS",
-    "lineup",
-]
-
 POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"
 PAPER_STEP = "pop_paper_step_ns"

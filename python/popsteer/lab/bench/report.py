@@ -20,8 +20,6 @@ from popsteer.lab.bench.calls import (
 if TYPE_CHECKING:
     from popsteer.lab.common.percentiles import Percentiles
 
-__all__ = ["LatencyReport", "to_json"]
-
 
 @dataclass(frozen=True)
 class LatencyReport:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["DT", "at_hand", "embedded", "recorded"]
-
 DT = 0.05
 """The control period of both drives [s]: 20 Hz, the paper's."""
 

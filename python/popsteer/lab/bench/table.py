@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.bench.report import LatencyReport
 
-__all__ = ["digits", "duration", "table"]
-
 
 def table(report: LatencyReport) -> Table:
     """Lay out a report; needs rich.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.common.timing import Drive, Driver
 
-__all__ = ["ROWS", "Yardsticks", "at_hand"]
-
 # Of the working directory, if that is the checkout.
 _FOLDER = Path("benches", "yardsticks")
 _NO_EXTRA = "not installed: pip install numba osqp scipy"

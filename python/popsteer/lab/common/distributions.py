@@ -22,8 +22,6 @@ from typing import NamedTuple
 
 from popsteer.errors import ConfigError
 
-__all__ = ["Distribution", "distribution"]
-
 _ARGUMENTS = {"uniform": 2, "loguniform": 2, "normal": 2, "triangular": 3}
 _FORMS = "a number, uniform(LOW,HIGH), loguniform(LOW,HIGH), normal(MEAN,DEVIATION) or \
 triangular(LOW,MODE,HIGH)"

@@ -19,8 +19,6 @@ from popsteer.sim.geometry import CORE_PLANTS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["of_fields", "path_of", "plain", "plant_of"]
-
 _COLUMNS = ("x", "y", "speed", "reverse")
 
 

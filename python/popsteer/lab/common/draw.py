@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["drawn", "files_of", "logarithmic", "plot_broken", "wrapped"]
-
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart
 _EM = 0.55  # mean width of a character, of the height of the font

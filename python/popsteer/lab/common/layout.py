@@ -10,16 +10,6 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-__all__ = [
-    "WIDE",
-    "add_names",
-    "add_numbers",
-    "blank_table",
-    "csv_text",
-    "figure_names",
-    "json_text",
-]
-
 WIDE = 118
 """Characters that all columns need side by side."""
 _LONG = 20  # characters of a name that every table has room for

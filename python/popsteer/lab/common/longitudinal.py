@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from popsteer.sim import Plant
     from popsteer.sim.pedals import Longitudinal
 
-__all__ = ["KINDS", "LongitudinalParams", "made", "name_of", "params_of", "pedals", "road"]
-
 LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams
 """Parameters of a longitudinal controller, of one class each."""
 KINDS: dict[str, type[LongitudinalParams]] = {

@@ -6,8 +6,6 @@ import os
 import platform
 from pathlib import Path
 
-__all__ = ["describe"]
-
 
 def describe() -> dict[str, str]:
     """Name ``cpu``, ``cores``, ``python`` and ``platform``."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from popsteer import controllers, own
 from popsteer.lab import baselines
 
-__all__ = ["controller_names", "title_of"]
-
 
 def controller_names() -> tuple[str, ...]:
     """Names of all that can be compared: the controllers of popsteer, then the baselines."""

@@ -10,8 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Percentiles"]
-
 
 @dataclass(frozen=True)
 class Percentiles:

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["THEMES", "Theme"]
-
 
 class Theme(NamedTuple):
     """Colours on one background."""

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Path, Vehicle
 
-__all__ = ["BATCH", "Drive", "Driver", "Result", "time_calls"]
-
 BATCH = 32
 """Calls in a batch; the last batches of a drive may have one more."""
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.distributions import Distribution
     from popsteer.sim import Plant, Pose
 
-__all__ = ["Varied", "draws", "run_seed", "usual", "varied", "varying"]
-
 _STEERING = ("dead_time", "steer_offset")  # what the closed loop adds to plants from elsewhere
 _NOISE = {"noise_position": "position", "noise_yaw": "yaw", "noise_speed": "speed"}
 _START = ("start_offset", "start_yaw", "start_speed")

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
 
-__all__ = ["differences"]
-
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:
     """Say in what the vehicle that controllers were given differs from the real one.

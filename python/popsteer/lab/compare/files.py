@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.compare import Comparison
 
-__all__ = ["file_names", "files"]
-
 _METRICS = "metrics.json"
 
 

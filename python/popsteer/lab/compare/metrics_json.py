@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Metrics, Run
 
-__all__ = ["SCHEMA", "metrics_document", "metrics_json"]
-
 SCHEMA = 2
 """Version of the layout; a change that would mislead readers of the old one raises it.
 

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Path
 
-__all__ = ["PAPER", "PaperFigures", "is_authors_path"]
-
 
 class PaperFigures(NamedTuple):
     """One row of the paper's table of tracking metrics."""

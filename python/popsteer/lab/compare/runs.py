@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.sim.geometry import StartAt
     from popsteer.sim.pedals import Longitudinal
 
-__all__ = ["DEFAULT_CONTROLLERS", "Comparison", "controller", "parameters", "run"]
-
 DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
 """The controllers of the paper, in the order of its table."""
 

@@ -12,8 +12,6 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from popsteer.sim import Run
 
-__all__ = ["run_csv"]
-
 _UNITS = {
     "time": "s",
     "x": "m",

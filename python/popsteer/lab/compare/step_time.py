@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from popsteer.lab.compare.runs import Comparison
     from popsteer.sim import Run
 
-__all__ = ["time_steps"]
-
 # Of a slow controller as many as take a second or so, of a fast one as many as steady its median.
 _CALLS = 1000
 

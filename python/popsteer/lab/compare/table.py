@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
-__all__ = ["caption", "notes", "tables"]
-
 
 def caption(comparison: Comparison) -> str:
     """Say in one line what was compared: track, plant, vehicle believed, preset, control period."""

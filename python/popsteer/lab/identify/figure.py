@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from popsteer.identification import Identification
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["identified_figure"]
-
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
     """Draw positions, yaw rates, and the residuals of both."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
-__all__ = ["caption", "identified_csv", "identified_json", "identified_table", "with_error"]
-
 SCHEMA = 2
 """Version of the document's layout."""
 _LAGS = {

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.matrix.runs import Matrix
 
-__all__ = ["matrix_figure"]
-
 _MARKERS = "osD^vP*X"
 
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from popsteer.lab.matrix.runs import Matrix
     from popsteer.sim import Metrics
 
-__all__ = ["Row", "rows"]
-
 
 class Row(NamedTuple):
     """One controller on one plant and track."""

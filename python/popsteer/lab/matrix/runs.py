@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.sim import Plant
     from popsteer.sim.closed_loop import Pose
 
-__all__ = ["Matrix", "run"]
-
 
 @dataclass(frozen=True, eq=False)
 class Matrix:

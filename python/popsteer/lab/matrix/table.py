@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from popsteer.lab.matrix.runs import Matrix
     from popsteer.sim import Metrics
 
-__all__ = ["FILES", "matrix_caption", "matrix_files", "matrix_notes", "matrix_tables"]
-
 FILES = ("matrix.csv", "matrix.md", "matrix.json", *figure_names("matrix"))
 """The names of the files that `matrix_files` gives."""
 

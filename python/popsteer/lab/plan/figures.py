@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.planning import SpeedProfile
 
-__all__ = ["plan_figure"]
-
 # Limits that are alike share a colour of the theme.
 _COLOURS = {
     "driving": "pure-pursuit",

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from popsteer.planning import SpeedProfile
 
-__all__ = ["plan_caption", "plan_table"]
-
 _WORDS = {
     "top speed": "top speed",
     "speed limit": "speed limit there",

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.replay.runs import Replay
 
-__all__ = ["replay_figure"]
-
 
 def replay_figure(found: Replay, theme: Theme) -> Figure:
     """Draw where the log drove, the angles, their differences, the errors and the statuses."""

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Replay", "Shadow", "own_path", "run"]
-
 SPACING = 1.0 / 6.0
 """Distance of the waypoints that are made of a log's trajectory, in wheelbases."""
 NOISE = 0.03

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.replay.runs import Replay, Shadow
 
-__all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
-
 FILES = (*figure_names("replay"), "replay.csv", "summary.csv")
 """The names of the files: the figure, a row for each row of the log, and the table."""
 NOTE = (

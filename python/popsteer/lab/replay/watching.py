@@ -13,8 +13,6 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from popsteer import Path, Vehicle
 
-__all__ = ["Watched", "Watching"]
-
 
 class Watched(NamedTuple):
     """What it answered, and where its tracked point was."""

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["log_axis", "rounded"]
-
 _MANY = 2.5  # decades from which on 2 and 5 are left out
 
 

@@ -9,8 +9,6 @@ from popsteer.lab.common.theme import THEMES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["Colour", "colours_of", "named", "ranked", "style"]
-
 Colour = list[str]
 """The colour on a light, and on a dark background."""
 

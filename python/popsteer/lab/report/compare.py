@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from popsteer.lab.report.colours import Colour
     from popsteer.sim import Run
 
-__all__ = ["PANELS", "actor_of", "of_comparison", "scene_of"]
-
 PANELS = (
     Panel("cross_track_error", "Cross-track error [m]", "e [m]", 3),
     Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
-__all__ = ["of_identification"]
-
 _PANELS = (
     Panel("yaw_rate", "Yaw rate, smoothed over 0.25 s [rad/s]", "yaw rate [rad/s]", 3),
     Panel("yaw_rate_residual", "Yaw rate, measured less simulated [rad/s]", "residual [rad/s]", 4),

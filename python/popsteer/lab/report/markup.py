@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-__all__ = ["block", "escape", "json_for_script", "paragraphs", "plain_table", "table"]
-
 
 def escape(text: str) -> str:
     """Escape a text for HTML: for between tags and for attributes in quotes."""

@@ -19,8 +19,6 @@ from popsteer.lab.report.verdict import verdict
 if TYPE_CHECKING:
     from popsteer.lab.matrix import Matrix
 
-__all__ = ["of_matrix"]
-
 _MARKERS = ("circle", "square", "diamond", "triangle-up", "cross", "star", "hexagon", "x")
 
 

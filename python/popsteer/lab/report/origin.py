@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Settings, Vehicle
 
-__all__ = ["Origin", "settings_block", "tuning", "vehicles"]
-
 
 @dataclass(frozen=True)
 class Origin:

@@ -11,8 +11,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["HOLE", "Pack"]
-
 HOLE = -(2**31)
 """What stands for a number that is not finite."""
 _MOST = 2.0**30

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.report.scene import Scene
 
-__all__ = ["LARGEST", "Page", "Section", "page_bytes"]
-
 LARGEST = 6_000_000
 """Bytes of a page, at most."""
 _ASSETS = (

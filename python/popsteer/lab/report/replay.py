@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.replay import Replay
 
-__all__ = ["of_replay"]
-
 _DRIVER = "driver"
 _PANELS = (
     ANGLES,

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[Any]
 
-__all__ = ["ANGLES", "Actor", "Panel", "Scene", "distances", "travelled"]
-
 # What each column is rounded to: positions [m], errors [m], angles [deg], speeds [m/s], times [s].
 _RESOLUTION = {"time": 1e-4, "distance": 1e-3, "x": 1e-3, "y": 1e-3, "speed": 1e-3, "status": 1.0}
 _OTHERS = 1e-4

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["error_figure", "quantity_figures", "start_figure"]
-
 _MOST = 9
 _DOTS = 1500
 

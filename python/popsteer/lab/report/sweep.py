@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep import Job
 
-__all__ = ["of_sweep"]
-
 _WORST = 6
 _TABLE = 10
 

@@ -15,8 +15,6 @@ from popsteer.lab.report.markup import paragraphs, plain_table
 if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
 
-__all__ = ["latency_figure", "latency_table"]
-
 _PER_DECADE = 20
 _SHARES = (50.0, 90.0, 99.0, 99.9)
 

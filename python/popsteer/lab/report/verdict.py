@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.compare import Comparison
 
-__all__ = ["verdict"]
-
 
 def verdict(comparisons: Sequence[Comparison]) -> str:
     """Say as HTML, in a badge, how many runs finished without a fault, and what the others did."""

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Vehicle
 
-__all__ = ["LATERAL", "Carrot", "carrot_curve", "carrot_offset", "driven_offset"]
-
 LATERAL = 2.0
 """Lateral acceleration in the bends of `carrot_curve` [m/s²]."""
 _RADII = (12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0, 120.0)

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.stability import Stability
 
-__all__ = ["choice_curves", "choice_figure"]
-
 _SPEED, _RADIUS = 15.0, 50.0
 _DISTANCES = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 _COSTS = (0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from popsteer.lab.stability import Stability
     from popsteer.lab.stability.carrot import Carrot
 
-__all__ = ["stability_figures"]
-
 _LEVELS = (0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 1000.0)  # ms
 _SPEEDS = np.linspace(1.0, 30.0, 59)
 _DISTANCES = np.geomspace(1.0, 25.0, 41)

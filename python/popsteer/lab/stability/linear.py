@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.controllers import Params
 
-__all__ = ["LinearLaw", "Weights", "linearised", "lookahead", "no_slip"]
-
 
 class Weights(NamedTuple):
     """What a controller's angle is made of, each with the latest first.

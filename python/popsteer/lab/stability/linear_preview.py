@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import PreviewPopParams, Vehicle
 
-__all__ = ["PreviewGains", "decay", "preview_gains", "preview_pop"]
-
 _BACK = Polynomial([0.0, 1.0])  # b, one period back
 _MAX_STEPS = 20  # of the prediction
 

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
 _Response: TypeAlias = "NDArray[np.complex128]"
 
-__all__ = ["Loop"]
-
 _PREDICTION_STEP = 0.05  # the longest step of a controller's prediction [s]
 
 

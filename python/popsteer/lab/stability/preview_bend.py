@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from popsteer._core import Vehicle
 
-__all__ = ["Choice", "choice", "preview_offset"]
-
 
 class Choice(NamedTuple):
     """Margin and accuracy at each value of a parameter that trades one for the other."""

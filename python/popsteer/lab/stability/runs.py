@@ -22,15 +22,6 @@ if TYPE_CHECKING:
     from popsteer._core import PopParams, PurePursuitParams
     from popsteer.controllers import Params
 
-__all__ = [
-    "DEFAULT_SPEEDS",
-    "Margins",
-    "Stability",
-    "dead_time_map",
-    "margins",
-    "run",
-]
-
 DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 """Speeds that are looked at by default [m/s]."""
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.stability import Margins, Stability
 
-__all__ = ["NOTE", "stability_caption", "stability_json", "stability_table"]
-
 SCHEMA = 2
 """Version of the document's layout."""
 NOTE = (

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from popsteer.sim import Run
 
-__all__ = ["drive", "drive_text", "repeat"]
-
 
 def drive(
     job: Job,

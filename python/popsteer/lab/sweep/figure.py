@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["sweep_figure"]
-
 _MOST = 9
 
 

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from popsteer.sim import Plant
     from popsteer.sim.pedals import Longitudinal
 
-__all__ = ["SCHEMA", "Job", "from_text"]
-
 SCHEMA = "popsteer-sweep/3"
 """What a file of a sweep says it is."""
 _MAX_RUNS = 10_000_000

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-__all__ = ["Journal", "check_same", "content", "journal_of", "read", "read_row", "write"]
-
 _KINDS = (".parquet", ".csv")
 _META = b"popsteer"
 

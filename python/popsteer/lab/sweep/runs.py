@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["run"]
-
 _MAX_WORKERS = 1024
 
 

@@ -18,23 +18,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep.job import Job
 
-__all__ = [
-    "ERROR",
-    "Outcomes",
-    "Rate",
-    "axis_title",
-    "caption",
-    "error_of",
-    "influence",
-    "notes",
-    "outcomes",
-    "percent",
-    "success_rate",
-    "success_rates",
-    "tables",
-    "worst",
-]
-
 ERROR = "settled_max_abs_cross_track_error"
 """The error that decides whether a run succeeds."""
 UNITS = {

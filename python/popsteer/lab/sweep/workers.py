@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     Rows = list[dict[str, Any]]
 
-__all__ = ["on_core", "on_dask", "on_processes"]
-
 _LOOK = 0.05  # s between looks at signals
 _CORE_CHUNK = 250  # runs between writes: seconds of work, and cores that seldom wait for the last
 _ATTEMPTS = 5  # how often a pool of processes is made anew

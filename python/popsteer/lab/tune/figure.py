@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.tune.study import Tuned
 
-__all__ = ["tune_figure"]
-
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     """Draw the trials, their Pareto front, and the tuning before and after."""

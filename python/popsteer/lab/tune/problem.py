@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from popsteer.controllers import Params
     from popsteer.lab.common.longitudinal import LongitudinalParams
 
-__all__ = ["SCHEMA", "Problem", "Score", "usual_search"]
-
 SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
 _FAILED = 100.0  # m, rad/s: worse than any figure of a run that finished

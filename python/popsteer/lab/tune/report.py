@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from popsteer.lab.tune.problem import Problem, Score
     from popsteer.lab.tune.study import Tuned
 
-__all__ = ["Judged", "caption", "judge", "losses", "notes", "tables"]
-
 
 class Judged(NamedTuple):
     """The tuning that it began with, and the one that was chosen, on the same runs."""

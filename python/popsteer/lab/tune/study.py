@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from popsteer.controllers import Params
     from popsteer.lab.tune.problem import Problem, Score
 
-__all__ = ["Trial", "Tuned", "run"]
-
 _NAME = "popsteer-tune"
 _STARTUP = 15  # random trials before the model of the others proposes any
 _MAX_TRIALS = 1_000_000

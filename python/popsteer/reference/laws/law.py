@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.estimate import Estimate
 
-__all__ = ["Belief", "Decision", "LateralLaw", "LawState", "Params", "Tracked", "limit_steer"]
-
 
 @dataclass(frozen=True)
 class Decision:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Pid", "PidParams", "PidState"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PidParams(Params):

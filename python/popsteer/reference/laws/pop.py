@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Pop", "PopParams", "PopState"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PopParams(SearchParams):

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PurePursuitParams(SearchParams):

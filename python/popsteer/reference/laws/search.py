@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["SearchParams", "find_lookahead"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SearchParams(Params):

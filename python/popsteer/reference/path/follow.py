@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Follow", "Located"]
-
 
 @dataclass(frozen=True)
 class Located:

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
-__all__ = ["OPPOSITE", "locate"]
-
 OPPOSITE = 10.0
 """The `opposite_distance` of a vehicle with a wheelbase of 3 m.
 

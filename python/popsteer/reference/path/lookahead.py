@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
-__all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_point_index"]
-
 
 @dataclass(frozen=True)
 class Lookahead:

@@ -8,8 +8,6 @@ from popsteer.reference.bounds import MAX_COORDINATE, MAX_SPEED
 from popsteer.reference.error import in_range
 from popsteer.reference.geometry import get_distance
 
-__all__ = ["COINCIDING", "measure"]
-
 COINCIDING = 1e-9
 """Neighbouring waypoints at most this far apart [m] coincide."""
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.projection import Projection
     from popsteer.reference.path.resample import Window
 
-__all__ = ["Path"]
-
 
 class Path(PathView):
     """Waypoints to follow, validated once.

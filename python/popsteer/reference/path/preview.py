@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
-__all__ = ["Preview"]
-
 
 @dataclass(frozen=True)
 class Stretch:

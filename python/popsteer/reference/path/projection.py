@@ -13,17 +13,6 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
-__all__ = [
-    "ClosestPoint",
-    "Projection",
-    "find_closest_point",
-    "find_closest_point_between",
-    "nearest_waypoint",
-    "path_yaw_behind",
-    "project",
-    "reference_speed",
-]
-
 
 @dataclass(frozen=True)
 class Projection:

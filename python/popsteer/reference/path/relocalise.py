@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
-__all__ = ["relocalise"]
-
 
 def relocalise(path: PathView, position: Point, yaw: float, opposite_distance: float) -> int:
     """Find the segment of least cost of all for a vehicle at `position` with heading `yaw` [rad].

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
-__all__ = ["MAX_GRID_POINTS", "Window", "checked_grid", "grid", "segment_grid", "window"]
-
 MAX_GRID_POINTS = 10_000_000
 """The most points that a grid may have where all of them are stored or visited."""
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from popsteer.reference.geometry import Point
 
-__all__ = ["PathView"]
-
 
 class PathView:
     """N waypoints, the arc length at each, and whether the last leads back to the first.

@@ -9,8 +9,6 @@ from popsteer.reference.error import Checked, input_within, number
 from popsteer.reference.math import PI
 from popsteer.reference.speed.pedals import Pedals
 
-__all__ = ["CoupledLongitudinal", "CoupledLongitudinalParams"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class CoupledLongitudinalParams(Checked):

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from popsteer.reference.math import saturate
 
-__all__ = ["Pedals"]
-
 
 class Pedals(NamedTuple):
     """Throttle and brake, each in 0 to 1; never both.

@@ -10,8 +10,6 @@ from popsteer.reference.math import saturate
 from popsteer.reference.speed.pedals import Pedals
 from popsteer.reference.vehicle.state import checked_dt
 
-__all__ = ["SpeedPid", "SpeedPidParams", "SpeedPidState"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedPidParams(Checked):

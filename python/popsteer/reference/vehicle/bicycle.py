@@ -20,15 +20,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimate import Estimate
 
-__all__ = [
-    "Rollout",
-    "advance",
-    "get_predicted_location",
-    "kinematic_bicycle",
-    "state_transition",
-    "steps",
-]
-
 MAX_STEPS = 20
 """The largest number of steps of a prediction."""
 STEP = 0.05

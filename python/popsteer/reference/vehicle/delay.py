@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.estimate import Estimate
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["InFlight"]
-
 RESOLUTION = 64
 """Commands are remembered apart down to this share of the dead time."""
 CAPACITY = 3 * RESOLUTION + 4

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from popsteer.reference.bounds import MAX_SPEED
 from popsteer.reference.math import saturate
 
-__all__ = ["Estimate"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:

@@ -12,8 +12,6 @@ from popsteer.reference.math import cos, saturate, sin, wrap
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
 
-__all__ = ["VehicleState", "checked_dt", "checked_point"]
-
 
 @dataclass(frozen=True)
 class VehicleState:

@@ -10,8 +10,6 @@ from popsteer.reference.math import decay
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Moved", "move_wheel"]
-
 
 class Moved(NamedTuple):
     """The wheels' angle after a move, and their mean angle during it."""

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
-__all__ = ["overview_figure"]
-
 _BAR = 0.42  # of the distance between controllers
 
 

@@ -14,8 +14,6 @@ from popsteer.lab.compare.figures.results import results_figure
 if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
 
-__all__ = ["FIGURES", "render"]
-
 FIGURES = {"results": results_figure, "overview": overview_figure}
 """What draws each figure, by its name."""
 

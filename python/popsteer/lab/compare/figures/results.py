@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
-__all__ = ["results_figure"]
-
 _COLUMN = 4.1  # inches
 _ROW = 1.75
 _MARGIN = 0.12  # of the track's extent

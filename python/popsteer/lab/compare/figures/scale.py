@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from popsteer.sim import Run
 
-__all__ = ["limit", "nice_limit"]
-
 
 def limit(run: Run, record: str) -> float:
     """Bound what a record does once the start has died out.

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["FULL_RATE", "Approach", "Straightening"]
-
 LAGS = 3.0
 """Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to `TURNS`."""
 TURNS = 1.5

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["COMMANDED", "Regulator", "regulator", "stage", "transition"]
-
 COMMANDED = 3
 """Place of the commanded curvature in the state."""
 

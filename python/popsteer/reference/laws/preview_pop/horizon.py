@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Horizon", "MoveLimit", "Plan", "PlanLimits"]
-
 
 class MoveLimit(enum.IntEnum):
     """The limit that a move reaches; the number that a state remembers it by."""

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Problem", "bounds", "go_back", "least_norm", "plan_within"]
-
 ROUNDING = 1e-12
 """Share of the largest curvature that is rounding: a limit exceeded by less is kept."""
 SUM_ROUNDING = 1e-13
