@@ -33,7 +33,7 @@ class _Row(NamedTuple):
 def read_waypoints(
     file: str | os.PathLike[str],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    r"""Read waypoints from a text file.
+    r"""Read waypoints [m], shape (N, 2), and their speeds [m/s], if any, from a text file.
 
     Each row holds x [m], y [m] and, where there is a third column, the reference speed [m/s],
     separated by commas or by white space; further columns are left alone. ``#`` starts a comment,
@@ -41,24 +41,9 @@ def read_waypoints(
     neither of its first two entries is a number. The text is UTF-8, with or without a byte-order
     mark.
 
-    Parameters
-    ----------
-    file : str or os.PathLike
-        The file to read.
-
-    Returns
-    -------
-    xy : (N, 2) ndarray of float64
-        The waypoints [m], N >= 2.
-    speed : (N,) ndarray of float64, or None
-        The reference speeds [m/s]; None if there are two columns only.
-
-    Raises
-    ------
-    PathError
-        The file cannot be read or is no such text, a row has more or fewer columns than the first,
-        an entry is not a finite number, or there are fewer than two rows. The message names file,
-        line and column; `index` is the waypoint.
+    Raises PathError, which names file, line and column, where the file cannot be read or is no such
+    text, a row has more or fewer columns than the first, an entry is not a finite number, or there
+    are fewer than two rows; its `index` is the waypoint.
 
     Examples
     --------

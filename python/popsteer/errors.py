@@ -18,16 +18,6 @@ _LONGEST = 200  # characters of a name or a value in a message
 def in_range(low: float, high: float) -> str:
     """Word the requirement that a number lies in a closed range.
 
-    Parameters
-    ----------
-    low, high : float
-        Ends of the range; both belong to it.
-
-    Returns
-    -------
-    str
-        The requirement, as `ConfigError` and `InputError` take it.
-
     Examples
     --------
     >>> in_range(0.001, 1000.0)

@@ -21,26 +21,14 @@ MODULES = {
 
 
 class MissingExtra(PopsteerError, ModuleNotFoundError):  # noqa: N818 - as ModuleNotFoundError is
-    """Packages of an extra are not installed.
-
-    Parameters
-    ----------
-    what : str
-        What needs them.
-    *extras : str
-        The extras that bring them.
-
-    Attributes
-    ----------
-    what, extras
-        The arguments, as given.
+    """Packages of an extra are not installed: `what` needs them, `extras` bring them.
 
     Examples
     --------
     >>> raise MissingExtra("sweep", "dask", "lab")
     Traceback (most recent call last):
     popsteer.extras.MissingExtra: sweep needs the extras "dask", "lab": \
-pip install "popsteer[dask,lab]"
+    install "popsteer[dask,lab]"
     """
 
     def __init__(self, what: str, *extras: str) -> None:
@@ -73,25 +61,9 @@ def _is_found(module: str) -> bool:
 
 
 def require(what: str, extra: str, *modules: str) -> None:
-    """Refuse work that needs an extra which is not installed.
+    """Refuse work that needs an extra which is not installed, by MissingExtra.
 
-    Parameters
-    ----------
-    what : str
-        What is refused.
-    extra : str
-        The extra.
-    *modules : str
-        Those of its modules that are needed; all by default.
-
-    Raises
-    ------
-    MissingExtra
-        One of them is missing.
-
-    Examples
-    --------
-    >>> require("an array", "lab", "numpy")
+    `modules` are those of the extra that are needed; all by default.
     """
     if missing(*(modules or MODULES[extra])):
         raise MissingExtra(what, extra)

@@ -21,26 +21,9 @@ if TYPE_CHECKING:
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
     """Refuse files that cannot be written, before the work whose results they are to hold.
 
-    A file is made and removed again in each of their folders: permissions alone do not tell, as a
-    disk may be read-only or full, and root may not write everywhere.
-
-    Parameters
-    ----------
-    paths : iterable of str or os.PathLike
-        The files; folders that are missing are not made.
-
-    Raises
-    ------
-    OSError
-        One of them cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     check_files([Path(folder) / "new" / "note.txt"])
-    ...     list(Path(folder).iterdir())
-    []
+    A file is made and removed again in each of their folders, or the nearest one that is there:
+    permissions alone do not tell, as a disk may be read-only or full, and root may not write
+    everywhere. Raises OSError.
     """
     tried = set()
     for path in paths:
@@ -57,25 +40,8 @@ def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
 def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> None:
     """Refuse a folder that cannot be written to, before the work whose results it is to hold.
 
-    Parameters
-    ----------
-    folder : str or os.PathLike
-        The folder; where it is missing it is not made.
-    names : iterable of str, optional
-        What is to be written there; below the folder, and checked as `check_files` does.
-
-    Raises
-    ------
-    OSError
-        It is no folder and cannot become one, or one of the files cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.NamedTemporaryFile() as file:
-    ...     check_folder(file.name)
-    Traceback (most recent call last):
-    NotADirectoryError: ...
+    `names`, what is to be written there, is checked as `check_files` does. A folder that is
+    missing is not made. Raises OSError.
     """
     with _naming(folder):
         _try_out(Path(os.path.realpath(folder)))
@@ -95,82 +61,24 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def write_text_atomic(path: str | os.PathLike[str], text: str) -> None:
-    r"""Write text as UTF-8, whole or not at all; line ends stay as they are.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-        The file to write; folders that are missing are made.
-    text : str
-        Its whole content.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; what stood there before still does.
-    UnicodeEncodeError
-        The text cannot be encoded; nothing was touched.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_text_atomic(Path(folder) / "new" / "note.txt", "e = 0.1 m\n")
-    ...     (Path(folder) / "new" / "note.txt").read_text(encoding="utf-8")
-    'e = 0.1 m\n'
-    """
+    """Write text as UTF-8, as `write_bytes_atomic`; line ends stay as they are."""
     write_bytes_atomic(path, text.encode("utf-8"))
 
 
 def write_bytes_atomic(path: str | os.PathLike[str], data: bytes) -> None:
-    r"""Write bytes, whole or not at all.
+    """Write bytes, whole or not at all; folders that are missing are made.
 
     A symbolic link is followed, and a target that is no regular file, such as ``/dev/stdout``, is
-    written to directly: replacing it would put a file in its place.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-        The file to write; folders that are missing are made.
-    data : bytes
-        Its whole content.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; what stood there before still does.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_bytes_atomic(Path(folder) / "data.bin", b"\x00\x01")
-    ...     (Path(folder) / "data.bin").read_bytes()
-    b'\x00\x01'
+    written to directly: replacing it would put a file in its place. Raises OSError where the file
+    cannot be written; what stood there before still does.
     """
     write_files_atomic({Path(path): data})
 
 
 def write_files_atomic(files: Mapping[Path, bytes]) -> None:
-    """Write several files; none takes its name before the bytes of all are on the disk.
+    """Write several files, each as `write_bytes_atomic` does.
 
-    Parameters
-    ----------
-    files : mapping of pathlib.Path to bytes
-        The content of each file, treated as `write_bytes_atomic` does.
-
-    Raises
-    ------
-    OSError
-        One of them cannot be written; what stood there before still does, for all of them.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_files_atomic({Path(folder) / "a": b"1", Path(folder) / "b": b"2"})
-    ...     sorted(file.name for file in Path(folder).iterdir())
-    ['a', 'b']
+    None takes its name before the bytes of all are on the disk.
     """
     targets = {}
     for path in files:

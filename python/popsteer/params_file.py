@@ -36,23 +36,10 @@ _HEAD = """\
 
 
 def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
-    r"""Read the tuning of the controllers that a TOML file has.
+    r"""Read the tuning of the controllers that a TOML file has, by name, in the order of the file.
 
-    Parameters
-    ----------
-    file : str or os.PathLike
-        The file.
-
-    Returns
-    -------
-    dict
-        Parameters by name of the controller, in the order of the file; at least one.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read or is no TOML, or a controller or a key is unknown, or a value of
-        the wrong type or out of range; names file, table, key and value.
+    Raises ConfigError, which names file, table, key and value, where the file cannot be read or is
+    no TOML, or has no controller or an unknown one, or an unknown key or a wrong value.
 
     Examples
     --------
@@ -89,86 +76,10 @@ def _kind(name: str) -> Any:  # noqa: ANN401 - one's own has any class
     return own.params_of(own.load("controller", name))
 
 
-def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
-    """Read the tuning of one controller from a TOML file.
-
-    Parameters
-    ----------
-    kind : type
-        The class of its parameters.
-    file : str or os.PathLike
-        The file; it may hold that of other controllers too.
-
-    Returns
-    -------
-    same as `kind`
-        What the file says; what it leaves out has its default.
-
-    Raises
-    ------
-    ConfigError
-        As `load_all`, or the file holds none of this controller.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     save(popsteer.PidParams(kp=0.3), Path(folder) / "tuned.toml")
-    ...     popsteer.PidParams.load(Path(folder) / "tuned.toml").kp
-    0.3
-    """
-    name = controllers.name_of(kind)
-    found = load_all(file)
-    if name not in found:
-        others = ", ".join(found)
-        raise in_file(
-            file, ConfigError("controller", others, f"{name}, whose parameters these are")
-        )
-    return found[name]
-
-
-def save(params: Params, file: str | os.PathLike[str]) -> None:
-    """Write the tuning of a controller to a TOML file, whole or not at all.
-
-    Parameters
-    ----------
-    params : parameters of a controller
-        The tuning.
-    file : str or os.PathLike
-        The file to write; folders that are missing are made. What stood there is replaced.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; what stood there before still does.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     popsteer.PreviewPopParams(horizon=0.8).save(Path(folder) / "tuned.toml")
-    ...     load_all(Path(folder) / "tuned.toml")["preview-pop"].horizon
-    0.8
-    """
-    write_text_atomic(file, as_toml(params))
-
-
 def as_toml(params: Params, name: str | None = None) -> str:
     """Word the tuning of a controller as the text of a TOML file.
 
-    Parameters
-    ----------
-    params : parameters of a controller
-        The tuning.
-    name : str, optional
-        Name of the controller, where it is one of your own.
-
-    Returns
-    -------
-    str
-        What `load` makes equal parameters of. A field that is None is a comment.
+    A field that is None is a comment. `name` is that of a controller of your own.
 
     Examples
     --------
@@ -184,12 +95,7 @@ def as_toml(params: Params, name: str | None = None) -> str:
 
 
 def add_load_and_save(*kinds: type[Any]) -> None:
-    """Give classes of parameters the methods ``load`` and ``save``.
-
-    Parameters
-    ----------
-    *kinds : type
-        The classes of the parameters of controllers.
+    """Give classes of parameters of controllers the methods ``load`` and ``save``.
 
     Examples
     --------
@@ -198,12 +104,12 @@ def add_load_and_save(*kinds: type[Any]) -> None:
     popsteer.errors.ConfigError: nowhere.toml: No such file or directory
     """
     for kind in kinds:
-        kind.load = classmethod(_load)
-        kind.save = _save
+        kind.load = classmethod(load)
+        kind.save = save
 
 
-def _load(cls: type[Params], file: str | os.PathLike[str]) -> Params:
-    """Read the tuning from a TOML file, as `popsteer.params_file.load`.
+def load(cls: type[Params], file: str | os.PathLike[str]) -> Params:
+    """Read the tuning from a TOML file; it may hold that of other controllers, too.
 
     Parameters
     ----------
@@ -218,25 +124,40 @@ def _load(cls: type[Params], file: str | os.PathLike[str]) -> Params:
     Raises
     ------
     ConfigError
-        The file cannot be read, or holds something else; names file, key and value.
+        The file cannot be read, or holds none of this controller, or something that is unknown,
+        of the wrong type or out of range; names file, key and value.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     popsteer.PidParams(kp=0.3).save(Path(folder) / "tuned.toml")
+    ...     popsteer.PidParams.load(Path(folder) / "tuned.toml").kp
+    0.3
     """
-    return load(cls, file)
+    name = controllers.name_of(cls)
+    found = load_all(file)
+    if name not in found:
+        wanted = f"{name}, whose parameters these are"
+        raise in_file(file, ConfigError("controller", ", ".join(found), wanted))
+    return found[name]
 
 
-def _save(self: Params, file: str | os.PathLike[str]) -> None:
-    """Write the tuning to a TOML file, whole or not at all, as `popsteer.params_file.save`.
+def save(self: Params, file: str | os.PathLike[str]) -> None:
+    """Write the tuning to a TOML file, whole or not at all.
 
     Parameters
     ----------
     file : str or os.PathLike
-        The file to write; what stood there is replaced.
+        The file to write; folders that are missing are made. What stood there is replaced.
 
     Raises
     ------
     OSError
         The file cannot be written; what stood there before still does.
     """
-    save(self, file)
+    write_text_atomic(file, as_toml(self))
 
 
 def _made(

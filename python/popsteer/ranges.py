@@ -14,25 +14,9 @@ def check_in_range(
     above: bool = False,
     error: type[ConfigError | InputError] = ConfigError,
 ) -> None:
-    """Refuse a number that is out of its range; NaN is out of every range.
+    """Refuse a number that is out of its range, whose ends belong to it; NaN is out of every range.
 
-    Parameters
-    ----------
-    field : str
-        Its name.
-    value : float
-        What it is.
-    low, high : float
-        Ends of the range; both belong to it.
-    above : bool, default False
-        Whether `low` itself is refused, too.
-    error : type, default ConfigError
-        What to raise.
-
-    Raises
-    ------
-    ConfigError
-        Naming the field and the value; or `error`.
+    Where `above`, `low` itself is refused, too. Raises `error`, naming the field and the value.
 
     Examples
     --------

@@ -29,20 +29,8 @@ def spell_out(*classes: type[Any]) -> None:
     """Give classes of values a signature with the defaults that they have.
 
     The extension module writes down a default only where it is a literal; what a value is made of
-    is told by one that was made of nothing.
-
-    Parameters
-    ----------
-    *classes : type
-        Classes that can be made of nothing, and whose `as_dict` has their parameters in order:
-        ``vehicle`` first where there is one, and everything else by name alone.
-
-    Examples
-    --------
-    >>> import inspect
-    >>> import popsteer.sim
-    >>> inspect.signature(popsteer.sim.Noise).parameters["yaw"].default
-    0.0
+    is told by one that was made of nothing. The `as_dict` of a class has its parameters in order:
+    ``vehicle`` first where there is one, and everything else by name alone.
     """
     for kind in classes:
         kind.__signature__ = _Shown()

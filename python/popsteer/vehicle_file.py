@@ -41,23 +41,10 @@ _LIMITS = ("max_steer_rate", "max_lateral_acceleration", "max_speed")
 
 
 def load(file: str | os.PathLike[str]) -> Vehicle:
-    r"""Read a vehicle from a TOML file.
+    r"""Read a vehicle from a TOML file; what it leaves out has its default.
 
-    Parameters
-    ----------
-    file : str or os.PathLike
-        The file.
-
-    Returns
-    -------
-    Vehicle
-        What the file says; what it leaves out has its default.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read or is no TOML, or a key is unknown, or its value of the wrong type
-        or out of range; names file, key and value.
+    Raises ConfigError, which names file, key and value, where the file cannot be read or is no
+    TOML, or a key is unknown, or its value of the wrong type or out of range.
 
     Examples
     --------
@@ -85,47 +72,15 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
 
 
 def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
-    """Write a vehicle to a TOML file, whole or not at all.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle.
-    file : str or os.PathLike
-        The file to write; folders that are missing are made.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; what stood there before still does.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     save(Vehicle(dead_time=0.15), Path(folder) / "car.toml")
-    ...     load(Path(folder) / "car.toml").dead_time
-    0.15
-    """
+    """Write a vehicle to a TOML file, whole or not at all; raises OSError."""
     write_text_atomic(file, as_toml(vehicle))
 
 
 def as_toml(vehicle: Vehicle, unknown: Mapping[str, str] | None = None) -> str:
     """Word a vehicle as the text of a TOML file, with the meaning and the unit of each field.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle.
-    unknown : mapping of str to str, optional
-        Fields that nobody has measured, and why: they get a comment, and are comments themselves
-        where their value is the default.
-
-    Returns
-    -------
-    str
-        What `load` makes an equal vehicle of. A field that is None is a comment.
+    `unknown` are fields that nobody has measured, and why: they get a comment, and are comments
+    themselves where their value is the default. A field that is None is a comment.
 
     Examples
     --------

@@ -41,18 +41,10 @@ _NOW = {
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit.
+    """Run the command line with the arguments after the name of the command, and exit.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        The arguments after the name of the command; those of the process by default.
-
-    Raises
-    ------
-    SystemExit
-        Always: 0 where all went well, 2 with one line on stderr where it did not, 130 after Ctrl-C,
-        and 1 where whoever read the output has gone.
+    Raises SystemExit: 0 where all went well, 2 with one line on stderr where it did not, 130 after
+    Ctrl-C, and 1 where whoever read the output has gone.
 
     Examples
     --------

@@ -38,21 +38,11 @@ _REMEMBERED = 8
 
 
 class Wheels:
-    """The wheels under the commands of a log, in the time of the commands: without dead time.
+    """The wheels under the commands [rad] of a log, in the time of the commands: without dead time.
 
-    Exact between commands: they turn at the limited rate until the first-order response is slower,
-    and respond from there.
-
-    Parameters
-    ----------
-    times : (N,) ndarray of float64
-        When each command begins [s]; the last one holds for ever.
-    commands : (N,) ndarray of float64
-        The commands [rad]. Before the first the wheels stand as it asks.
-    lag : float
-        First-order response [s].
-    rate : float or None
-        Limit of the rate [rad/s].
+    Exact between commands: they turn at the limited `rate` [rad/s] until the first-order response
+    of `lag` [s] is slower, and respond from there. A command begins at its time [s], and the last
+    one holds for ever; before the first the wheels stand as it asks.
     """
 
     def __init__(self, times: Array, commands: Array, lag: float, rate: float | None) -> None:
@@ -108,23 +98,9 @@ class Chain:
     ) -> Array:
         """Simulate the heading at the log's samples, 0 at the first [rad].
 
-        Parameters
-        ----------
-        length, understeer : float
-            Turning wheelbase [m] and what is added to it with v² [s²/m].
-        offset : float
-            Angle of the wheels at the command 0 [rad].
-        lag, dead_time : float
-            First-order response and delay [s].
-        shift : float
-            What each m/s² of acceleration adds to `understeer` [s⁴/m²].
-        rate : float, optional
-            Limit of the wheels' rate [rad/s].
-
-        Returns
-        -------
-        (N,) ndarray of float64
-            The heading [rad].
+        `length` [m] and `understeer` [s²/m] make the turning wheelbase, to which each m/s² of
+        acceleration adds `shift` v² [s⁴/m²]. `offset` [rad], `lag`, `dead_time` [s] and `rate`
+        [rad/s] are those of the wheels.
         """
         turned = np.cumsum(self.rate(length, understeer, offset, lag, dead_time, shift, rate))
         heading = np.concatenate(([0.0], turned)) * self.drive.cell

@@ -28,13 +28,7 @@ _AGREES = 0.3
 
 
 def refuse_units(log: Log) -> None:
-    """Refuse angles that cannot be radians.
-
-    Raises
-    ------
-    LogError
-        An angle of the wheels is beyond a quarter turn.
-    """
+    """Refuse by LogError angles of more than a quarter turn, which cannot be radians."""
     most = float(np.max(np.abs(log.steer)))
     if most > 0.5 * math.pi:
         raise LogError(

@@ -85,17 +85,9 @@ class Identification:
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the vehicle to a TOML file, with comments on what the log does not show.
+        """Write the vehicle to a TOML file, whole, with comments on what the log does not show.
 
-        Parameters
-        ----------
-        file : str or os.PathLike
-            The file to write, as `popsteer.Vehicle.load` reads it.
-
-        Raises
-        ------
-        OSError
-            The file cannot be written; what stood there before still does.
+        `popsteer.Vehicle.load` reads it. Raises OSError where the file cannot be written.
         """
         write_text_atomic(file, as_toml(self.vehicle, self.unknown))
 

@@ -20,23 +20,9 @@ UNITS: dict[str, dict[str, float]] = {
 def factor(column: str, unit: str) -> float:
     """Give what a number in a unit is to be multiplied by.
 
-    Parameters
-    ----------
-    column : str
-        One of `COLUMNS`.
-    unit : str
-        A unit of `UNITS`, a number, or either of them over a number: ``deg/15.5`` for the hand
-        wheel's angle with a ratio of 15.5. A minus before it turns the sign.
-
-    Returns
-    -------
-    float
-        The factor.
-
-    Raises
-    ------
-    LogError
-        The column or the unit is not known.
+    `column` is one of `COLUMNS`, `unit` one of `UNITS`, a number, or either of them over a number:
+    ``deg/15.5`` for the hand wheel's angle with a ratio of 15.5. A minus before it turns the sign.
+    Raises LogError where one is not known.
 
     Examples
     --------

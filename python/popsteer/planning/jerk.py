@@ -35,7 +35,7 @@ def within_jerk(
     *,
     closed: bool,
 ) -> tuple[Floats, NDArray[np.uint8]]:
-    """Lower speeds until their acceleration changes slowly enough.
+    """Lower the speeds of a plan until their acceleration changes slowly enough.
 
     A linear program maximises the squares w of the speeds, within those given. The jerk at a
     waypoint is the change of the acceleration divided by the time between the middles of its
@@ -44,28 +44,8 @@ def within_jerk(
     whatever w it finds. The start of an open path outweighs all other waypoints. Four programs in
     succession tighten the bound.
 
-    Parameters
-    ----------
-    speed, limit, curvature : (N,) ndarray
-        The plan without a limit of the jerk.
-    spacing : ndarray
-        Length of each segment [m].
-    limits : SpeedLimits
-        As resolved, with a `max_jerk`.
-    closed : bool
-        Whether the last waypoint leads back to the first.
-
-    Returns
-    -------
-    speed, limit : (N,) ndarray
-        The plan within it.
-
-    Raises
-    ------
-    ConfigError
-        The limit does not allow the start speed.
-    PopsteerError
-        The extra ``lab`` is not installed.
+    `spacing` is the length of each segment [m], `limits` are as resolved. Raises ConfigError where
+    the limit does not allow the start speed, PopsteerError where the extra ``lab`` is missing.
     """
     require("a limit of the jerk", "lab", "scipy")
     from scipy import sparse

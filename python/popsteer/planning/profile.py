@@ -72,24 +72,7 @@ class SpeedProfile:
         limits: SpeedLimits,
         vehicle: Vehicle,
     ) -> SpeedProfile:
-        """Put the speeds to a path.
-
-        Parameters
-        ----------
-        path : Path
-            What is driven.
-        speed, curvature, limit : (N,) ndarray
-            As the attributes.
-        limits : SpeedLimits
-            As resolved.
-        vehicle : Vehicle
-            What drives.
-
-        Returns
-        -------
-        SpeedProfile
-            All of it.
-        """
+        """Put the speeds to a path; the arguments are as the attributes."""
         reverse = path.reverse
         signed = speed if reverse is None else np.where(reverse, -speed, speed)
         if reverse is not None and not path.closed:

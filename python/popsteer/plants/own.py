@@ -19,21 +19,9 @@ ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 class OwnPlant:
     """A plant that `popsteer.own.load` finds, with parameters and steering that can vary.
 
-    Parameters
-    ----------
-    name : str
-        Its name, which is also what it is called.
-    params : Parameters, optional
-        Its parameters.
-    dead_time, steer_offset : float, optional
-        What the closed loop adds [s, rad]; that of its vehicle by default.
-
-    Raises
-    ------
-    ConfigError
-        There is nothing of this name, or it is no plant.
-    OwnCodeError
-        Its code raised.
+    `dead_time` and `steer_offset` are what the closed loop adds [s, rad]; that of its vehicle by
+    default. Raises ConfigError where there is nothing of this name, or it is no plant, and
+    OwnCodeError where its code raises.
     """
 
     def __init__(

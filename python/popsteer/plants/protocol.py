@@ -85,26 +85,10 @@ class PythonPlant(Protocol):
 
 
 def follow(wanted: float, angle: float, fastest: float, dt: float) -> float:
-    """Give the rate at which the wheels turn towards the angle that is asked for.
+    """Give the rate [rad/s] at which the wheels turn from `angle` to the `wanted` one [rad].
 
-    The wheels take the shortest time that the limit of their rate allows, and stand still once
-    there: rate = saturate((wanted - angle) / dt, ±fastest).
-
-    Parameters
-    ----------
-    wanted : float
-        Angle asked for [rad].
-    angle : float
-        Angle of the wheels [rad].
-    fastest : float
-        Limit of the rate [rad/s].
-    dt : float
-        Time for which the rate will be kept [s].
-
-    Returns
-    -------
-    float
-        Rate [rad/s].
+    The wheels take the shortest time that the limit of their rate, `fastest`, allows, and stand
+    still once there: rate = saturate((wanted - angle) / dt, ±fastest), kept for `dt` [s].
 
     Examples
     --------

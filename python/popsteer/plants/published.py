@@ -19,28 +19,11 @@ def published(
     dead_time: float,
     steer_offset: float,
 ) -> Vehicle:
-    """Give a vehicle whose pose is that of the middle of its rear axle.
+    """Give a vehicle whose pose is that of the middle of its rear axle, from published numbers.
 
-    Parameters
-    ----------
-    wheelbase : float
-        Distance of the axles [m].
-    max_steer, max_steer_rate : float
-        How far and how fast the front wheels turn [rad, rad/s].
-    grip : float
-        Largest lateral acceleration of the tyres [m/s²].
-    dead_time, steer_offset : float
-        What the closed loop adds in front of the plant [s, rad].
-
-    Returns
-    -------
-    Vehicle
-        With the lag `STEER_LAG`, and `GRIP_SHARE` of the grip for lateral acceleration.
-
-    Raises
-    ------
-    ConfigError
-        A number is out of its range.
+    It has the lag `STEER_LAG`, and for its lateral acceleration `GRIP_SHARE` of `grip`, the largest
+    of the tyres [m/s²]. `dead_time` and `steer_offset` are what the closed loop adds [s, rad].
+    Raises ConfigError where a number is out of its range.
 
     Examples
     --------

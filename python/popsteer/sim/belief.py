@@ -17,24 +17,10 @@ _C = TypeVar("_C", bound="controllers.Controller | OwnController")
 def informed(controller: _C, plant: Vehicle) -> _C:
     """Give the plant's vehicle to a controller that was given none.
 
-    Parameters
-    ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
-        What steers.
-    plant : Vehicle
-        What the plant is.
-
-    Returns
-    -------
-    same as `controller`
-        The controller itself where it was given a vehicle, or knows of none; else another of its
-        kind, in a fresh state, on the same path.
-
-    Raises
-    ------
-    ConfigError
-        The vehicle that it was given has its rear axle elsewhere: a pose would mean one position to
-        the plant and another to the controller.
+    That is another of its kind, in a fresh state, on the same path. A controller that was given a
+    vehicle, or knows of none, is returned itself. Raises ConfigError where the vehicle that it was
+    given has its rear axle elsewhere: a pose would mean one position to the plant and another to
+    the controller.
 
     Examples
     --------
@@ -61,17 +47,7 @@ def informed(controller: _C, plant: Vehicle) -> _C:
 
 
 def believed(controller: controllers.Controller | OwnController) -> Vehicle | None:
-    """Tell which vehicle a controller believes to steer.
-
-    Parameters
-    ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
-        What steers.
-
-    Returns
-    -------
-    Vehicle or None
-        None of one of your own that does not say.
+    """Tell which vehicle a controller believes to steer; None of one of your own that does not say.
 
     Examples
     --------

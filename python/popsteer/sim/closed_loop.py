@@ -147,27 +147,11 @@ def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | No
 
 
 def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
-    """Give the path with a constant reference speed, and a PI controller of the pedals.
+    """Give the path with a constant reference speed [m/s], and a PI controller of the pedals.
 
     The PI controller has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral
-    bounded to full pedals. Where the path is driven backwards, it still is.
-
-    Parameters
-    ----------
-    path : Path
-        What is followed.
-    speed : float
-        Speed to keep, forwards and backwards [m/s].
-
-    Returns
-    -------
-    tuple
-        The same path with other reference speeds, and the controller of the pedals.
-
-    Raises
-    ------
-    ConfigError
-        The speed is not in [0, 100].
+    bounded to full pedals. Where the path is driven backwards, it still is. Raises ConfigError
+    where the speed is not in [0, 100].
 
     Examples
     --------
@@ -370,24 +354,7 @@ def start_speed(path: Path, constant_speed: float | None) -> float:
 
 
 def check_seed(seed: int) -> None:
-    """Refuse a seed that the generator does not take.
-
-    Parameters
-    ----------
-    seed : int
-        What is to be checked.
-
-    Raises
-    ------
-    ConfigError
-        It is not in [0, 2**64 - 1].
-
-    Examples
-    --------
-    >>> check_seed(-1)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: seed must be a count in [0, 18446744073709551615], got -1
-    """
+    """Refuse by ConfigError a seed that the generator does not take."""
     check_count("seed", seed, 0, _MAX_SEED)
 
 

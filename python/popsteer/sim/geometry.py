@@ -148,26 +148,9 @@ def vehicle_of(plant: Plant) -> Vehicle:
 
 
 def pose_of(start: Pose, start_at: StartAt, vehicle: Vehicle) -> Pose:
-    """Give the pose of a vehicle's point, from that of one of its axles.
+    """Give the pose of a vehicle's point, from that of one of its axles, (x, y, yaw) [m, m, rad].
 
-    Parameters
-    ----------
-    start : tuple of float
-        A pose, (x, y, yaw) [m, m, rad].
-    start_at : {"pose", "rear", "front"}
-        Whose it is: the vehicle's point's, its rear or its front axle's.
-    vehicle : Vehicle
-        The vehicle.
-
-    Returns
-    -------
-    tuple of float
-        The pose of the vehicle's point.
-
-    Raises
-    ------
-    ConfigError
-        There is no such place to start at.
+    `start_at` says whose `start` is: "pose", "rear" or "front"; raises ConfigError for another.
 
     Examples
     --------

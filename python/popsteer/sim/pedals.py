@@ -124,26 +124,11 @@ class PedalMap(Parameters):
 def check_longitudinal(
     longitudinal: Longitudinal | None, path: Path, plant: Vehicle, whose: str = ""
 ) -> None:
-    """Refuse a longitudinal controller that cannot work in a run.
+    """Refuse a longitudinal controller that cannot work in a run; `whose` path it is, for messages.
 
-    Parameters
-    ----------
-    longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker or None
-        The controller.
-    path : Path
-        What is driven along.
-    plant : Vehicle
-        What the plant is.
-    whose : str, optional
-        Whose path it is, for messages.
-
-    Raises
-    ------
-    PathError
-        `SpeedPid` needs the reference speeds of a path that has none.
-    ConfigError
-        A `SpeedTracker` has planned the speeds of another path, or its vehicle has its rear axle
-        elsewhere than the plant.
+    Raises PathError where `SpeedPid` needs the reference speeds of a path that has none, and
+    ConfigError where a `SpeedTracker` has planned the speeds of another path, or its vehicle has
+    its rear axle elsewhere than the plant.
 
     Examples
     --------

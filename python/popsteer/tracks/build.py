@@ -30,19 +30,7 @@ _DECIMALS = 6
 def build(name: str, title: str, description: str, line: Sampled, *, closed: bool) -> Track:
     """Put reference speeds to a sampled line.
 
-    Parameters
-    ----------
-    name, title, description : str
-        As `Track` takes them.
-    line : Sampled
-        Points at equal steps, with the curvature that limits the speed at each.
-    closed : bool
-        Whether the last point leads back to the first.
-
-    Returns
-    -------
-    Track
-        Its numbers are rounded to a micrometre, so that all machines make the same.
+    The numbers are rounded to a micrometre, so that all machines make the same.
 
     Examples
     --------
@@ -61,21 +49,9 @@ def build(name: str, title: str, description: str, line: Sampled, *, closed: boo
 
 
 def profile(curvature: NDArray[np.float64], step: float, *, closed: bool) -> NDArray[np.float64]:
-    """Give the speeds of a track: the fastest within `LIMITS`.
+    """Give the speeds of a track [m/s]: the fastest within `LIMITS`, along a curvature [1/m].
 
-    Parameters
-    ----------
-    curvature : (N,) ndarray
-        Curvature at each waypoint [1/m].
-    step : float
-        Arc length between neighbours [m].
-    closed : bool
-        Whether the last waypoint leads back to the first. An open path is entered at `FIRST_SPEED`.
-
-    Returns
-    -------
-    (N,) ndarray
-        Speed at each waypoint [m/s].
+    `step` is the arc length between waypoints [m]. An open path is entered at `FIRST_SPEED`.
 
     Examples
     --------
@@ -89,23 +65,11 @@ def profile(curvature: NDArray[np.float64], step: float, *, closed: bool) -> NDA
 def equal_steps(
     xy: NDArray[np.float64], parameter: NDArray[np.float64], spacing: float = 1.0
 ) -> tuple[NDArray[np.float64], float]:
-    """Find the parameters of points at equal steps on a finely sampled curve.
+    """Find the parameters of points at equal steps on a finely sampled curve, and the step [m].
 
-    Parameters
-    ----------
-    xy : (N, 2) ndarray
-        Points of the curve [m], far closer together than `spacing`.
-    parameter : (N,) ndarray
-        What the curve is a function of, at each of them; increasing.
-    spacing : float, default 1.0
-        Wanted distance along the curve [m]. Taken is the nearest that divides its length.
-
-    Returns
-    -------
-    parameter : (M,) ndarray
-        The parameter of each point; the two ends are among them.
-    step : float
-        Arc length between neighbours [m].
+    `xy` are points of the curve [m], far closer together than `spacing`, and `parameter` is what
+    the curve is a function of, at each of them, increasing. The step is the one nearest to
+    `spacing` [m] that divides the curve; its two ends are among the points.
 
     Examples
     --------

@@ -40,17 +40,7 @@ class Sampled(NamedTuple):
 
 
 def straight(length: float) -> list[Piece]:
-    """Make a straight.
-
-    Parameters
-    ----------
-    length : float
-        Its length [m].
-
-    Returns
-    -------
-    list of Piece
-        One piece.
+    """Make a straight of a length [m].
 
     Examples
     --------
@@ -63,22 +53,10 @@ def straight(length: float) -> list[Piece]:
 def turn(angle_deg: float, radius: float, transition: float) -> list[Piece]:
     """Make a turn: a clothoid in, an arc, and the same clothoid out.
 
-    A clothoid of length c between curvature 0 and 1/R turns by c / (2 R), so the arc that is left
-    for a turn by the angle α has the length R |α| - c.
-
-    Parameters
-    ----------
-    angle_deg : float
-        Change of heading [deg], positive to the left.
-    radius : float
-        Radius of the arc [m].
-    transition : float
-        Length of each clothoid [m], less than `radius` times the angle.
-
-    Returns
-    -------
-    list of Piece
-        Three pieces.
+    The heading changes by `angle_deg`, positive to the left. `radius` is that of the arc [m],
+    `transition` the length of each clothoid [m], less than `radius` times the angle. A clothoid of
+    length c between curvature 0 and 1/R turns by c / (2 R), so the arc that is left for a turn by
+    the angle α has the length R |α| - c.
 
     Examples
     --------
@@ -95,22 +73,10 @@ def turn(angle_deg: float, radius: float, transition: float) -> list[Piece]:
 
 
 def sample(pieces: Sequence[Piece], count: int) -> Sampled:
-    """Place points along a line that starts at the origin, heading along x.
+    """Place `count` points along a line that starts at the origin, heading along x.
 
-    Heading and position follow from the curvature κ over the arc length s:
-    θ' = κ, x' = cos θ, y' = sin θ.
-
-    Parameters
-    ----------
-    pieces : sequence of Piece
-        The line, each piece continuing the one before.
-    count : int
-        Number of points, the two ends among them.
-
-    Returns
-    -------
-    Sampled
-        The points, at equal steps of arc length.
+    The points are at equal steps of arc length, the two ends among them. Heading and position
+    follow from the curvature κ over the arc length s: θ' = κ, x' = cos θ, y' = sin θ.
 
     Examples
     --------

@@ -27,24 +27,9 @@ class Waypoints(NamedTuple):
 
 
 def placed(pieces: Sequence[Piece], spacing: float) -> Sampled:
-    """Place waypoints on a line at any spacing.
+    """Place waypoints on a line at a spacing [m], 0.01 to 100, rounded to divide the line.
 
-    Parameters
-    ----------
-    pieces : sequence of Piece
-        Straights and arcs, each continuing the one before.
-    spacing : float
-        Distance of neighbours along the line [m], 0.01 to 100; rounded to divide the line.
-
-    Returns
-    -------
-    Sampled
-        The points.
-
-    Raises
-    ------
-    ConfigError
-        The spacing is out of its range.
+    Raises ConfigError where the spacing is out of its range.
 
     Examples
     --------

@@ -33,18 +33,7 @@ _MAX_LOCK = 1.5
 
 
 def client_library() -> Any:  # noqa: ANN401 - the module, which is partly typed
-    """Give CARLA's client library.
-
-    Returns
-    -------
-    module
-        The package ``carla``.
-
-    Raises
-    ------
-    PopsteerError
-        The extra ``carla`` is not installed.
-    """
+    """Give CARLA's client library; PopsteerError where the extra ``carla`` is not installed."""
     require("CARLA's client", "carla")
     import carla
 

@@ -17,11 +17,6 @@ class Ahead:
 
     The heading at a waypoint is the mean of those of the segments beside it, between waypoints it
     is taken linearly, and beyond the ends of a stretch it stays.
-
-    Parameters
-    ----------
-    path : Path
-        The path.
     """
 
     def __init__(self, path: Path) -> None:

@@ -97,31 +97,12 @@ class Mpc:
         *,
         reverse: bool | None = None,
     ) -> MpcCommand:
-        """Answer a pose and a speed.
+        """Answer a pose [m, m, rad] and a speed [m/s], negative while rolling backwards.
 
-        Parameters
-        ----------
-        x, y, yaw : float
-            Pose of the vehicle's point [m, m, rad].
-        speed : float
-            Speed [m/s]; negative while rolling backwards.
-        dt : float
-            Time since the last step, and until the next [s].
-        reverse : bool, optional
-            Whether the path is driven backwards where the rear axle is. Left out, the direction
-            stays: a controller without this information does not pass a cusp.
-
-        Returns
-        -------
-        MpcCommand
-            The angle.
-
-        Raises
-        ------
-        InputError
-            A number is not finite or beyond its bound, or `dt` is not positive.
-        PopsteerError
-            osqp found no solution.
+        `dt` is the time since the last step, and until the next [s]. `reverse` says whether the
+        path is driven backwards where the rear axle is; left out, the direction stays, and no cusp
+        is passed. Raises InputError where a number is not finite or beyond its bound, and
+        PopsteerError where osqp finds no solution.
         """
         steer = self.steer(x, y, yaw, speed, dt, reverse=reverse)
         lowest, highest = self._problem.reach

@@ -77,15 +77,7 @@ class Instant(NamedTuple):
 
 
 class Problem:
-    """The problem, set up once and solved again and again.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle.
-    params : MpcParams
-        Weights and horizon, `resolved` for the vehicle.
-    """
+    """The problem, set up once and solved again and again; its parameters are `resolved`."""
 
     def __init__(self, vehicle: Vehicle, params: MpcParams) -> None:
         self._vehicle, self._params = vehicle, params

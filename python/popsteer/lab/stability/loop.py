@@ -126,17 +126,8 @@ class Loop:
 
         D (1 + L) (1 - 1/z)² (1 - E/z), with E the decay of the lag over Δt, has no pole outside the
         circle, so by the principle of the argument the loop is stable exactly where its phase comes
-        back to where it was on the way from ω = 0 to π / Δt.
-
-        Parameters
-        ----------
-        dead_time : float, optional
-            Dead time of the vehicle [s], instead of its own.
-
-        Returns
-        -------
-        bool
-            Whether it is stable.
+        back to where it was on the way from ω = 0 to π / Δt. `dead_time` [s] stands instead of the
+        vehicle's.
         """
         kept = decay(self._dt, self._vehicle.steer_lag)
         back = self._back

@@ -19,28 +19,12 @@ FIGURES = {"results": results_figure, "overview": overview_figure}
 
 
 def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[str, bytes]:
-    r"""Draw a figure.
+    """Draw a figure: the content of the file by its kind, ``png`` and ``svg``.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    figure : {"results", "overview"}
-        ``results``: as the paper's figure of results, a column for each controller with the path
-        driven, cross-track error, heading error and angle. ``overview``: the controllers on one
-        axis, and their figures beside the paper's.
-    theme : {"light", "dark"}, default "light"
-        The background.
-
-    Returns
-    -------
-    dict
-        The content of the file by its kind, ``png`` and ``svg``.
-
-    Raises
-    ------
-    ConfigError
-        No figure, or no theme, has this name.
+    ``results`` is as the paper's figure of results, a column for each controller with the path
+    driven, cross-track error, heading error and angle. ``overview`` has the controllers on one
+    axis, and their figures beside the paper's. The runs need their records. `theme` is "light" or
+    "dark". Raises ConfigError where no figure, or no theme, has this name.
     """
     if figure not in FIGURES:
         raise ConfigError.unknown("figure", figure, FIGURES)
