@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import csv
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import popsteer
 from popsteer import Status
-from popsteer.lab.replay import Replay, Shadow, replay_csv, replay_table, summary_csv
+from popsteer.lab.replay import Replay, Shadow, replay_csv, replay_table, run, summary_csv
 from popsteer.lab.replay.table import caption, statuses
 from popsteer.lab.report import replay as report
 from popsteer.logs import Log
 from tests.values.tables import STRAIGHT, cells
+
+if TYPE_CHECKING:
+    import pathlib
 
 STEER = [0.1, 0.1, 0.2, 0.2, 0.2]
 LOG = Log(
@@ -157,3 +160,32 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     assert "explains the heading to within the noise" in found.verdict
     assert "grows by 0.001 rad in 1 s" in found.verdict
     assert "2.3 s, 5 rows every 100 ms" in identified_caption(found)
+
+
+def test_replayed_errors_of_a_smaller_car_on_a_smaller_path_are_smaller_alike(
+    tmp_path: pathlib.Path,
+) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "class Straight:\n"
+        "    def __init__(self, path, vehicle):\n"
+        "        self.tracked_point = 0.0\n"
+        "    def step(self, x, y, yaw, speed, dt):\n"
+        "        return 0.0\n",
+        encoding="utf-8",
+    )
+    # The car leaves a turn of a spiral until the next one is nearer: for the small car within 10 m.
+    turned = np.linspace(0.0, 6.0 * np.pi, 600)
+    spiral = (10.0 + 3.0 * turned / (2.0 * np.pi)) * np.array((np.cos(turned), np.sin(turned)))
+    at = np.linspace(0.5, 5.0, 100)
+    beside = 0.5 * (at - 0.5)
+    driven = (10.0 + beside + 3.0 * at / (2.0 * np.pi)) * np.array((np.cos(at), np.sin(at)))
+    errors = []
+    for scale in (1.0, 0.1):
+        log = Log(at, *(scale * driven), at + 0.5 * np.pi, np.full(100, 12.0 * scale), 0.0 * at)
+        path = popsteer.Path(scale * spiral.T)
+        car = popsteer.Vehicle(wheelbase=3.0 * scale)
+        found = run(log, {f"{file}:Straight": None}, car, path=path)
+        errors.append(found.shadows[f"{file}:Straight"].cross_track_error / scale)
+    np.testing.assert_allclose(errors[1], errors[0], atol=1e-6)
+    np.testing.assert_allclose(errors[0], -beside, atol=0.05)

@@ -43,6 +43,9 @@ class Watching:
         self._own: Any = found.controller(path, vehicle, params)
         self.tracked_point = getattr(self._own, "tracked_point", vehicle.front_axle)
         self.segment: int | None = None
+        # As the controllers of popsteer search, of two wheelbases and the distance travelled.
+        self._reach = 2.0 * vehicle.wheelbase
+        self._opposite = vehicle.wheelbase * 10.0 / 3.0
 
     def step_or_hold(
         self,
@@ -67,8 +70,9 @@ class Watching:
             raise ConfigError(f"the angle of {self._name}", steer, "finite")
         x, y = x + self.tracked_point * math.cos(yaw), y + self.tracked_point * math.sin(yaw)
         if self.segment is None:
-            self.segment = self._path.relocalise(x, y, yaw)
-        at = self._path.locate(x, y, yaw, self.segment, 10.0 + abs(speed) * dt)
+            self.segment = self._path.relocalise(x, y, yaw, opposite_distance=self._opposite)
+        reach = self._reach + abs(speed) * dt
+        at = self._path.locate(x, y, yaw, self.segment, reach, opposite_distance=self._opposite)
         self.segment = at.segment
         heading = math.remainder(yaw - at.path_yaw, math.tau)
         status = Status(int(getattr(command, "status", 0)))
