@@ -11,24 +11,12 @@ Point: TypeAlias = tuple[float, float]
 
 
 def get_distance(a: Point, b: Point) -> float:
-    """Euclidean distance of two points [m]: Equation 4, √((x₂ - x₁)² + (y₂ - y₁)²).
-
-    Examples
-    --------
-    >>> get_distance((1.0, 1.0), (4.0, 5.0))
-    5.0
-    """
+    """Euclidean distance of two points [m]: Equation 4, √((x₂ - x₁)² + (y₂ - y₁)²)."""
     return sqrt(squared_distance(a, b))
 
 
 def squared_distance(a: Point, b: Point) -> float:
-    """Square of `get_distance` [m²], enough where distances are only compared.
-
-    Examples
-    --------
-    >>> squared_distance((1.0, 1.0), (4.0, 5.0))
-    25.0
-    """
+    """Square of `get_distance` [m²], enough where distances are only compared."""
     dx = b[0] - a[0]
     dy = b[1] - a[1]
     return dx * dx + dy * dy

@@ -31,35 +31,17 @@ TAU = math.tau
 
 
 def sin(x: float) -> float:
-    """Sine of `x` [rad]; NaN for an infinity.
-
-    Examples
-    --------
-    >>> sin(0.0), sin(float("inf"))
-    (0.0, nan)
-    """
+    """Sine of `x` [rad]; NaN for an infinity."""
     return math.nan if math.isinf(x) else math.sin(x)
 
 
 def cos(x: float) -> float:
-    """Cosine of `x` [rad]; NaN for an infinity.
-
-    Examples
-    --------
-    >>> cos(0.0), cos(float("inf"))
-    (1.0, nan)
-    """
+    """Cosine of `x` [rad]; NaN for an infinity."""
     return math.nan if math.isinf(x) else math.cos(x)
 
 
 def tan(x: float) -> float:
-    """Tangent of `x` [rad]; NaN for an infinity.
-
-    Examples
-    --------
-    >>> tan(0.0), tan(float("inf"))
-    (0.0, nan)
-    """
+    """Tangent of `x` [rad]; NaN for an infinity."""
     return math.nan if math.isinf(x) else math.tan(x)
 
 
@@ -79,13 +61,7 @@ def divide(a: float, b: float) -> float:
 
 
 def saturate(value: float, low: float, high: float) -> float:
-    """Limit `value` to [low, high], for low ≤ high and a value that is a number.
-
-    Examples
-    --------
-    >>> saturate(3.0, -1.0, 1.0)
-    1.0
-    """
+    """Limit `value` to [low, high], for low ≤ high and a value that is a number."""
     if value < low:
         return low
     if value > high:
@@ -97,11 +73,6 @@ def decay(time: float, time_constant: float) -> float:
     """Tell what is left after `time` of what fades with a time constant: exp(-time / constant).
 
     Nothing where the time constant is 0.
-
-    Examples
-    --------
-    >>> decay(0.1, 0.0)
-    0.0
     """
     return exp(-time / time_constant) if time_constant > 0.0 else 0.0
 

@@ -19,15 +19,6 @@ def relocalise(path: PathView, position: Point, yaw: float, opposite_distance: f
     With the angle d from the heading, which is opposite where the path is driven backwards, to the
     segment, the cost [m] is distance + opposite_distance (1 - cos d) / 2; of several segments as
     good the first is taken.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> there_and_back = Path([(0.0, 0.0), (50.0, 0.0), (50.0, 4.0), (0.0, 4.0)])
-    >>> relocalise(there_and_back, (25.0, 2.0), 0.0, 10.0)
-    0
-    >>> relocalise(there_and_back, (25.0, 2.0), 3.1, 10.0)
-    2
     """
     forward = (cos(yaw), sin(yaw))
     backward = (-forward[0], -forward[1])

@@ -8,14 +8,7 @@ from popsteer.reference.math import saturate
 
 
 class Pedals(NamedTuple):
-    """Throttle and brake, each in 0 to 1; never both.
-
-    Examples
-    --------
-    >>> throttle, brake = Pedals.from_command(0.25)
-    >>> throttle
-    0.25
-    """
+    """Throttle and brake, each in 0 to 1; never both."""
 
     throttle: float
     """Throttle, 0 to 1."""

@@ -104,13 +104,7 @@ def _push(timed: Timed, angle: float, duration: float, shortest: float) -> Timed
 
 
 def _take(timed: Timed, time: float) -> tuple[tuple[float, float], Timed]:
-    """Take off the oldest angle, or the first `time` [s] of one that lasts longer.
-
-    Examples
-    --------
-    >>> _take(((0.1, 0.5), (0.2, 0.25)), 0.125)
-    ((0.1, 0.125), ((0.1, 0.375), (0.2, 0.25)))
-    """
+    """Take off the oldest angle, or the first `time` [s] of one that lasts longer."""
     angle, duration = timed[0]
     if duration > time:
         return (angle, time), ((angle, duration - time), *timed[1:])

@@ -13,11 +13,6 @@ class Estimate:
     """What the motion of a vehicle has shown, as corrections to its parameters.
 
     The core finds them while it drives; here they are given, and stay.
-
-    Examples
-    --------
-    >>> Estimate(acceleration=-4.0).speed_after(1.0, 0.5)
-    0.0
     """
 
     gain: float = 1.0

@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class VehicleState:
-    """Pose of the vehicle's point, and speed.
-
-    Examples
-    --------
-    >>> VehicleState(1.0, 2.0, 0.0, 5.0).point_ahead(3.0)
-    (4.0, 2.0)
-    """
+    """Pose of the vehicle's point, and speed."""
 
     x: float  # [m]
     y: float  # [m]
