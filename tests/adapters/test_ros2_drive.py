@@ -128,7 +128,7 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     number, topics = domain(), Topics.of_autoware()
     file = tmp_path / "tap.mcap"
     options = ("--autoware", "--max-speed", "8", "--set-vehicle", "max_deceleration=5")
-    track = ("--domain", str(number), "--autoware", "--track", "slalom", "--metres", "60")
+    track = ("--domain", str(number), "--autoware", "--track", "slalom", "--metres", "45")
     tap = (command.script(), "record", str(file), "--autoware", "--domain", str(number))
     member = Participant(number, local=True)
     odometry = member.reader(topics.odometry, messages.ODOMETRY)

@@ -20,7 +20,7 @@ pytest.importorskip("scipy")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell and a terminal")
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "from_log_to_car.sh"
-SHORT = {"SECONDS_DRIVEN": "60", "TRIALS": "8", "RUNS": "40"}
+SHORT = {"SECONDS_DRIVEN": "60", "TRIALS": "4", "RUNS": "16"}
 
 
 def _on_terminal(folder: Path, columns: int) -> tuple[int, str]:

@@ -77,6 +77,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_page_class_is_compared_swept_and_tuned_by_the_commands_of_the_page(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -85,7 +86,7 @@ def test_page_class_is_compared_swept_and_tuned_by_the_commands_of_the_page(
     figures = json.loads(Path("out/metrics.json").read_text())["controllers"]["mine.py:BangBang"]
     assert figures["finished"]
     assert figures["params"] == {"amplitude": 0.122}
-    assert Path("out/overview.png").stat().st_size > 10_000
+    assert Path("out/overview.png").exists()
     assert Path("out/runs/mine.py-BangBang.csv").exists()
     assert "BangBang" in Path("slalom.html").read_text()
     done = call(capsys, *matrix.split())
@@ -103,6 +104,7 @@ def test_page_class_is_compared_swept_and_tuned_by_the_commands_of_the_page(
     assert figures["mine.py:BangBang"]["params"] == {"amplitude": amplitude}
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_changed_file_of_a_sweep_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = [
         "--controller",
@@ -121,6 +123,7 @@ def test_changed_file_of_a_sweep_is_refused(here: Path, capsys: pytest.CaptureFi
     assert "mine.py:BangBang is not there as it was" in done.err
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_what_raises_is_shown_with_its_traceback_and_the_others_drive(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,6 +149,7 @@ def test_sweep_with_a_class_that_raises_counts_failures_and_shows_one(
     assert done.err.count("no such matrix") == 2  # the line of code, and the message
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_own_plant_and_road_are_driven_and_vary(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,6 +167,7 @@ def test_own_plant_and_road_are_driven_and_vary(
     assert {row["finished"] for row in rows} == {"True"}
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_replay_lets_an_own_controller_watch_and_wrapped_one_answers(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

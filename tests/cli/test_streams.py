@@ -26,8 +26,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 }
 # The table of these comes without minutes of measuring.
 QUICK = {name: arguments for name, arguments in COMMANDS.items() if name != "bench"}
-# Its figures alone take seconds, and the others write files enough.
-QUICK["stability"] = COMMANDS["stability"][:-2]
+# Figures alone take seconds, and the others write files enough.
+QUICK |= {name: COMMANDS[name][:-2] for name in ("compare", "stability", "matrix")}
 # Buffered, as outside of tests: it fails late, on leaving.
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 
@@ -59,7 +59,7 @@ def test_closed_stdout_is_one_line_before_anything_is_done(
 @looped("name", ["help", "compare", "tracks", "export"])
 def test_full_stdout_is_one_line(tmp_path: Path, name: str) -> None:
     for environment in (BUFFERED, {**BUFFERED, "PYTHONUNBUFFERED": "1"}):
-        outcome = _shell(">/dev/full", COMMANDS[name], tmp_path, environment)
+        outcome = _shell(">/dev/full", QUICK[name], tmp_path, environment)
         assert outcome == (2, "", "popsteer: standard output: No space left on device\n")
 
 

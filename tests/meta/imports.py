@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -102,6 +103,13 @@ def _absolute(path: list[str], module: str, known: Mapping[str, str]) -> str | N
     return ".".join(path) if first in known else None
 
 
+@cache
+def import_statements(text: str) -> list[ast.Import | ast.ImportFrom]:
+    """Find the imports in a source file, also those inside functions and for types alone."""
+    nodes = ast.walk(ast.parse(text))
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def python_graph(package: Sources) -> Graph:
     """Say for each module of a package which modules it imports, for its types alone as well."""
     passed_on: dict[str, str] = {}
@@ -109,10 +117,10 @@ def python_graph(package: Sources) -> Graph:
     for module, text in package.items():
         used[module] = []
         is_package = any(name.startswith(f"{module}.") for name in package)
-        for node in ast.walk(ast.parse(text)):
+        for node in import_statements(text):
             if isinstance(node, ast.Import):
                 used[module] += [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
+            else:
                 for alias in node.names:
                     target = f"{node.module}.{alias.name}"
                     if is_package and target.startswith(f"{module}."):

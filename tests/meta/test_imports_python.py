@@ -6,7 +6,7 @@ import ast
 from typing import TYPE_CHECKING
 
 from tests.helpers import ROOT, looped
-from tests.meta.imports import circles, python_graph, sources
+from tests.meta.imports import circles, import_statements, python_graph, sources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -61,10 +61,10 @@ def _sources() -> dict[str, str]:
 
 def _imports(source: str, modules: Mapping[str, str]) -> Iterator[str]:
     """Modules of popsteer that a source imports, also inside functions and for types alone."""
-    for node in ast.walk(ast.parse(source)):
+    for node in import_statements(source):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names if name.name.startswith("popsteer"))
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("popsteer"):
+        elif (node.module or "").startswith("popsteer"):
             for name in node.names:
                 if name.name == name.asname:
                     continue  # passed on, to type checkers alone: `popsteer` loads it when asked

@@ -44,15 +44,41 @@ class _Problem(NamedTuple):
     kinds: list[tuple[int, MoveLimit]]
 
 
+class _Solved(NamedTuple):
+    """The moves that no plan can choose, the first curvature after them, and the best of the rest.
+
+    Without a rest it has no problem.
+    """
+
+    forced: list[MoveLimit]
+    first: float
+    problem: _Problem | None
+    curvatures: Any
+    held: list[int]
+
+
+_LAST: list[tuple[Planned, _Solved]] = []
+"""The last one that was solved: many codes are asked of one plan."""
+
+
+def _solved(planned: Planned) -> _Solved:
+    if not (_LAST and _LAST[0][0] is planned):
+        horizon, start, limits = planned[:3]
+        forced, first, start, limits = limited.go_back(horizon, start, limits)
+        solved = _Solved(forced, first, None, None, [])
+        if len(forced) < len(horizon.models):
+            with localcontext(DIGITS):
+                problem = _problem(planned, start, limits, len(forced))
+                solved = _Solved(forced, first, problem, *_within_limits(problem))
+        _LAST[:] = [(planned, solved)]
+    return _LAST[0][1]
+
+
 def best(planned: Planned) -> Plan:
     """The best plan, as `limited.plan_within` gives it."""
-    horizon, start, limits = planned[:3]
-    forced, first, start, limits = limited.go_back(horizon, start, limits)
-    reached = [*forced, *[MoveLimit.NOTHING] * (len(horizon.models) - len(forced))]
-    if len(forced) < len(reached):
-        with localcontext(DIGITS):
-            problem = _problem(planned, start, limits, len(forced))
-            curvatures, held = _within_limits(problem)
+    forced, first, problem, curvatures, held = _solved(planned)
+    reached = [*forced, *[MoveLimit.NOTHING] * (len(planned.horizon.models) - len(forced))]
+    if problem is not None:
         for step, kind in sorted((problem.kinds[row] for row in held), reverse=True):
             reached[len(forced) + step] = kind
         first = first if forced else float(curvatures[0])
@@ -64,14 +90,11 @@ def is_best(planned: Planned, code: int, within: float) -> bool:
 
     Of two limits of a step a code names that of the move; the best plan tells the other.
     """
-    horizon, start, limits = planned[:3]
-    forced, _, start, limits = limited.go_back(horizon, start, limits)
-    if len(forced) == len(horizon.models):
+    forced, _, problem, curvatures, _ = _solved(planned)
+    if problem is None:
         return False
     with localcontext(DIGITS):
-        problem = _problem(planned, start, limits, len(forced))
-        curvatures, _ = _within_limits(problem)
-        near = Decimal(within * max(abs(limits.low), abs(limits.high)))
+        near = Decimal(within * max(abs(planned.limits.low), abs(planned.limits.high)))
         held = []
         for row, (step, kind) in enumerate(problem.kinds):
             named = code >> 3 * (len(forced) + step) & 7

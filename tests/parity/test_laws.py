@@ -242,6 +242,7 @@ def _drive(pair: Controller, path: Waypoints, car: dict[str, Any], seed: int) ->
 
 
 @each_law
+@long_drives()
 @given(
     vehicle=CALM_VEHICLES,
     estimate=ESTIMATES,
