@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from popsteer import Vehicle
     from popsteer.controllers import Controller
     from popsteer.sim import Plant, Pose, Run
-    from popsteer.tracks.waypoints import Waypoints
+    from popsteer.tracks.geometry import Waypoints
 
 NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
 PLANT = KinematicBicycle(vehicles.get("kinematic-bicycle").replace(max_steer=0.6))

@@ -287,9 +287,7 @@ def test_table_of_all_laws_fits_its_width(width: int) -> None:
 def test_metrics_of_a_single_step_hold_null_for_what_is_not_a_number() -> None:
     settings = popsteer.sim.Settings(time_limit=0.05)
     path = popsteer.Path(tracks.get("straight").xy)
-    document = lab.compare.metrics_json.metrics_document(
-        lab.compare.run(path, ["pop"], settings=settings)
-    )
+    document = lab.compare.files.metrics_document(lab.compare.run(path, ["pop"], settings=settings))
     pop = document["controllers"]["pop"]
     assert pop["steps"] == 1
     assert pop["settled_mean_abs_cross_track_error"] is None

@@ -20,12 +20,11 @@ from popsteer.lab.report import of_comparison
 from popsteer.lab.report import page as page_module
 from popsteer.lab.report.axes import log_axis
 from popsteer.lab.report.colours import style
-from popsteer.lab.report.compare import scene_of
+from popsteer.lab.report.compare import scene_of, verdict
 from popsteer.lab.report.markup import json_for_script, table
 from popsteer.lab.report.pack import Pack
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import distances
-from popsteer.lab.report.verdict import verdict
 from tests.pages_of_html import Html, columns
 
 NUMBERS = st.one_of(

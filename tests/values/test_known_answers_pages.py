@@ -13,7 +13,7 @@ import pytest
 import popsteer
 from popsteer import sim
 from popsteer.lab import compare
-from popsteer.lab.compare.metrics_json import metrics_json
+from popsteer.lab.compare.files import metrics_json
 from popsteer.lab.report import matrix as matrix_page
 from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report import times

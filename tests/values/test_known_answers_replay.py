@@ -182,7 +182,8 @@ def test_replayed_errors_of_a_smaller_car_on_a_smaller_path_are_smaller_alike(
     driven = (10.0 + beside + 3.0 * at / (2.0 * np.pi)) * np.array((np.cos(at), np.sin(at)))
     errors = []
     for scale in (1.0, 0.1):
-        log = Log(at, *(scale * driven), at + 0.5 * np.pi, np.full(100, 12.0 * scale), 0.0 * at)
+        x, y = scale * driven
+        log = Log(at, x, y, at + 0.5 * np.pi, np.full(100, 12.0 * scale), 0.0 * at)
         path = popsteer.Path(scale * spiral.T)
         car = popsteer.Vehicle(wheelbase=3.0 * scale)
         found = run(log, {f"{file}:Straight": None}, car, path=path)

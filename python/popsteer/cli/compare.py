@@ -13,8 +13,6 @@ from popsteer._core import AdaptParams, Vehicle
 from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
-from popsteer.cli.replay_run import replay_run as drive_again
-from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
@@ -25,6 +23,8 @@ from popsteer.sim import Settings
 from popsteer.sim.geometry import CORE_PLANTS
 
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
+# What goes with --replay-run.
+_WITH_IT = ("replay_run", "out", "report")
 
 _PLANT_PARAMS = {**CORE_PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
 # What --set and its like change: a section of the help for each class of parameters.
@@ -134,7 +134,7 @@ def compare(
 ) -> None:
     """Drive controllers along one track."""
     if replay_run is not None:
-        drive_again(replay_run, out, report, context)
+        _replay_run(replay_run, out, report, context)
         return
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
@@ -149,7 +149,7 @@ def compare(
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
         _check_record(record, names)
-        check(report)
+        outputs.check_page(report)
         comparison = outputs.driven(
             course,
             tuning,
@@ -169,7 +169,7 @@ def compare(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt
             )
         origin = lab.report.Origin(
-            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+            outputs.command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
         outputs.deliver(comparison, out, progress, report, origin)
     if record is not None:
@@ -186,3 +186,47 @@ def _check_record(file: Path | None, controllers: list[str]) -> None:
         if len(controllers) > 1:
             raise ConfigError("--record", str(file), "given with one controller")
         check_files([file])
+
+
+def _replay_run(text: str, out: Path | None, report: Path | None, context: typer.Context) -> None:
+    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row.
+
+    Raises ConfigError where other options would change the run, or there is no such run.
+    """
+    for name, value in context.params.items():
+        source = context.get_parameter_source(name)
+        if name not in _WITH_IT and source is not None and source.name != "DEFAULT":
+            option = f"--{name.rstrip('_').replace('_', '-')}"
+            raise ConfigError(option, value, "left out where --replay-run is given")
+    file, _, number = text.rpartition(":")
+    if not file or not number.isdecimal():
+        raise ConfigError("--replay-run", text, "written FILE:RUN")
+    run = int(number)
+    job, row = lab.sweep.rows.read_row(Path(file), run)
+    if out is not None:
+        check_folder(out, lab.compare.files.file_names([job.controller]))
+    outputs.check_page(report)
+    with Progress() as progress:
+        found = lab.sweep.repeat(
+            job, run, progress=lambda share: progress.update(job.controller, share)
+        )
+        drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
+        comparison = lab.compare.Comparison(
+            {job.controller: found},
+            preset=f"run {run} of {Path(file).name}",
+            plant=job.label,
+            track=job.course,
+        )
+        varied = job.made(run).plant
+        origin = lab.report.Origin(
+            outputs.command_line(context),
+            {job.controller: job.params},
+            job.adapt,
+            {job.label: varied},
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
+    figures = vars(found.metrics)
+    same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
+    print(f"Drawn: {drawn or 'nothing'}.")
+    said = "to the last bit what its row says" if same else "NOT what its row says"
+    print(f"Run {run} of {file} is {said}; it {'succeeded' if row['success'] else 'failed'}.")

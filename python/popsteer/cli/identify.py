@@ -13,7 +13,6 @@ from popsteer._core import Vehicle
 from popsteer.cli import logs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
-from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.identification import Identification
@@ -79,14 +78,14 @@ def identify(
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
         check_files([out, *outputs.figure_paths(out)])
-    check(report)
+    outputs.check_page(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, given, progress=lambda share: progress.update("identify", share))
         content = {} if out is None else _files(found, out, progress)
     page = {}
     if report is not None:
-        origin = lab.report.Origin(command_line(context))
+        origin = lab.report.Origin(outputs.command_line(context))
         page[report] = lab.report.of_identification(found, given, origin)
     write_files_atomic({**content, **page})
     table = identified_table(found, given)

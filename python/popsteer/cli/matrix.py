@@ -10,9 +10,8 @@ import typer
 from popsteer import lab, presets
 from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
-from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_folder
-from popsteer.lab.common.vehicle import differences
+from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings, vehicle_of
 
@@ -67,7 +66,7 @@ def matrix(
     courses = inputs.courses(waypoints, tracks, closed=closed)
     if out is not None:
         check_folder(out, lab.matrix.table.FILES)
-    check(report)
+    outputs.check_page(report)
     with Progress() as progress:
         movers = {name: vehicle_inputs.plant(name) for name in inputs.names("--plants", plants)}
         given = {
@@ -89,11 +88,13 @@ def matrix(
             progress=progress.update,
         )
         content = {} if out is None else lab.matrix.table.matrix_files(found)
-        origin = lab.report.Origin(command_line(context), tuning.params, tuning.adapt, movers)
+        origin = lab.report.Origin(
+            outputs.command_line(context), tuning.params, tuning.adapt, movers
+        )
         page = b"" if report is None else lab.report.of_matrix(found, origin)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
     if report is not None:
-        said += "\n" + write(report, page)
+        said += "\n" + outputs.write_page(report, page)
     notes = lab.matrix.table.matrix_notes(found)
     for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):

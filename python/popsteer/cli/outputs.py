@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,8 +13,8 @@ from rich.text import Text
 
 from popsteer import lab
 from popsteer._core import build_profile
-from popsteer.cli.report import write as write_report
-from popsteer.files import write_files_atomic
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, write_bytes_atomic, write_files_atomic
 from popsteer.lab.common.layout import figure_names
 from popsteer.lab.compare.table import caption, notes
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
+    import typer
     from matplotlib.figure import Figure
     from rich.table import Table
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from popsteer.sim import Run
 
 _PIPED = 160
+_KINDS = (".html", ".htm")
 
 
 def figure_paths(out: Path) -> list[Path]:
@@ -126,7 +129,7 @@ def deliver(
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
     if report is not None:
-        said += "\n" + write_report(report, _page(comparison, origin, progress))
+        said += "\n" + write_page(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
     show(caption(comparison), tables, notes(comparison))
@@ -170,3 +173,28 @@ def written(out: Path | None, others: Iterable[Path], otherwise: str) -> None:
         print(otherwise)
     else:
         print(f"Written to {', '.join([str(out), *(each.name for each in others)])}")
+
+
+def check_page(file: Path | None) -> None:
+    """Refuse the page of --report where it cannot be written, before the work that it is to show.
+
+    Raises ConfigError where it is no HTML file by its name, and OSError where the file cannot be
+    written.
+    """
+    if file is None:
+        return
+    if file.suffix.lower() not in _KINDS:
+        raise ConfigError("--report", str(file), "a file *.html")
+    check_files([file])
+
+
+def command_line(context: typer.Context) -> str:
+    """Give the command as it was typed, quoted for a shell; empty where it is not known."""
+    arguments = context.obj
+    return shlex.join(["popsteer", *arguments]) if isinstance(arguments, list) else ""
+
+
+def write_page(file: Path, page: bytes) -> str:
+    """Write a page, whole or not at all, and say so; raises OSError where it cannot be written."""
+    write_bytes_atomic(file, page)
+    return f"Written to {file}"

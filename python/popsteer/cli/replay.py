@@ -12,7 +12,6 @@ from popsteer import lab, own, presets, vehicles
 from popsteer.cli import inputs, logs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
-from popsteer.cli.report import check, command_line
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
@@ -90,7 +89,7 @@ def replay(
         course = inputs.course(waypoints, track, closed=closed)
     if out is not None:
         check_folder(out, FILES)
-    check(report)
+    outputs.check_page(report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -106,7 +105,7 @@ def replay(
         files = {} if out is None else _files(found, out, progress)
     written = list(files)
     if report is not None:
-        origin = lab.report.Origin(command_line(context), chosen, adapt)
+        origin = lab.report.Origin(outputs.command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
     below = (*statuses(found), *drive.remarks, NOTE)

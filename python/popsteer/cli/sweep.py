@@ -11,7 +11,6 @@ import typer
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
 from popsteer.cli.progress import Progress, kept_in
-from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
@@ -141,7 +140,7 @@ def sweep(
     if out is not None:
         pictures = outputs.figure_paths(out)
         check_files([out, *pictures])
-    check(report)
+    outputs.check_page(report)
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
@@ -154,10 +153,10 @@ def sweep(
                 job,
                 rows,
                 "" if out is None else str(out),
-                lab.report.Origin(command_line(context)),
+                lab.report.Origin(outputs.command_line(context)),
                 progress.update,
             )
-            said = write(report, page)
+            said = outputs.write_page(report, page)
     summary = lab.sweep.summary
     outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
     nothing = "--out FILE writes the rows, to repeat any run, and a figure of where it fails."

@@ -14,8 +14,7 @@ from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
 from popsteer.identification.fit import Fit, fit
 from popsteer.identification.identifiability import rate_unknown, steps, unsure
-from popsteer.identification.notes import described
-from popsteer.identification.result import Identification
+from popsteer.identification.result import Identification, described
 from popsteer.identification.simulate import compared
 from popsteer.logs import LogError
 

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.ranges import check_in_range
-from popsteer.tracks.geometry import Piece
-from popsteer.tracks.waypoints import Waypoints, placed
+from popsteer.tracks.geometry import Piece, Waypoints, placed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

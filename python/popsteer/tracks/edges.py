@@ -26,8 +26,7 @@ import numpy as np
 from popsteer.ranges import check_in_range
 from popsteer.tracks.build import equal_steps, profile
 from popsteer.tracks.cusps import parallel_parking, three_point_turn
-from popsteer.tracks.geometry import Piece
-from popsteer.tracks.waypoints import Waypoints, placed
+from popsteer.tracks.geometry import Piece, Waypoints, placed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Lines composed of straights, arcs and clothoids, and the points along them."""
+"""Lines composed of straights, arcs and clothoids, the points along them, and waypoints."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -107,3 +109,34 @@ def sample(pieces: Sequence[Piece], count: int) -> Sampled:
     piece = np.searchsorted(begins, stations, side="right") - 1
     curvature = first[piece] + slopes[piece] * (stations - begins[piece])
     return Sampled(xy[np.searchsorted(knots, stations)], curvature, float(ends[-1] / (count - 1)))
+
+
+class Waypoints(NamedTuple):
+    """Waypoints as `popsteer.Path` takes them: `Path(w.xy, speed=w.speed, closed=w.closed)`."""
+
+    xy: NDArray[np.float64]
+    """The waypoints [m], shape (N, 2)."""
+    speed: NDArray[np.float64]
+    """The reference speed at each waypoint [m/s], shape (N,); negative in reverse."""
+    closed: bool
+    """Whether the last waypoint leads back to the first."""
+
+
+def placed(pieces: Sequence[Piece], spacing: float) -> Sampled:
+    """Place waypoints on a line at a spacing [m], 0.01 to 100, rounded to divide the line.
+
+    Raises ConfigError where the spacing is out of its range.
+
+    Examples
+    --------
+    >>> placed([Piece(100.0, 0.0, 0.0)], 50.0).xy.round(9).tolist()
+    [[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]]
+    """
+    length = sum(piece.length for piece in pieces)
+    check_in_range("spacing", spacing, 0.01, 100.0)
+    segments = max(round(length / spacing), 1)
+    # The quadrature wants steps of at most a metre and a radian; the rest is left out afterwards.
+    sharpest = max(abs(piece.first_curvature) for piece in pieces)
+    finer = math.ceil(length / segments * max(1.0, sharpest))
+    line = sample(pieces, segments * finer + 1)
+    return Sampled(line.xy[::finer], line.curvature[::finer], line.step * finer)

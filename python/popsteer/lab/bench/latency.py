@@ -27,8 +27,7 @@ from popsteer.lab.bench.report import LatencyReport, to_json
 from popsteer.lab.bench.states import DT, at_hand
 from popsteer.lab.bench.table import table
 from popsteer.lab.common import machine
-from popsteer.lab.common.percentiles import Percentiles
-from popsteer.lab.common.timing import BATCH, Drive, time_calls
+from popsteer.lab.common.timing import BATCH, Drive, Percentiles, time_calls
 from popsteer.ranges import check_count
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from popsteer.lab.bench.calls import (
 )
 
 if TYPE_CHECKING:
-    from popsteer.lab.common.percentiles import Percentiles
+    from popsteer.lab.common.timing import Percentiles
 
 
 @dataclass(frozen=True)

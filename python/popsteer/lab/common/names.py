@@ -1,9 +1,14 @@
-"""The names of all that can be compared, for programs and for people."""
+"""The names of all that can be compared, and what vehicles differ in, in words."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from popsteer import controllers, own
 from popsteer.lab import baselines
+
+if TYPE_CHECKING:
+    from popsteer._core import Vehicle
 
 
 def controller_names() -> tuple[str, ...]:
@@ -16,3 +21,17 @@ def title_of(law: str) -> str:
     if law in baselines.names():
         return baselines.get(law).title
     return controllers.get(law).title if law in controllers.names() else own.title(law)
+
+
+def differences(believed: Vehicle, vehicle: Vehicle) -> str:
+    """Say in what the vehicle that controllers were given differs from the real one.
+
+    The text follows the name of the plant; it is empty where nothing differs.
+    """
+    is_so = vehicle.as_dict()
+    different = [
+        f"{name} {'none' if value is None else format(value, 'g')}"
+        for name, value in believed.as_dict().items()
+        if value != is_so[name]
+    ]
+    return f", believed {' and '.join(different)}" if different else ""

@@ -1,7 +1,7 @@
 """Several controllers on one plant and one path: their errors beside the paper's.
 
 `runs` drives them, `step_time` times a step of each, `paper` holds the paper's figures; `table` is
-what the command prints, `files` what it writes: `metrics_json`, `runs_csv` and `figures`.
+what the command prints, `files` what it writes, with `figures`.
 """
 
 from popsteer.lab.compare import files, paper, table

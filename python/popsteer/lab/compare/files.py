@@ -1,18 +1,25 @@
-"""The files of a comparison: all computed before the first is written."""
+"""The files of a comparison, all computed before the first is written."""
 
 from __future__ import annotations
 
+import math
 import re
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from popsteer._core import __version__
 from popsteer.errors import ConfigError
-from popsteer.lab.compare.metrics_json import metrics_json
-from popsteer.lab.compare.runs_csv import run_csv
+from popsteer.lab.common.layout import csv_text, json_text
+from popsteer.lab.compare.paper import PAPER
+from popsteer.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from popsteer.lab.compare import Comparison
+    from popsteer.sim import Metrics, Run
 
 _METRICS = "metrics.json"
 
@@ -64,3 +71,119 @@ def _record_name(law: str) -> str:
 
 def _figure_name(figure: str, theme: str, kind: str) -> str:
     return f"{figure}{'' if theme == 'light' else f'-{theme}'}.{kind}"
+
+
+_UNITS = {
+    "time": "s",
+    "x": "m",
+    "y": "m",
+    "yaw": "rad",
+    "speed": "m/s",
+    "steer": "rad",
+    "throttle": "0 to 1",
+    "brake": "0 to 1",
+    "reference_x": "m",
+    "reference_y": "m",
+    "cross_track_error": "m",
+    "heading_error": "rad",
+    "rear_cross_track_error": "m",
+    "rear_heading_error": "rad",
+    "target_x": "m",
+    "target_y": "m",
+    "status": "bits: " + " | ".join(f"{int(each)} {each}" for each in Status if each),
+}
+
+
+def run_csv(run: Run) -> str:
+    """Write the records of a run as CSV, a row for each control step.
+
+    Two comments above say what was run, and the units. The numbers read back to the same bits; one
+    that is not finite is ``nan``.
+    """
+    units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
+    head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"
+    columns = [np.asarray(column).tolist() for column in run.records.values()]
+    rows = (map(repr, row) for row in zip(*columns, strict=True))
+    return csv_text([head, units], run.records, rows)
+
+
+SCHEMA = 2
+"""Version of the layout; a change that would mislead readers of the old one raises it.
+
+2: `start` is the pose of the vehicle's point, no longer that of the front axle.
+"""
+
+_REAR = "rear_axle_"
+
+
+def metrics_document(comparison: Comparison) -> dict[str, Any]:
+    """Lay out the figures of a comparison.
+
+    The document has `schema`, `dt` [s], `plant`, `plant_vehicle` (what it is), `path` with
+    `waypoints` and `length` [m], `start` (pose of the vehicle's point), `controllers` with the
+    metrics of each controller in SI units and radians (those of the rear axle under `rear_axle`,
+    the vehicle that it believed under `vehicle`, the median time of a step under `step_time` [s]
+    where that was measured; `faults` lists by name what the controller said), and `paper` with the
+    paper's figures. A number that is not finite is None.
+    """
+    path = comparison.path
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "dt": comparison.dt,
+        "plant": comparison.plant,
+        "plant_vehicle": comparison.vehicle.as_dict(),
+        "preset": comparison.preset,
+        "path": {
+            "name": comparison.track,
+            "waypoints": len(path),
+            "length": path.length,
+            "closed": path.closed,
+        },
+        "start": dict(zip(("x", "y", "yaw"), comparison.first.start, strict=True)),
+        "controllers": {
+            name: _controller(run)
+            # Times differ from run to run; without them the file is the same each time.
+            | ({"step_time": times[name]} if name in (times := comparison.step_times) else {})
+            for name, run in comparison.runs.items()
+        },
+        "paper": {name: figures._asdict() for name, figures in PAPER.items()},
+    }
+
+
+def metrics_json(comparison: Comparison) -> str:
+    """Write `metrics_document` as JSON."""
+    document = metrics_document(comparison)
+    return json_text(document)
+
+
+def _controller(run: Run) -> dict[str, Any]:
+    """Lay out one run: its metrics, and the controller's tuning and vehicle."""
+    params = {name: _finite(value) for name, value in run.params.items()}
+    vehicle = None if run.vehicle is None else run.vehicle.as_dict()
+    raised = {"traceback": run.traceback} if run.traceback else {}
+    return {
+        **_metrics(run.metrics),
+        "ending": run.ending,
+        **raised,
+        "params": params,
+        "vehicle": vehicle,
+    }
+
+
+def _metrics(metrics: Metrics) -> dict[str, Any]:
+    plain: dict[str, Any] = {}
+    rear: dict[str, Any] = {}
+    for name, value in asdict(metrics).items():
+        if name.startswith(_REAR):
+            rear[name.removeprefix(_REAR)] = _finite(value)
+        elif isinstance(value, Status):
+            plain[name] = list(value.names)
+        else:
+            plain[name] = _finite(value)
+    return {**plain, "rear_axle": rear}
+
+
+def _finite(value: object) -> object:
+    """Give None for what JSON has no number for."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

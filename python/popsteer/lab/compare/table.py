@@ -6,8 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer.lab.common.layout import WIDE, add_names, add_numbers, blank_table
-from popsteer.lab.common.names import title_of
-from popsteer.lab.common.vehicle import differences
+from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import plot_broken, wrapped
-from popsteer.lab.identify.smooth import smoothed
-from popsteer.lab.identify.table import caption
+from popsteer.lab.identify.table import caption, smoothed
 
 if TYPE_CHECKING:
     from popsteer.identification import Identification

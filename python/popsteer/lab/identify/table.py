@@ -11,6 +11,7 @@ from popsteer._core import __version__
 from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, json_text
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from rich.table import Table
 
     from popsteer._core import Vehicle
@@ -152,3 +153,18 @@ def identified_csv(found: Identification) -> str:
 def _finite(error: float) -> float | None:
     """JSON has no infinity: None is an error that nobody knows."""
     return error if math.isfinite(error) else None
+
+
+_WIDTH = 0.25  # s
+
+
+def smoothed(values: NDArray[Any], period: float) -> NDArray[np.float64]:
+    """Smooth a line, sampled every `period` [s], by a Hann window of 0.25 s; its gaps stay."""
+    size = max(1, round(_WIDTH / period))
+    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
+    if len(kernel) > len(values):
+        return values
+    whole = np.isfinite(values)
+    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
+    smooth = np.convolve(np.where(whole, values, 0.0), kernel, mode="same")
+    return np.where(whole, smooth / np.maximum(weight, 1e-12), np.nan)

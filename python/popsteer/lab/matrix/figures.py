@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from popsteer.lab.common.names import title_of
-from popsteer.lab.matrix.rows import rows
+from popsteer.lab.matrix.runs import rows
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme

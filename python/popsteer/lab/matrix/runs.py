@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from popsteer import presets
 from popsteer.errors import ConfigError
@@ -15,13 +16,13 @@ from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.geometry import made, plant_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from popsteer._core import AdaptParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
     from popsteer.lab.compare.runs import Comparison
-    from popsteer.sim import Plant
+    from popsteer.sim import Metrics, Plant
     from popsteer.sim.closed_loop import Pose
 
 
@@ -146,3 +147,22 @@ def run(  # noqa: PLR0913 - as `compare`
             comparison = replace(comparison, track=track, plant=name)
             comparisons.append(time_steps(comparison, params, advance, adapt=adapt))
     return Matrix(comparisons, constant_speed)
+
+
+class Row(NamedTuple):
+    """One controller on one plant and track."""
+
+    plant: str
+    track: str
+    law: str
+    metrics: Metrics
+    step_time: float
+    ending: str
+
+
+def rows(found: Matrix) -> Iterator[Row]:
+    """Give the rows in the order of the comparisons: plant by plant, track by track."""
+    for comparison in found.comparisons:
+        for name, run in comparison.runs.items():
+            time = comparison.step_times.get(name, math.nan)
+            yield Row(comparison.plant, comparison.track, name, run.metrics, time, run.ending)

@@ -19,8 +19,8 @@ from popsteer.lab.common.layout import (
 )
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.compare.metrics_json import SCHEMA, metrics_document
-from popsteer.lab.matrix.rows import Row, rows
+from popsteer.lab.compare.files import SCHEMA, metrics_document
+from popsteer.lab.matrix.runs import Row, rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

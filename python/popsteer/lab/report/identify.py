@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import vehicle_file
-from popsteer.lab.identify.smooth import smoothed
-from popsteer.lab.identify.table import caption, identified_table
+from popsteer.lab.identify.table import caption, identified_table, smoothed
 from popsteer.lab.report.axes import rounded
 from popsteer.lab.report.colours import named
 from popsteer.lab.report.markup import block, paragraphs, table

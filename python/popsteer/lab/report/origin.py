@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from popsteer import controllers, params_file, vehicle_file
-from popsteer.lab.common.vehicle import differences
+from popsteer.lab.common.names import differences
 from popsteer.lab.report.markup import block, paragraphs
 from popsteer.lab.report.page import Section
 

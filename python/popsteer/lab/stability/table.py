@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table, json_text
-from popsteer.lab.common.names import title_of
-from popsteer.lab.common.vehicle import differences
+from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.stability.linear import lookahead
 
 if TYPE_CHECKING:

@@ -75,16 +75,17 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
 def _distance(run: Run) -> NDArray[np.float64]:
     """Distance along the path of each record [m]."""
     path = run.path
+    reach = 2.0 * run.plant_vehicle.wheelbase
     segment: int | None = None
     along = np.empty(len(run.records["time"]))
     columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw"))
     for index, (x, y, yaw) in enumerate(zip(*columns, strict=True)):
-        # Near the last one, which keeps to the branch where a path crosses itself; 6 m are the
-        # two wheelbases of the controllers' own search.
+        # Near the last one, which keeps to the branch where a path crosses itself: as far as the
+        # controllers search, two wheelbases.
         if segment is None:
             segment = path.relocalise(x, y, yaw)
         backwards = path.reverse is not None and path.reverse[segment]
-        projection = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, 6.0)
+        projection = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, reach)
         segment, along[index] = projection.segment, projection.arc_length
     # A gap in the line where a closed path begins again.
     along[1:][np.diff(along) < -0.5 * path.length] = np.nan
