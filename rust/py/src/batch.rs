@@ -182,38 +182,13 @@ impl PyBatch {
 
     /// Take one control step with every vehicle.
     ///
-    /// Parameters
-    /// ----------
-    /// x, y : array of shape (N,)
-    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what
-    ///     numpy calls a safe cast, such as that of float32 and of integers, is converted first.
-    /// yaw : array of shape (N,)
-    ///     Headings [rad], counter-clockwise from x.
-    /// speed : array of shape (N,)
-    ///     Speeds [m/s], negative while rolling backwards.
-    /// dt : float
-    ///     Time since the last step [s], 1e-6 to 1e3.
-    /// on_error : {"raise", "nan", "hold"}, default "raise"
-    ///     As for `steer`. With "nan" a vehicle refused has ``Status.INPUT_HELD`` and the direction
-    ///     of its last command, and NaN for all else.
-    /// hold_limit : int, default 10
-    ///     As for `steer`.
-    /// applied_steer : array of shape (N,), optional
-    ///     As for `steer`.
-    /// pose_age : float or array of shape (N,), default 0.0
-    ///     As for `steer`.
+    /// Parameters and errors as `steer`. With "nan" a vehicle refused has ``Status.INPUT_HELD`` and
+    /// the direction of its last command, and NaN for all else.
     ///
     /// Returns
     /// -------
     /// CommandBatch
     ///     Angles, errors, targets and status.
-    ///
-    /// Raises
-    /// ------
-    /// InputError
-    ///     As for `steer`.
-    /// ConfigError
-    ///     As for `steer`.
     #[pyo3(
         signature = (
             x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),

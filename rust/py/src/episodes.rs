@@ -34,25 +34,11 @@ type StepArrays<'py> = (
 /// Vehicles of the core's plants are stepped on all cores with the interpreter's lock released; as
 /// soon as one is a plant in Python, all are stepped one by one.
 ///
-/// Parameters
-/// ----------
-/// count : int
-///     How many vehicles, none of which has begun.
-/// preview : sequence of float
-///     How far ahead along the path the points lie that are observed [m].
-/// weights : tuple of float
-///     Weights of progress, cross_track_error, heading_error, steer_rate and off_path.
-/// longitudinal : CoupledLongitudinal or SpeedPid, optional
-///     What works the pedals; the actions do where there is none.
-/// settings : Settings, optional
-///     How the episodes go.
-/// stall_time : float, optional
-///     An episode is truncated that gets no farther along its path for so long [s].
-///
-/// Raises
-/// ------
-/// ConfigError
-///     If a weight is out of its range.
+/// `count` vehicles, none of which has begun; `preview`, how far ahead along the path the points lie
+/// that are observed [m]; `weights` of progress, cross_track_error, heading_error, steer_rate and
+/// off_path; `longitudinal`, which works the pedals, or else the actions do; `stall_time` [s], after
+/// which an episode is truncated that gets no farther along its path. Raises ConfigError where a
+/// weight is out of its range.
 ///
 /// Examples
 /// --------
@@ -139,29 +125,12 @@ impl PyEpisodes {
         self.episodes.len()
     }
 
-    /// Begin a new episode with the vehicle at a place.
+    /// Begin a new episode with the vehicle at a place: `start` is the pose of its point, (x, y, yaw)
+    /// [m, m, rad], `speed` its speed [m/s].
     ///
-    /// Parameters
-    /// ----------
-    /// vehicle : int
-    ///     Its place.
-    /// path : Path
-    ///     What it is to follow.
-    /// plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
-    ///     What it is.
-    /// start : tuple of float
-    ///     Pose of its point, (x, y, yaw) [m, m, rad].
-    /// speed : float
-    ///     Speed at the start [m/s].
-    ///
-    /// Raises
-    /// ------
-    /// ConfigError
-    ///     If the plant is not known.
-    /// InputError
-    ///     If the start is not finite or beyond its bound, or the plant cannot start like that.
-    /// PathError
-    ///     If the path is driven backwards in places and the plant does not reverse.
+    /// Raises ConfigError where the plant is not known, InputError where the start is not finite or
+    /// beyond its bound, or the plant cannot start like that, and PathError where the path is driven
+    /// backwards in places and the plant does not reverse.
     #[pyo3(signature = (vehicle, path, plant, start, speed, /))]
     fn begin(
         &mut self,
@@ -191,26 +160,12 @@ impl PyEpisodes {
         Ok(())
     }
 
-    /// Move every vehicle by one control step.
+    /// Move every vehicle by one control step, but for those that `rest`; the answer is that of `look`.
     ///
-    /// Parameters
-    /// ----------
-    /// actions : ndarray of shape (N, 1) or (N, 2) of float64
-    ///     The steering as a share of the largest angle; then the pedals where nothing else works
-    ///     them, throttle above 0 and brake below. Beyond -1 and 1 they count as those.
-    /// rest : ndarray of shape (N,) of bool
-    ///     Which vehicles stay where they are, with no reward.
-    ///
-    /// Returns
-    /// -------
-    /// tuple of ndarray
-    ///     As `look`.
-    ///
-    /// Raises
-    /// ------
-    /// InputError
-    ///     If an action is not finite; it is named with its vehicle, as ``action[3]``, and nothing
-    ///     has moved.
+    /// `actions`, shape (N, 1) or (N, 2), are the steering as a share of the largest angle, and the
+    /// pedals where nothing else works them, throttle above 0 and brake below; beyond -1 and 1 they
+    /// count as those. Raises InputError where one is not finite, named with its vehicle, as
+    /// ``action[3]``; nothing has moved then.
     #[pyo3(signature = (actions, rest, /))]
     fn step<'py>(
         &mut self,
@@ -243,14 +198,9 @@ impl PyEpisodes {
         Ok(self.look(py))
     }
 
-    /// See the vehicles as they are, without a step.
-    ///
-    /// Returns
-    /// -------
-    /// tuple of ndarray
-    ///     Observations, shape (N, D) of float32; the rewards of the last step, shape (N,); whether
-    ///     the episodes are terminated, and whether they are truncated, shape (N,) of bool; a column
-    ///     for each of the names of `info_names`, shape (N, K).
+    /// See the vehicles as they are, without a step: observations, shape (N, D) of float32; the
+    /// rewards of the last step, shape (N,); whether the episodes are terminated, and whether they
+    /// are truncated, shape (N,) of bool; a column for each of the names of `info_names`.
     fn look<'py>(&self, py: Python<'py>) -> StepArrays<'py> {
         let (count, width) = (self.episodes.len(), self.episodes.terms().observations());
         let mut observations = Vec::with_capacity(count * width);

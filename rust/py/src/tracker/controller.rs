@@ -186,30 +186,12 @@ macro_rules! controller {
 
             /// Take one control step and give the angle alone, for tight loops.
             ///
-            /// Parameters
-            /// ----------
-            /// x, y : float
-            ///     Position of the vehicle's point [m].
-            /// yaw : float
-            ///     Heading [rad], counter-clockwise from x.
-            /// speed : float
-            ///     Speed [m/s], negative while rolling backwards.
-            /// dt : float
-            ///     Time since the last step [s], 1e-6 to 1e3.
-            /// applied_steer : float, optional
-            ///     The angle that was applied since the last step [rad]; see `step`.
-            /// pose_age : float, default 0.0
-            ///     How long ago pose and speed were measured [s]; see `step`.
+            /// Parameters and errors as `step`.
             ///
             /// Returns
             /// -------
             /// float
             ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
-            ///
-            /// Raises
-            /// ------
-            /// InputError
-            ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[pyo3(
                 signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
                 text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
