@@ -32,26 +32,11 @@ def three_point_turn(
 ) -> Waypoints:
     """Turn round by 180° with two cusps: forward left, reverse right, forward left and away.
 
-    Parameters
-    ----------
-    radius : float, default 6.0
-        Radius of all three arcs of the rear axle [m]; a wheelbase of 3 m turns it with 0.46 rad.
-    arc_deg : float, default 60.0
-        Angle of the first and of the second arc [deg]; the third turns by what is left of 180.
-    final : float, default 5.0
-        Length of the straight at the end [m].
-    spacing : float, default 0.1
-        Distance of neighbours along each leg [m].
-
-    Returns
-    -------
-    Waypoints
-        Begins with a straight of 3 m along x; the reverse leg has negative speeds.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    It begins with a straight of 3 m along x; the reverse leg has negative speeds. `radius` is that
+    of all three arcs of the rear axle [m]; a wheelbase of 3 m turns 6 m with 0.46 rad. `arc_deg` is
+    the angle of the first and of the second arc, and the third turns by what is left of 180.
+    `final` is the length of the straight at the end, `spacing` the distance of neighbours [m].
+    Raises ConfigError where a dimension is out of its range.
 
     Examples
     --------
@@ -81,26 +66,10 @@ def parallel_parking(
 ) -> Waypoints:
     """Park beside the lane with two cusps: past the slot, backwards into it, forward in it.
 
-    Parameters
-    ----------
-    radius : float, default 6.0
-        Radius of both arcs of the rear axle [m].
-    offset : float, default 2.5
-        How far to the right of the lane the slot lies [m].
-    final : float, default 3.0
-        Length of the straight forward in the slot [m].
-    spacing : float, default 0.1
-        Distance of neighbours along each leg [m].
-
-    Returns
-    -------
-    Waypoints
-        Begins along x; two arcs by φ with cos φ = 1 - offset / 2 R lead backwards into the slot.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    It begins along x; two arcs of the rear axle, of `radius` R and by φ with cos φ = 1 - offset / 2
+    R, lead backwards into the slot, `offset` to the right of the lane. `final` is the length of the
+    straight forward in it, `spacing` the distance of neighbours [m]. Raises ConfigError where a
+    dimension is out of its range.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 Each function returns the waypoints of one path, for tests and for tables of what controllers do in
 hard cases; the paths are not meant for comparing accuracy. Spacings are rounded so that they
-divide the path.
+divide the path. A dimension that is out of its range raises ConfigError.
 
 Those with cusps, `three_point_turn` and `parallel_parking`, live in `popsteer.tracks.cusps`, which
 says how they tell the direction of driving.
@@ -50,22 +50,8 @@ __all__ = [
 def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
     """Make a closed path that crosses itself at a right angle: the lemniscate of Bernoulli.
 
-    Parameters
-    ----------
-    size : float, default 40.0
-        From the crossing to the tip of a loop [m]; the least radius is a third of it.
-    spacing : float, default 1.0
-        Distance of neighbours along the curve [m].
-
-    Returns
-    -------
-    Waypoints
-        Begins at the tip of the right loop.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range, or the spacing leaves fewer than eight waypoints.
+    It begins at the tip of the right loop, `size` [m] from the crossing; the least radius is a
+    third of that. Raises ConfigError where the spacing [m] leaves fewer than eight waypoints.
 
     Examples
     --------
@@ -90,25 +76,9 @@ def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
 def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5) -> Waypoints:
     """Make a path that leads out, turns left in a semicircle, and comes back alongside.
 
-    Parameters
-    ----------
-    offset : float, default 0.5
-        Distance between both branches [m]: twice the radius of the semicircle. No car can drive a
-        small one; the question is on which branch the tracker is afterwards.
-    length : float, default 60.0
-        Length of each branch [m].
-    spacing : float, default 0.5
-        Distance of neighbours along the line [m]; coarse ones cut the semicircle.
-
-    Returns
-    -------
-    Waypoints
-        Ends beside its beginning.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    The branches are `length` long and `offset` apart [m], twice the radius of the semicircle. No
+    car can drive a small one; the question is on which branch the tracker is afterwards. A coarse
+    spacing [m] cuts the semicircle.
 
     Examples
     --------
@@ -132,26 +102,8 @@ def spiral(
 ) -> Waypoints:
     """Make a spiral outward, each turn close to the one before: Archimedes' r = r₀ + p φ / 2π.
 
-    Parameters
-    ----------
-    pitch : float, default 1.0
-        Distance p of neighbouring turns [m].
-    inner_radius : float, default 8.0
-        Radius r₀ at the beginning [m].
-    turns : float, default 4.0
-        How many turns, to the left.
-    spacing : float, default 1.0
-        Distance of neighbours along the curve [m].
-
-    Returns
-    -------
-    Waypoints
-        From the inside to the outside.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    It turns to the left. `pitch` is p, the distance of neighbouring turns, `inner_radius` is r₀,
+    `spacing` the distance of neighbours along the curve [m].
 
     Examples
     --------
@@ -178,27 +130,10 @@ def spiral(
 def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -> Waypoints:
     """Make a path that touches itself: a straight, a full circle, and the same straight on.
 
-    The circle leaves and meets the straight at the same point in the same direction. There position
-    and heading fit both branches, and only the distance travelled tells them apart.
-
-    Parameters
-    ----------
-    radius : float, default 12.0
-        Radius of the circle [m], driven to the left.
-    length : float, default 40.0
-        Length of the straight before and after the circle [m].
-    spacing : float, default 1.0
-        Distance of neighbours along the line [m].
-
-    Returns
-    -------
-    Waypoints
-        As long as both straights and the circle.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    The circle, to the left, leaves and meets the straight at the same point in the same direction.
+    There position and heading fit both branches, and only the distance travelled tells them apart.
+    `radius` is that of the circle, `length` that of each straight, `spacing` the distance of
+    neighbours [m].
 
     Examples
     --------
@@ -216,24 +151,10 @@ def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -
 
 
 def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
-    """Make a closed regular polygon without waypoints between its corners.
+    """Make a closed regular polygon without waypoints between its corners, to the left.
 
-    Parameters
-    ----------
-    sides : int, default 12
-        How many corners; the heading turns by 2π / sides at each.
-    side : float, default 100.0
-        Length of a side [m].
-
-    Returns
-    -------
-    Waypoints
-        The corners, to the left. The reference speed is what the inscribed circle allows.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    The heading turns by 2π / sides at each corner; `side` is the length of a side [m]. The
+    reference speed is what the inscribed circle allows.
 
     Examples
     --------
@@ -250,24 +171,7 @@ def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
 
 
 def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
-    """Make a straight of waypoints that are close together.
-
-    Parameters
-    ----------
-    length : float, default 50.0
-        Its length [m].
-    spacing : float, default 0.01
-        Distance of neighbours [m].
-
-    Returns
-    -------
-    Waypoints
-        Along x.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    """Make a straight along x of waypoints that are close together; length and spacing in [m].
 
     Examples
     --------
@@ -283,26 +187,8 @@ def near_duplicates(
 ) -> Waypoints:
     """Make a straight and an arc with each waypoint nearly twice, as in careless recordings.
 
-    Parameters
-    ----------
-    length : float, default 60.0
-        Length of the straight, and of the arc [m].
-    radius : float, default 30.0
-        Radius of the arc [m].
-    spacing : float, default 1.0
-        Distance of neighbours along the line [m], the twins apart.
-    gap : float, default 1e-6
-        How far ahead of each waypoint its twin lies [m].
-
-    Returns
-    -------
-    Waypoints
-        An even number of them.
-
-    Raises
-    ------
-    ConfigError
-        A dimension is out of its range.
+    Both are `length` long [m], the arc with a `radius` [m]. The twin of each waypoint lies `gap`
+    ahead of it, the next waypoint `spacing` [m].
 
     Examples
     --------

@@ -41,12 +41,7 @@ class RoadOption(IntEnum):
 class Route:
     """Waypoints ahead with their road options, those just driven, and the path through them all.
 
-    Parameters
-    ----------
-    begin : carla.Waypoint
-        The first one.
-    offset : float, default 0.0
-        How far to the right of its waypoints the path lies [m].
+    The path lies `offset` to the right of its waypoints [m].
     """
 
     def __init__(self, begin: carla.Waypoint, offset: float = 0.0) -> None:

@@ -38,15 +38,7 @@ def user_data(text: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
 
 
 class Graph:
-    """What a participant knows of others, and what it tells them of its node.
-
-    Parameters
-    ----------
-    participant : object
-        The participant of ``cyclonedds``.
-    node, namespace : str
-        The node's name, and the namespace it is in.
-    """
+    """What a participant of ``cyclonedds`` knows of others, and what it tells them of its node."""
 
     def __init__(self, participant: Any, node: str, namespace: str) -> None:  # noqa: ANN401
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication

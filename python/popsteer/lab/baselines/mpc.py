@@ -43,17 +43,9 @@ class MpcCommand(NamedTuple):
 class Mpc:
     """The controller, for `popsteer.sim.run` one of one's own.
 
-    Its tracked point is the front axle, backwards the point a wheelbase behind the rear axle.
-
-    Parameters
-    ----------
-    path : Path
-        What to follow.
-    vehicle : Vehicle, optional
-        What is true of the vehicle, and where the point lies whose pose `step` is given;
-        ``Vehicle()`` by default, and in `popsteer.sim.run` the plant's.
-    params : MpcParams, optional
-        Weights and horizon; the defaults scale with the vehicle.
+    Its tracked point is the front axle, backwards the point a wheelbase behind the rear axle. The
+    vehicle, ``Vehicle()`` by default and in `popsteer.sim.run` the plant's, says where the point
+    lies whose pose `step` is given. The defaults of the parameters scale with it.
     """
 
     name = "mpc"

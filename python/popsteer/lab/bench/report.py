@@ -25,22 +25,12 @@ if TYPE_CHECKING:
 class LatencyReport:
     """What one run has measured.
 
-    Attributes
-    ----------
-    build_profile : str
-        How the extension was built: "release".
-    results : dict
-        Name of each call, such as ``pop_step_ns``, to its `Percentiles` [ns]; None for a yardstick
-        that was not at hand.
-    absent : dict
-        Name of each such yardstick to the reason.
-    states : dict
-        ``source`` and ``count`` of the states that were driven through.
-    machine : dict
-        ``cpu``, ``cores``, ``python`` and ``platform``.
-    timing : dict
-        ``calls`` timed one by one for each name, ``batch`` size, and what the clock
-        (``timer_floor_ns``) and the empty loop (``loop_ns``) take.
+    `results` has the `Percentiles` [ns] of each call, such as ``pop_step_ns``; None for a yardstick
+    that was not at hand, for which `absent` has the reason. `states` has ``source`` and ``count``
+    of the states that were driven through, `machine` ``cpu``, ``cores``, ``python`` and
+    ``platform``, `timing` ``calls`` timed one by one for each name, the ``batch`` size, and what
+    the clock (``timer_floor_ns``) and the empty loop (``loop_ns``) take. `build_profile` is
+    "release".
     """
 
     build_profile: str

@@ -48,16 +48,10 @@ ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
 
 @dataclass(frozen=True)
 class Yardsticks:
-    """The yardsticks that are at hand, and why the others are not.
+    """The yardsticks that are at hand, and why the others are not, by their names in the report.
 
-    Attributes
-    ----------
-    makers : mapping
-        Name in the report to maker of drivers.
-    calls : mapping
-        Name in the report to how many calls are enough; they take longer than the Rust controllers.
-    absent : mapping
-        Name in the report to the reason why there is no such row.
+    `makers` make drivers, `calls` is how many calls are enough, as they take longer than the Rust
+    controllers, `absent` has the reason why there is no such row.
     """
 
     makers: Mapping[str, Callable[[], Driver]] = field(default_factory=dict)

@@ -46,14 +46,10 @@ if TYPE_CHECKING:
 class Percentiles:
     """How long a call takes [ns].
 
-    Attributes
-    ----------
-    p50, p99, p999, max : float
-        Median, 99th and 99.9th percentile, greatest: all of one distribution, calls timed one by
-        one, as the clock read them. One reading of the clock is in each.
-    net_p50 : float or None
-        Median over batches of calls, per call, net of the clock and of the loop around them; None
-        for what is not called in batches.
+    Median, 99th and 99.9th percentile and greatest are of one distribution, calls timed one by one,
+    as the clock read them, with one reading of the clock in each. `net_p50` is the median over
+    batches of calls, per call, net of the clock and of the loop around them; None for what is not
+    called in batches.
     """
 
     p50: float
@@ -90,15 +86,9 @@ _R = TypeVar("_R")
 class Driver(NamedTuple):
     """A controller as the benchmark drives it.
 
-    Attributes
-    ----------
-    call : callable
-        The control step, of (x, y, yaw, speed, dt).
-    reset : callable
-        Forgets the steps taken so far; of nothing.
-    stages : dict, optional
-        What `call` does in two parts, in order, each under its name in the report: the first takes
-        the arguments, the second none. They are timed apart.
+    `call` is the control step, of (x, y, yaw, speed, dt), and `reset` forgets the steps taken so
+    far. `stages` are what `call` does in two parts, in order, each under its name in the report:
+    the first takes the arguments, the second none. They are timed apart.
     """
 
     call: Callable[[float, float, float, float, float], object]
@@ -108,19 +98,11 @@ class Driver(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive to replay: the path and the vehicle's states along it.
+    """A drive to replay: the path, and the vehicle's states along it.
 
-    Attributes
-    ----------
-    source : str
-        Where the states come from.
-    path : Path
-        The path that was followed.
-    states : list of tuple of float
-        (x, y, yaw, speed) at each control step, DT apart: pose of the vehicle's point
-        [m, m, rad], and its speed [m/s].
-    vehicle : Vehicle
-        What was driven, and what the controllers are given.
+    `states` are (x, y, yaw, speed) at each control step, DT apart: pose of the vehicle's point
+    [m, m, rad], and its speed [m/s]. `vehicle` was driven, and is what the controllers are given;
+    `source` says where the states come from.
     """
 
     source: str
@@ -131,20 +113,12 @@ class Drive:
 
 @dataclass(frozen=True)
 class Result:
-    """What the clock said.
+    """What the clock said, by name of each call.
 
-    Attributes
-    ----------
-    percentiles : dict
-        Name of each call, and of each stage, to its `Percentiles`.
-    calls : dict
-        Name of each call to how many were timed one by one; as many were in batches.
-    timer_floor_ns : float
-        What nothing at all takes, timed like a single call [ns].
-    loop_ns : float
-        What one turn of the batches' loop takes without its call [ns]; net p50 is net of it.
-    singles : dict
-        Name of each call to what each single one took, as the clock read it [ns].
+    `percentiles` has those of each stage, too; `calls` how many were timed one by one, with as many
+    in batches; `singles` what each single one took, as the clock read it [ns]. `timer_floor_ns` is
+    what nothing at all takes, timed like a single call, and `loop_ns` what one turn of the batches'
+    loop takes without its call, of which net p50 is net [ns].
     """
 
     percentiles: dict[str, Percentiles]

@@ -41,24 +41,11 @@ _PREDICTION_STEP = 0.05  # the longest step of a controller's prediction [s]
 
 
 class Loop:
-    """The loop of a controller and a vehicle at one speed, on a grid of frequencies.
+    """The loop of a controller and a vehicle at one speed [m/s], on a grid of frequencies.
 
-    Parameters
-    ----------
-    law : LinearLaw
-        The controller.
-    vehicle : Vehicle
-        The vehicle as it is.
-    speed : float
-        Speed v [m/s].
-    dt : float
-        Control period Δt [s].
-    believed : Vehicle, optional
-        The vehicle that the controller is given; `vehicle` by default.
-    slip_time : float, default 0.0
-        Time over which the controller estimates the slip [s]; 0 for never.
-    frequencies : int, default 3000
-        How many frequencies there are up to the half of the control rate.
+    `dt` is the control period Δt [s]. The controller is given `believed`, the vehicle by default,
+    and estimates the slip over `slip_time` [s], never where that is 0. `frequencies` is how many
+    there are up to the half of the control rate.
     """
 
     def __init__(

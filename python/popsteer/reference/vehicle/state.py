@@ -23,13 +23,7 @@ class VehicleState:
     speed: float  # forward [m/s]; negative while rolling backwards
 
     def checked(self) -> VehicleState:
-        """Return the state, as floats, where each is finite and within its bound.
-
-        Raises
-        ------
-        InputError
-            Naming the first field that is not.
-        """
+        """Return the state, as floats, each finite and within its bound; else raise InputError."""
         return VehicleState(
             x=input_within("x", self.x, MAX_COORDINATE),
             y=input_within("y", self.y, MAX_COORDINATE),
@@ -76,19 +70,7 @@ class VehicleState:
 
 
 def checked_dt(dt: float) -> float:
-    """Return `dt` [s], where it is a control period that a step can take.
-
-    Raises
-    ------
-    InputError
-        For one that is not finite, not positive, or beyond the bounds.
-
-    Examples
-    --------
-    >>> checked_dt(-0.05)
-    Traceback (most recent call last):
-    popsteer.errors.InputError: dt must be in [1e-06, 1000], got -0.05
-    """
+    """Return `dt` [s], where it is a control period that a step can take; else raise InputError."""
     return input_in_range("dt", dt, MIN_DT, MAX_DT)
 
 
