@@ -1,7 +1,7 @@
 """A controller's tuning in a TOML file: what `load` of its parameters reads and `save` writes.
 
 A file has a table a controller, under its name, and nothing else. What a table leaves out has its
-default.
+default. ``import popsteer`` loads this module, so what reads and writes files is loaded when asked.
 
 Examples
 --------
@@ -19,10 +19,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from popsteer import controllers, own
+from popsteer import controllers
 from popsteer.errors import ConfigError
-from popsteer.files import write_text_atomic
-from popsteer.toml_file import in_file, keys, read
 
 if TYPE_CHECKING:
     import os
@@ -52,6 +50,9 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
     >>> found["pop"].lookahead_gain, found["preview-pop"].horizon
     (0.0, 0.8)
     """
+    from popsteer import own
+    from popsteer.toml_file import in_file, read
+
     document = read(file, "tuning file")
     found: dict[str, Params] = {}
     for table, fields in document.items():
@@ -73,6 +74,8 @@ def _kind(name: str) -> Any:  # noqa: ANN401 - one's own has any class
     """Give the class of a controller's parameters."""
     if name in controllers.names():
         return controllers.get(name).params
+    from popsteer import own
+
     return own.params_of(own.load("controller", name))
 
 
@@ -86,6 +89,9 @@ def as_toml(params: Params, name: str | None = None) -> str:
     >>> as_toml(popsteer.PopParams()).splitlines()[5:7]
     ['# Lookahead at rest `ld_min` [m].', '# min_lookahead =']
     """
+    from popsteer import own
+    from popsteer.toml_file import keys
+
     kind = f"popsteer.{type(params).__name__}.load"
     if name is not None and own.is_named("controller", name):
         lines = [f"{key} = {value!r}" for key, value in params.as_dict().items()]
@@ -136,6 +142,8 @@ def load(cls: type[Params], file: str | os.PathLike[str]) -> Params:
     ...     popsteer.PidParams.load(Path(folder) / "tuned.toml").kp
     0.3
     """
+    from popsteer.toml_file import in_file
+
     name = controllers.name_of(cls)
     found = load_all(file)
     if name not in found:
@@ -157,6 +165,8 @@ def save(self: Params, file: str | os.PathLike[str]) -> None:
     OSError
         The file cannot be written; what stood there before still does.
     """
+    from popsteer.files import write_text_atomic
+
     write_text_atomic(file, as_toml(self))
 
 
@@ -164,6 +174,8 @@ def _made(
     file: str | os.PathLike[str], table: str, fields: dict[str, Any], kind: type[Params]
 ) -> Params:
     """Make parameters of a table, or refuse it by file, table and key."""
+    from popsteer.toml_file import in_file
+
     defaults: dict[str, Any] = kind().as_dict()
     for key, value in fields.items():
         if key not in defaults:
