@@ -44,9 +44,9 @@ HELD = {
     "tracker/limit.rs": f"{_TWINS}tracker.py",
     # Shortcuts, beside the plain loop that defines them.
     "path/jump.rs": "tests/parity/test_shortcuts.py",
-    "path/nearby.rs": "rust/core/src/path/nearby.rs",
-    "path/boxes.rs": "rust/core/src/path/index.rs",
-    "path/index.rs": "rust/core/src/path/index.rs",
+    "path/nearby.rs": "rust/core/src/path/nearby/tests.rs",
+    "path/boxes.rs": "rust/core/src/path/index/tests.rs",
+    "path/index.rs": "rust/core/src/path/index/tests.rs",
     "laws/preview_pop/active_set.rs": f"{_RUST}limited.rs",
     # Equations written out by hand.
     "row.rs": "tests/unit/test_api_state.py",
@@ -64,7 +64,7 @@ HELD = {
     "tracker/reported.rs": "tests/unit/test_refused.py",
     "tracker/state.rs": "tests/unit/test_api_state.py",
     "vehicle/past.rs": f"{_RUST}past.rs",
-    "vehicle/timed.rs": "rust/core/src/vehicle/timed.rs",
+    "vehicle/timed.rs": "rust/core/src/vehicle/timed/tests.rs",
     # The textbook's solution, by numpy.
     "vehicle/estimator.rs": "tests/closed_loop/test_least_squares.py",
     "speed/curvature.rs": f"{_RUST}planned_speeds.rs",
