@@ -70,6 +70,14 @@ def fits(browser: Browser, file: Path, size: tuple[int, int], *, dark: bool) -> 
         }}).map((each) => each.outerHTML.slice(0, 80))"""
     )
     assert outside == []
+    # The player lies over nothing.
+    player, *others = (box_of(browser, each) for each in (".player", "#map", "#panels", "#readout"))
+    for box in others:
+        apart = [
+            box[at] + box[size] <= player[at] + 1.0 or player[at] + player[size] <= box[at] + 1.0
+            for at, size in (("x", "width"), ("y", "height"))
+        ]
+        assert any(apart)
     background = browser.run("getComputedStyle(document.body).backgroundColor")
     assert background == ("rgb(13, 17, 23)" if dark else "rgb(255, 255, 255)")
     picture = browser.screenshot()

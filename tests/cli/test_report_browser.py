@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tests.browser import Browser
 
 NAMES = ["pure-pursuit", "stanley", "pop"]
+SPAN = "((r) => r[1] - r[0])(document.getElementById('map')._fullLayout.xaxis.range)"
 
 
 def _path(name: str) -> popsteer.Path:
@@ -49,7 +50,16 @@ def page(browser: Browser, file: Path) -> Browser:
     browser.open(file.as_uri())
     browser.wait(READY)
     browser.run("document.getElementById('drive').scrollIntoView({behavior: 'instant'})")
+    _view(browser, "")
+    browser.wait(f"{SPAN} > 300")
     return browser
+
+
+def _view(page: Browser, choice: str) -> None:
+    page.run(
+        f"(() => {{ const v = document.getElementById('view'); v.value = '{choice}';"
+        " v.dispatchEvent(new Event('change')); })()"
+    )
 
 
 def _near(places: dict[str, tuple[float, float]], runs: compare.Comparison, at: float) -> None:
@@ -247,10 +257,7 @@ def test_hidden_controller_leaves_map_and_plots(page: Browser) -> None:
 
 
 def test_map_follows_the_car_that_is_chosen(page: Browser) -> None:
-    page.run(
-        "(() => { const v = document.getElementById('view'); v.value = 2;"
-        " v.dispatchEvent(new Event('change')); })()"
-    )
+    _view(page, "2")
     put(page, 10.0)
     middle = "((r) => (r[0] + r[1]) / 2)(document.getElementById('map')._fullLayout.xaxis.range)"
     for _ in range(100):
@@ -258,13 +265,36 @@ def test_map_follows_the_car_that_is_chosen(page: Browser) -> None:
         if abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5:
             break
     assert abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5
-    width = "((r) => r[1] - r[0])(document.getElementById('map')._fullLayout.xaxis.range)"
-    near = page.run(width)
+    near = page.run(SPAN)
     page.look(1280, 900, dark=True)
     page.wait("getComputedStyle(document.body).backgroundColor === 'rgb(13, 17, 23)'")
-    page.wait(f"Math.abs({width} - {near}) < 1")  # the change of colours keeps it there
+    page.wait(f"Math.abs({SPAN} - {near}) < 1")  # the change of colours keeps it there
     assert abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5
     assert page.errors == []
+
+
+def test_map_of_a_long_line_follows_a_car_and_paper_is_light_and_as_wide_as_a_sheet(
+    browser: Browser, file: Path
+) -> None:
+    browser.look(1280, 900, dark=True)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    # The whole slalom, 307 m by 6 m, would be a hairline.
+    assert browser.run("document.getElementById('view').value") == "0"
+    browser.wait(f"{SPAN} < 50")
+    widths = "[...document.querySelectorAll('.main-svg')].map((each) => each.clientWidth)"
+    shut = "document.querySelectorAll('details:not([open])').length"
+    closed = browser.run(shut)
+    browser.run("window.dispatchEvent(new Event('beforeprint'))")
+    colour = "getComputedStyle(document.querySelector('#panels .annotation-text')).fill"
+    browser.wait(f"{colour} === 'rgb(31, 35, 40)'")
+    assert set(browser.run(widths)) == {680}
+    assert (closed > 0, browser.run(shut)) == (True, 0)
+    browser.run("window.dispatchEvent(new Event('afterprint'))")
+    browser.wait(f"{colour} === 'rgb(230, 237, 243)'")
+    browser.wait(f"!{widths}.includes(680)")
+    assert browser.run(shut) == closed
+    assert browser.errors == []
 
 
 def test_choice_of_plant_and_track_shows_its_map(browser: Browser, tmp_path: Path) -> None:

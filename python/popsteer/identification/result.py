@@ -77,13 +77,18 @@ class Identification:
     log: Log = field(repr=False)
 
     @property
+    def explains(self) -> bool:
+        """Whether the vehicle explains the log: what it leaves is not above the noise."""
+        return self.noise["yaw_drift"] <= max(self.noise["yaw"], _EXACT * self.yaw_rate_rms)
+
+    @property
     def verdict(self) -> str:
         """Whether the vehicle explains the log, in a sentence: what it leaves against the noise."""
         noise, drift = self.noise["yaw"], self.noise["yaw_drift"]
-        fits = drift <= max(noise, _EXACT * self.yaw_rate_rms)
+        does = "explains" if self.explains else "does not explain"
         return (
-            f"The vehicle {'explains' if fits else 'does not explain'} the heading to within the"
-            f" noise of the log: what it leaves grows by {drift:.2g} rad in 1 s, the noise of a"
+            f"The vehicle {does} the heading to within"
+            f" the noise of the log: what it leaves grows by {drift:.2g} rad in 1 s, the noise of a"
             f" sample is {noise:.2g} rad, and the car turns by {self.yaw_rate_rms:.2g} rad in 1 s."
         )
 

@@ -57,5 +57,5 @@ def style() -> str:
 
     return (
         f":root {{ color-scheme: light dark; {rules('light')} }}\n"
-        f"@media (prefers-color-scheme: dark) {{ :root {{ {rules('dark')} }} }}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {rules('dark')} }} }}\n"
     )

@@ -10,15 +10,14 @@ from popsteer.errors import ConfigError
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.table import caption, notes, tables
 from popsteer.lab.report.colours import colours_of
-from popsteer.lab.report.markup import escape, paragraphs, table
+from popsteer.lab.report.markup import paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
 from popsteer.lab.report.times import latency_figure, latency_table
+from popsteer.lab.report.verdict import of_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report.colours import Colour
     from popsteer.sim import Run
@@ -46,7 +45,7 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
     >>> from popsteer.lab import compare
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     >>> page = of_comparison(compare.run(path, ["stanley", "pop"]))
-    >>> page.startswith(b"<!doctype html>"), len(page) < 6_000_000
+    >>> page.startswith(b"<!doctype html>"), len(page) < 2_500_000
     (True, True)
     """
     origin = Origin() if origin is None else origin
@@ -61,7 +60,7 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
             title=f"{shown}{place}",
             lead=caption(comparison),
             command=origin.command,
-            results=verdict([comparison]) + results + paragraphs(notes(comparison)),
+            results=of_runs([comparison]) + results + paragraphs(notes(comparison)),
             below=latency_table(comparison),
             scenes=[scene_of(comparison)],
             roles=colours_of(comparison.runs),
@@ -109,21 +108,3 @@ def actor_of(run: Run, name: str, title: str, colour: Colour) -> Actor:
         "status": records["status"],
     }
     return Actor(name, title, colour, columns)
-
-
-def verdict(comparisons: Sequence[Comparison]) -> str:
-    """Say as HTML, in a badge, how many runs finished without a fault, and what the others did."""
-    runs = [(each, name, run) for each in comparisons for name, run in each.runs.items()]
-    wrong = []
-    for each, name, run in runs:
-        said = [] if run.metrics.finished else [f"did not finish: {run.ending}"]
-        if run.metrics.faults:
-            said.append(f"fault: {', '.join(run.metrics.faults.names)}")
-        if said:
-            where = ", ".join(part for part in (each.plant, each.track) if part)
-            on = f" on {where}" if len(comparisons) > 1 else ""
-            wrong.append(f"{title_of(name)}{on} ({'; '.join(said)})")
-    good = len(runs) - len(wrong)
-    head = f"{good} of {len(runs)} {'run' if len(runs) == 1 else 'runs'} finished without a fault"
-    rest = f" <span>{escape('; '.join(wrong))}</span>" if wrong else ""
-    return f'<p class="verdict {"bad" if wrong else "good"}"><strong>{head}</strong>{rest}</p>'

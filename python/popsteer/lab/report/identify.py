@@ -15,6 +15,7 @@ from popsteer.lab.report.origin import Origin
 from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.replay import broken
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
+from popsteer.lab.report.verdict import of_log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,8 +52,9 @@ def of_identification(
             title=f"The vehicle of {found.log.name}",
             lead=caption(found),
             command=origin.command,
-            results=table(identified_table(found, given), "What was found, with standard errors")
-            + paragraphs((found.verdict, *found.notes)),
+            results=of_log(found)
+            + table(identified_table(found, given), "What was found, with standard errors")
+            + paragraphs(found.notes),
             scenes=[_scene(found)],
             roles={"measured": named("pop"), "simulated": named("pid")},
             figures=_histograms(found),

@@ -96,7 +96,8 @@ def _text(cell: Any) -> tuple[str, bool]:  # noqa: ANN401 - rich takes anything 
 
 def paragraphs(lines: Iterable[str]) -> str:
     """Set out sentences, one small paragraph each."""
-    return "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
+    shown = "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
+    return f'<div class="notes">{shown}</div>'
 
 
 def block(title: str, text: str, *, is_open: bool = False, wraps: bool = False) -> str:

@@ -63,5 +63,9 @@ class Pack:
     def text(self) -> str:
         """Give all columns as text: Base64 of a zlib stream."""
         whole = np.concatenate([np.empty(0, dtype=np.uint32), *self._parts]).astype("<u4")
-        planes = whole.view(np.uint8).reshape(-1, 4).T.tobytes()
-        return base64.b64encode(zlib.compress(planes, 9)).decode("ascii")
+        return deflated(whole.view(np.uint8).reshape(-1, 4).T.tobytes())
+
+
+def deflated(data: bytes) -> str:
+    """Compress bytes as a page inflates them: Base64 of a zlib stream."""
+    return base64.b64encode(zlib.compress(data, 9)).decode("ascii")

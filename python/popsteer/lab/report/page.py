@@ -11,14 +11,14 @@ from popsteer._core import __version__
 from popsteer.errors import PopsteerError
 from popsteer.lab.report.colours import named, style
 from popsteer.lab.report.markup import block, escape, json_for_script
-from popsteer.lab.report.pack import Pack
+from popsteer.lab.report.pack import Pack, deflated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from popsteer.lab.report.scene import Scene
 
-LARGEST = 6_000_000
+LARGEST = 2_500_000
 """Bytes of a page, at most."""
 _ASSETS = (
     "numbers",
@@ -82,7 +82,7 @@ def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
     package by default. Raises PopsteerError where the page is too large even so, and
     ModuleNotFoundError where Plotly, which the extra ``lab`` brings, is not installed.
     """
-    plotly = (_plotly if library is None else library)()
+    plotly = deflated((_plotly if library is None else library)().encode())
     points = max((scene.points for scene in page.scenes), default=0)
     for stride in _STRIDES:
         if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:

@@ -14,6 +14,7 @@ from popsteer.lab.report.markup import paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
+from popsteer.lab.report.verdict import of_shadows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +60,9 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
             title=f"{titles} beside the driver of {found.log.name}",
             lead=caption(found),
             command=origin.command,
-            results=table(replay_table(found), "Angles beside the driver's") + paragraphs(said),
+            results=of_shadows(found)
+            + table(replay_table(found), "Angles beside the driver's")
+            + paragraphs(said),
             scenes=[_scene(found)],
             roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
             figures=[_histogram(found)],

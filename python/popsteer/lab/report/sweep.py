@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,18 +12,18 @@ from popsteer import sim
 from popsteer.lab.common.names import title_of
 from popsteer.lab.report.colours import named, ranked
 from popsteer.lab.report.compare import PANELS, actor_of
-from popsteer.lab.report.markup import block, escape, paragraphs, plain_table, table
+from popsteer.lab.report.envelope import envelope_figure
+from popsteer.lab.report.markup import block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Panel, Scene
 from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
+from popsteer.lab.report.verdict import of_rows
 from popsteer.lab.sweep.driving import repeat
 from popsteer.lab.sweep.summary import (
     caption,
     error_of,
     notes,
-    percent,
-    success_rate,
     tables,
     worst,
 )
@@ -72,12 +73,13 @@ def of_sweep(
             title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
             lead=caption(job, rows),
             command=origin.command,
-            results=_rate(rows)
+            results=of_rows(rows)
             + "".join(table(each, "Percentiles and worst runs") for each in tables(job, rows)[:1])
             + _worst_table(job, rows, file)
             + paragraphs(notes(job, rows)),
             scenes=[_scene(job, median, runs, progress)],
             figures=[
+                envelope_figure(job, rows, progress and partial(progress, "envelope")),
                 error_figure(job, rows),
                 *start_figure(job, rows),
                 *quantity_figures(job, rows),
@@ -105,17 +107,6 @@ def of_sweep(
                 ),
             ],
         )
-    )
-
-
-def _rate(rows: Sequence[dict[str, Any]]) -> str:
-    good = sum(bool(row["success"]) for row in rows)
-    rate = success_rate(good, len(rows))
-    return (
-        f'<p class="figure"><strong>{percent(rate.share, len(rows))} %</strong> of the runs succeed'
-        f" <span>{escape(f'{good} of {len(rows)}; 95 % confidence:')}"
-        f" {percent(rate.low, len(rows))} to"
-        f" {percent(rate.high, len(rows))} %</span></p>"
     )
 
 

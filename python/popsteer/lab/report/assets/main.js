@@ -35,7 +35,12 @@ async function showScene(chosen) {
   player.chooseRate();
   await map.show(scene);
   await panels.show(scene, axis);
-  if (mine === generation) player.set(player.first);
+  if (mine !== generation) return;
+  player.set(player.first);
+  if (map.isHairline && view.length > 1) {
+    view.selectedIndex = 1;
+    map.follow(scene.actors[view.value]);
+  }
 }
 
 async function showAxis(chosen) {
@@ -44,6 +49,16 @@ async function showAxis(chosen) {
   player.show(scene, axis);
   await panels.show(scene, axis);
   player.set(converted(scene.actors[0], before, axis, value));
+}
+
+// All that has colours or a width; plotly draws at once, and its promises tell of more.
+function redraw() {
+  if (!scene) return;
+  const drawn = [map.draw(), panels.draw()];
+  readout.colour();
+  redrawFigures(gallery);
+  map.place();
+  return Promise.all(drawn).then(() => player.set(player.value));
 }
 
 function listen() {
@@ -59,13 +74,18 @@ function listen() {
   for (const choice of document.getElementsByName("axis")) {
     choice.addEventListener("change", () => showAxis(choice.value));
   }
-  darkness.addEventListener("change", async () => {
-    await map.draw();
-    await panels.draw();
-    readout.colour();
-    redrawFigures(gallery);
-    player.set(player.value);
-  });
+  darkness.addEventListener("change", redraw);
+  for (const before of [true, false]) {
+    window.addEventListener(before ? "beforeprint" : "afterprint", () => {
+      printing = before;
+      for (const each of document.querySelectorAll("details:not([open]), details.shut")) {
+        each.open = before;
+        each.classList.toggle("shut", before);
+      }
+      redraw();
+      if (!before) window.dispatchEvent(new Event("resize")); // plotly takes the windows' widths again
+    });
+  }
   for (const button of document.querySelectorAll(".copy")) {
     button.addEventListener("click", () => copied(button));
   }
@@ -84,7 +104,15 @@ async function copied(button) {
   setTimeout(() => { button.textContent = "Copy"; }, 1500);
 }
 
+// The library that draws is compressed; as an element of the page it runs as any script.
+async function loadPlotly() {
+  const library = document.createElement("script");
+  library.textContent = new TextDecoder().decode(await inflated(document.getElementById("plotly").textContent));
+  document.head.append(library);
+}
+
 async function begin() {
+  await loadPlotly();
   const read = columnReader(await inflated(page.numbers));
   for (const each of page.scenes) {
     each.paths = each.paths.map((path) => path.map(read));

@@ -2,6 +2,7 @@
 const SVG = "http://www.w3.org/2000/svg";
 const SMALLEST = 26; // pixels of a car, at least
 const WINDOW = 45; // metres of map around a car that is followed
+const HAIRLINE = 12; // times as long as wide: the whole of such a map shows a line
 
 function svgPart(kind, attributes, parent) {
   const part = document.createElementNS(SVG, kind);
@@ -66,8 +67,8 @@ class TrackMap {
     return Plotly.react(this.element, this.traces(), layout, { ...plotConfig, scrollZoom: !coarse });
   }
 
-  // Room for a car at the ends of what is drawn, which would end at the frame.
-  margin(axis) {
+  // The ends of what is drawn.
+  ends(axis) {
     const { actors, paths } = this.scene;
     let low = Infinity, high = -Infinity;
     for (const values of [...actors.map((actor) => actor.columns[axis] ?? []), ...paths.map((path) => path[axis === "x" ? 0 : 1])]) {
@@ -76,6 +77,17 @@ class TrackMap {
         if (value > high) high = value;
       }
     }
+    return [low, high];
+  }
+
+  get isHairline() {
+    const [across, up] = ["x", "y"].map((axis) => this.ends(axis)).map(([low, high]) => high - low);
+    return Math.max(across, up) > Math.max(HAIRLINE * Math.min(across, up), 2 * WINDOW);
+  }
+
+  // Room for a car at the ends, which would be at the frame.
+  margin(axis) {
+    const [low, high] = this.ends(axis);
     const room = 0.05 * (high - low);
     return high > low ? { autorangeoptions: { include: [low - room, high + room] } } : {};
   }

@@ -39,6 +39,7 @@ class Panels {
     const traces = [], shapes = [], notes = [];
     const last = panels.length === 1 ? "y" : `y${panels.length}`;
     const layout = layoutStyle({
+      ...(printing && { height: 1.2 * SHEET }),
       uirevision: `${scene.title} ${axis}`, // a zoom outlives a change of colours
       showlegend: false, hovermode: false, dragmode: coarse ? false : "zoom", shapes, annotations: notes,
       margin: { l: 8, r: 12, t: 1.9 * letterSize(), b: 8 },

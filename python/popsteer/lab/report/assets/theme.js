@@ -1,8 +1,11 @@
 // Colours for the system's setting. The style sheet changes by itself; the plots are drawn anew.
 const darkness = window.matchMedia("(prefers-color-scheme: dark)");
 
+let printing = false; // on paper: light, and as wide as a sheet
+const SHEET = 680; // pixels
+
 function shade(pair) {
-  return pair[darkness.matches ? 1 : 0];
+  return pair[darkness.matches && !printing ? 1 : 0];
 }
 
 function role(name) {
@@ -34,7 +37,7 @@ function layoutStyle(more) {
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { family: "system-ui, 'DejaVu Sans', sans-serif", size: letterSize(), color: role("text") },
-    margin: { l: 8, r: 10, t: 8, b: 8 }, ...more,
+    margin: { l: 8, r: 10, t: 8, b: 8 }, ...(printing && { width: SHEET, height: 0.55 * SHEET }), ...more,
   };
 }
 
