@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import io
 import math
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,11 +14,9 @@ from popsteer import presets, sim
 from popsteer.lab.bench.states import recorded
 from popsteer.logs import Log
 from tests.closed_loop import drives
-from tests.helpers import ROOT, authors_data
+from tests.helpers import authors_data
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from popsteer.identification import Identification
 
 pytest.importorskip("scipy")
@@ -93,18 +88,3 @@ def test_identify_of_the_authors_run_leaves_what_their_plant_leaves() -> None:
     own = found.vehicle.no_slip_point
     assert own is not None
     assert own == pytest.approx(0.0, abs=0.1)
-
-
-def test_identify_page_code_prints_what_the_page_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs" / "identify.md").read_text(encoding="utf-8")
-    (code, shown), *_ = re.findall(
-        r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", page, re.DOTALL | re.MULTILINE
-    )
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out):
-        exec(compile(code, "identify.md", "exec"), {})
-    assert out.getvalue() == shown
-    assert popsteer.Vehicle.load("car.toml").wheelbase == pytest.approx(2.7, abs=0.02)

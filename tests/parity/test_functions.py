@@ -1,14 +1,18 @@
+"""Plain functions and the vehicle of the core and of the reference."""
+
 from __future__ import annotations
 
 import math
-from math import inf, nan
+from math import inf, nan, nextafter
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.parity.compare import call
-from tests.parity.strategies import DTS, SPEEDS
+from tests.parity.checks import check_ranges
+from tests.parity.compare import call, make
+from tests.parity.strategies import DTS, SPEEDS, VEHICLE_OPTIONAL, VEHICLE_RANGES, VEHICLES
 
 ANGLES = st.one_of(
     st.floats(-10.0, 10.0),
@@ -151,3 +155,17 @@ def _refuse(motion: dict[str, float], dt: float) -> None:
     assert call("get_predicted_location", x, y, yaw, speed, steer, dt) is None
     assert call("state_transition", (x, y, yaw, speed, 0.1), (0.5, 0.1), steer, dt) is None
     assert call("kinematic_bicycle", x, y, yaw, speed, steer, 1.0, 3.0, dt) is None
+
+
+def test_vehicle_matches_reference_edges() -> None:
+    check_ranges("Vehicle", VEHICLE_RANGES, VEHICLE_OPTIONAL)
+    car = make("Vehicle", understeer=0.01)
+    for speed in (nan, inf, -inf, nextafter(1e4, inf), -nextafter(1e4, inf), 10**400, None):
+        assert car.call("turning_length", speed) is None
+
+
+@given(vehicle=VEHICLES, speed=SPEEDS)
+def test_vehicle_matches_reference_random(vehicle: dict[str, Any], speed: float) -> None:
+    car = make("Vehicle", **vehicle)
+    car.get("front_axle")
+    car.call("turning_length", speed)

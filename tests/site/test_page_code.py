@@ -23,9 +23,7 @@ ELSEWHERE = {
     "docs/carla.md": "tests/adapters/test_carla_page.py",
     "docs/compare_your_controller.md": "tests/cli/test_own.py",
     "docs/edges.md": "tests/closed_loop/test_cars_loop_stop.py",
-    "docs/planning.md": "tests/closed_loop/test_planning_page.py",
     "docs/ros2.md": "tests/adapters/test_ros2_page.py",
-    "docs/vehicle.md": "tests/closed_loop/test_vehicle_page.py",
 }
 # What the code of a page takes as given, and what it needs beside popsteer.
 GIVEN = {
@@ -74,11 +72,14 @@ def test_code_of_the_page_prints_what_the_page_says(
     last = ""
     for kind, text in _blocks(page):
         if kind == "python":
+            assert not last, f"the page does not show what was printed: {last}"
             last = _printed(text, names)
         elif kind == "text":
             assert text == last
+            last = ""
         else:
             assert kind in NOT_RUN, f"nothing says how ```{kind} is run"
+    assert not last, f"the page does not show what was printed: {last}"
 
 
 @pytest.mark.parametrize(("page", "test"), ELSEWHERE.items())

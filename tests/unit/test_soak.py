@@ -1,4 +1,4 @@
-"""The soak steps as often as it says, and sees memory that grows and angles that are wrong."""
+"""The benches over long runs and long paths: the soak, and what a path costs as it grows."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING
 
-from benches import soak
+import pytest
+
+import popsteer
+from benches import path_scale, soak
 from benches.soak import BOUND, Sample
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pytest
 
 
 def test_soak_short_run_says_what_it_did(tmp_path: Path) -> None:
@@ -59,3 +60,18 @@ def test_soak_interrupted_reports_what_it_reached(
     monkeypatch.setattr(sys, "argv", ["soak.py", "--steps", "2000000"])
     assert soak.main() == 130
     assert "240,000 steps: 192,000 by calls" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(popsteer.build_profile != "release", reason="a debug build is not measured")
+def test_path_scale_of_a_short_path_fills_its_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "path_scale.json"
+    arguments = ["path_scale.py", "--largest", "1000", "--drives", "2", "--json", str(file)]
+    monkeypatch.setattr("sys.argv", arguments)
+    path_scale.main()
+    (row,) = json.loads(file.read_text(encoding="utf-8"))["rows"]
+    assert row["waypoints"] == 1000
+    for name in path_scale.SEARCHES:
+        assert 0.0 < row[f"{name} p50 [us]"] <= row[f"{name} p99 [us]"]
+    assert path_scale.STEP in capsys.readouterr().out

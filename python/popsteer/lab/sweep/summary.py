@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from popsteer.sim import plant_name
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -198,8 +199,9 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
     good = sum(row["success"] for row in rows)
     rate = success_rate(good, len(rows))
     where = f" on {job.course}" if job.course else ""
+    car = job.label or plant_name(job.whole)
     return (
-        f"{job.controller}{where}, {job.label}: {good} of {len(rows)} runs succeeded,"
+        f"{job.controller}{where}, {car}: {good} of {len(rows)} runs succeeded,"
         f" {percent(rate.share, len(rows))} % (95 % confidence: {percent(rate.low, len(rows))} to"
         f" {percent(rate.high, len(rows))} %)"
     )
