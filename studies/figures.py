@@ -25,7 +25,7 @@ MADE_BY = {
     "stability-margins": "popsteer stability",
     "matrix": "make matrix",
     "report": "python -m studies.report",
-    "limits-map": "python -m studies.limits map --write",
+    "limits-map": "python -m studies.limits",
 }
 
 

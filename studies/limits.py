@@ -1,18 +1,13 @@
 """Preview POP behind wheels that turn slowly: the tables and the map of docs/preview_pop.md.
 
-    python -m studies.limits slalom     # slow wheels on the slalom, beside the MPC
-    python -m studies.limits straight   # beside a straight, before and after
-    python -m studies.limits sweep      # the straight, by all of what it could depend on
-    python -m studies.limits map        # overshoot over speed and rate, before and after
+    python -m studies.limits    # draws the map: overshoot over speed and rate, before and after
 
-`--write` puts what was measured into the page. "Before" plans without limits and cuts the angle
-afterwards, as 0.1.0 did. The plant of all but the slalom is a bicycle in plain Python, no part of
-popsteer.
+"Before" plans without limits and cuts the angle afterwards, as 0.1.0 did. The plant of all but the
+slalom is a bicycle in plain Python, no part of popsteer.
 """
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import os
@@ -23,15 +18,13 @@ import numpy as np
 
 import popsteer
 from popsteer import plants, sim, tracks, vehicles
-from popsteer.files import write_text_atomic
-from studies.layout import ROOT, replace_block
+from studies.layout import DOCS, line
 from studies.limits_straight import Joined, Straight, check, join, sweep
 
 if TYPE_CHECKING:
     from popsteer.plants import PythonPlant
 
-PAGE = ROOT / "docs" / "preview_pop.md"
-FIGURE = ROOT / "docs" / "figures" / "limits-map.png"
+FIGURE = DOCS / "figures" / "limits-map.png"
 
 
 class Slalom(NamedTuple):
@@ -83,45 +76,34 @@ STRAIGHTS = tuple(
 )
 
 
-def slalom_table() -> str:
-    """Give the table of the slaloms."""
-    lines = [
-        "| plant | rate [rad/s] | speed [m/s] | preview POP | MPC | wheels [deg/s] | MPC |",
-        "|---|--:|--:|--:|--:|--:|--:|",
-    ]
+def slalom_lines() -> list[str]:
+    """Set out mean errors after settling [m], and the rates of the wheels."""
+    lines = []
     for case in SLALOMS:
         found = [case.drive(name) for name in ("preview-pop", "mpc")]
         errors = [f"{run.settled_mean_abs_cross_track_error:.3f}" for run in found]
         rates = [f"{math.degrees(run.rms_steer_rate):.1f}" for run in found]
-        cells = case.plant, f"{case.rate:g}", f"{case.speed:g}", *errors, *rates
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append(line(case.plant, f"{case.rate:g}", f"{case.speed:g}", *errors, *rates))
+    return lines
 
 
-def straight_table() -> str:
-    """Give the table of the straights."""
+def straight_lines() -> list[str]:
+    """Set out overshoot [m], and time until within 0.1 m [s], before and after."""
 
     def cell(found: Joined) -> str:
         within = "never" if math.isinf(found.within) else f"{found.within:.1f}"
         return f"{found.overshoot:.2f}, {within}"
 
-    lines = [
-        "| rate [rad/s] | speed [m/s] | 1 m, clipped | 1 m, within | 3 m, clipped | 3 m, within |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = []
     for near, far in zip(STRAIGHTS[::2], STRAIGHTS[1::2], strict=True):
         cells = [join(case, inside=inside) for case in (near, far) for inside in (False, True)]
-        row = f"{near.rate:g}", f"{near.speed:g}", *map(cell, cells)
-        lines.append(f"| {' | '.join(row)} |")
-    return "\n".join(lines)
+        lines.append(line(f"{near.rate:g}", f"{near.speed:g}", *map(cell, cells)))
+    return lines
 
 
-def sweep_table() -> str:
-    """Give what the sweep came to, a line for each wheelbase."""
-    lines = [
-        "| wheelbase [m] | speeds [m/s] | runs | too far | by > 0.1 m | not settled |",
-        "|--:|---|--:|--:|--:|--:|",
-    ]
+def sweep_lines() -> list[str]:
+    """Give what the sweep of the straight came to, by wheelbase and speed."""
+    lines = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         found = list(pool.map(check, sweep(), chunksize=16))
     for wheelbase, fast in itertools.product((0.33, 2.7, 6.0), (False, True)):
@@ -141,8 +123,8 @@ def sweep_table() -> str:
             str(sum(each > 0.1 for each in over)),
             str(sum(joined.late > 0.02 for _, joined, _ in runs)),
         )
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append(line(*cells))
+    return lines
 
 
 def draw_map() -> None:
@@ -168,26 +150,6 @@ def draw_map() -> None:
     plt.close(figure)
 
 
-TABLES = {"slalom": slalom_table, "straight": straight_table, "sweep": sweep_table}
-
-
-def main() -> None:
-    """Measure, and print or write."""
-    parser = argparse.ArgumentParser(description="Preview POP behind wheels that turn slowly.")
-    parser.add_argument("what", choices=(*TABLES, "map"))
-    parser.add_argument("--write", action="store_true", help="put it into docs/preview_pop.md")
-    arguments = parser.parse_args()
-    if arguments.what == "map":
-        draw_map()
-        print(f"wrote {FIGURE.relative_to(ROOT)}")
-        return
-    table = TABLES[arguments.what]()
-    print(table)
-    if arguments.write:
-        text = PAGE.read_text(encoding="utf-8")
-        name = f"limits-{arguments.what}"
-        write_text_atomic(PAGE, replace_block(text, name, table))
-
-
 if __name__ == "__main__":
-    main()
+    draw_map()
+    print(f"wrote docs/figures/{FIGURE.name}")

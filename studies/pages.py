@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from popsteer import controllers
 from popsteer.files import write_text_atomic
-from studies import edges
+from studies import edges, limits
 from studies.cars_loop import loop_lines
 from studies.choose import choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
@@ -39,6 +39,9 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "late": ("theory.md", lambda: [late_line(name) for name in controllers.names()]),
     "choice": ("theory.md", choice_lines),
     "preview": ("preview_pop.md", preview_lines),
+    "limits, slalom": ("preview_pop.md", limits.slalom_lines),
+    "limits, straight": ("preview_pop.md", limits.straight_lines),
+    "limits, sweep": ("preview_pop.md", limits.sweep_lines),
     # Of the tables before it and of README's matrix.
     "choose": ("choose.md", choose_lines),
     "paper": ("paper.md", paper_lines),

@@ -1,13 +1,13 @@
-"""Preview POP behind wheels that turn slowly: what `python -m studies.limits` shows."""
+"""Preview POP behind wheels that turn slowly: what docs/preview_pop.md shows."""
 
 from __future__ import annotations
 
 import math
-import re
 
 import pytest
 
-from studies.limits import PAGE, SLALOMS, STRAIGHTS, Slalom, straight_table
+from studies.layout import table
+from studies.limits import SLALOMS, STRAIGHTS, Slalom, straight_lines
 from studies.limits_straight import Straight, allowed, join, sweep
 
 MOST = {
@@ -30,10 +30,7 @@ def test_slalom_behind_slow_wheels_is_kept(case: Slalom) -> None:
 
 
 def test_page_table_of_straights_is_what_is_driven() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    block = re.search(r"<!-- limits-straight: begin[^\n]*\n(.*?)\n<!--", text, re.DOTALL)
-    assert block is not None
-    assert block[1] == straight_table()
+    assert table("preview_pop.md", "limits, straight") == straight_lines()
 
 
 @pytest.mark.parametrize("case", STRAIGHTS, ids=str)
