@@ -113,37 +113,26 @@ _POP = PopParams(
     **_PLACE,
 )
 
-_PRESETS: dict[str, dict[str, Params]] = {
-    "pid": {
-        "default": PidParams(),
-        "paper": _PID.replace(integral_with_dt=False),
-        "published-code": _PID.replace(kp=0.12, kd=0.48),
-        REPRODUCTION: _PID,
-    },
-    "pure-pursuit": {
-        "default": PurePursuitParams(),
-        "paper": _PURE_PURSUIT.replace(min_lookahead=0.0, alpha_by_arccos=False),
-        "published-code": _PURE_PURSUIT,
-        REPRODUCTION: _PURE_PURSUIT,
-    },
-    "stanley": {
-        "default": StanleyParams(),
-        "paper": _STANLEY.replace(heading_behind=False),
-        "published-code": _STANLEY,
-        REPRODUCTION: _STANLEY,
-    },
-    "pop": {
-        "default": PopParams(),
-        "paper": _POP,
-        "published-code": _POP,
-        REPRODUCTION: _POP,
-    },
-    "preview-pop": {
-        "default": PreviewPopParams(),
-        "paper": PreviewPopParams(),
-        "published-code": PreviewPopParams(),
-        REPRODUCTION: PreviewPopParams(),
-    },
+_PREVIEW_POP = PreviewPopParams()
+
+_NAMES = ("default", "paper", "published-code", REPRODUCTION)
+# Of each controller in the order of the names.
+_PRESETS: dict[str, tuple[Params, ...]] = {
+    "pid": (
+        PidParams(),
+        _PID.replace(integral_with_dt=False),
+        _PID.replace(kp=0.12, kd=0.48),
+        _PID,
+    ),
+    "pure-pursuit": (
+        PurePursuitParams(),
+        _PURE_PURSUIT.replace(min_lookahead=0.0, alpha_by_arccos=False),
+        _PURE_PURSUIT,
+        _PURE_PURSUIT,
+    ),
+    "stanley": (StanleyParams(), _STANLEY.replace(heading_behind=False), _STANLEY, _STANLEY),
+    "pop": (PopParams(), _POP, _POP, _POP),
+    "preview-pop": (_PREVIEW_POP, _PREVIEW_POP, _PREVIEW_POP, _PREVIEW_POP),
 }
 
 
@@ -170,7 +159,8 @@ def names(law: str) -> tuple[str, ...]:
     >>> names("pid")
     ('default', 'paper', 'published-code', 'reproduction')
     """
-    return tuple(_PRESETS[controllers.get(law).name])
+    controllers.get(law)
+    return _NAMES
 
 
 def get(law: str, name: str) -> Params:
@@ -204,4 +194,4 @@ reproduction
     """
     if name not in names(law):
         raise ConfigError.unknown("preset", name, names(law))
-    return _PRESETS[law][name]
+    return _PRESETS[law][_NAMES.index(name)]
