@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,15 +14,7 @@ from popsteer.logs import Log
 from tests.closed_loop import drives
 from tests.helpers import authors_data
 
-if TYPE_CHECKING:
-    from popsteer.identification import Identification
-
 pytest.importorskip("scipy")
-
-
-@functools.cache
-def _found(name: str) -> Identification:
-    return popsteer.identify(Log(**drives.drive(name), name=name))
 
 
 @pytest.fixture(params=drives.CARS)
@@ -36,28 +26,20 @@ def car(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_identify_of_an_unknown_car_finds_its_steering(car: str) -> None:
-    found = _found(car)
+def test_identify_of_an_unknown_car_finds_its_steering_and_its_point(car: str) -> None:
+    found = popsteer.identify(Log(**drives.drive(car), name=car))
     offset = math.degrees(found.vehicle.steer_offset - drives.OFFSET)
     assert abs(offset) < 0.05
     assert abs(found.vehicle.dead_time - drives.DEAD_TIME) < 0.025
     # What is late beyond the dead time, at the speed that the log knows best.
     truth = drives.DEAD_TIME + drives.response(car, found.speed)
     assert abs(found.delay - truth) < 0.010
-    itself = sim.vehicle_of(drives.plant(car))
-    assert found.turning_length == pytest.approx(itself.turning_length(found.speed), rel=0.01)
-
-
-def test_identify_of_an_unknown_car_finds_where_its_pose_is_measured(car: str) -> None:
-    itself = sim.vehicle_of(drives.plant(car))
-    truth = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
-    assert _found(car).vehicle.rear_axle == pytest.approx(truth, abs=0.06)
-
-
-def test_identify_of_an_unknown_car_lets_preview_pop_track_as_if_it_were_told(car: str) -> None:
     given = sim.vehicle_of(drives.plant(car))
+    assert found.turning_length == pytest.approx(given.turning_length(found.speed), rel=0.01)
+    point = given.rear_axle if given.no_slip_point is None else given.no_slip_point
+    assert found.vehicle.rear_axle == pytest.approx(point, abs=0.06)
+    # And lets preview POP track as if it were told.
     told = drives.track(car, given)
-    found = _found(car)
     # None of these drives shows the limit of the wheels' rate: it is told by the manual.
     assert ("max_steer_rate" in found.unknown) == (found.vehicle.max_steer_rate is None)
     itself = drives.track(car, found.vehicle.replace(max_steer_rate=given.max_steer_rate))

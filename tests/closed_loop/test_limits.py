@@ -19,7 +19,10 @@ MOST = {
 """Mean error after 5 s [m], by plant and rate of its wheels."""
 
 
-@pytest.mark.parametrize("case", [case for case in SLALOMS if case[:2] in MOST], ids=str)
+# The speeds between are the page's alone: the multi-body car takes seconds a lap.
+@pytest.mark.parametrize(
+    "case", [case for case in SLALOMS if case[:2] in MOST and case.speed % 1.0 == 0.0], ids=str
+)
 def test_slalom_behind_slow_wheels_is_kept(case: Slalom) -> None:
     found = case.drive("preview-pop")
     error = found.settled_mean_abs_cross_track_error
