@@ -299,7 +299,7 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         if self.render_mode is None:
             return None
         if self._picture is None:
-            self._picture = Picture(self._task.path)
+            self._picture = Picture(self._task.path, self._vehicle.wheelbase)
         observations, _, _, _, info = self._episodes.look()
         return self._picture.draw(self._vehicle, info[0], observations[0])
 

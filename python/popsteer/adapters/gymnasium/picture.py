@@ -26,8 +26,8 @@ _STEER = 4  # the wheels' angle among them
 class Picture:
     """The vehicle in the middle, north up: the path in its lane, where it drove, what it sees."""
 
-    def __init__(self, path: Path) -> None:
-        self._line = _dense(path)
+    def __init__(self, path: Path, wheelbase: float = 3.0) -> None:
+        self._line = _dense(path, wheelbase / 30.0)
         self._driven: list[tuple[float, float]] = []
 
     def clear(self) -> None:
@@ -68,12 +68,12 @@ class Picture:
         return image
 
 
-def _dense(path: Path) -> NDArray[np.float64]:
-    """Points of the path close enough to be a line on the picture, 0.1 m or 20,000 at most."""
+def _dense(path: Path, spacing: float) -> NDArray[np.float64]:
+    """Points of the path close enough to be a line on the picture, 20,000 at most."""
     x, y, s = np.asarray(path.x), np.asarray(path.y), np.asarray(path.s)
     if path.closed:
         x, y, s = np.append(x, x[0]), np.append(y, y[0]), np.append(s, path.length)
-    count = int(min(20_000, max(2.0, path.length / 0.1)))
+    count = int(min(20_000, max(2.0, path.length / spacing)))
     arc = np.linspace(0.0, path.length, count)
     return np.column_stack((np.interp(arc, s, x), np.interp(arc, s, y)))
 

@@ -209,7 +209,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         if self.render_mode is None:
             return None
         if not self._pictures:
-            self._pictures = [Picture(self._task.path) for _ in range(self.num_envs)]
+            self._pictures = [Picture(self._task.path, car.wheelbase) for car in self._vehicles]
         observations, _, _, _, info = self._episodes.look()
         each = zip(self._pictures, self._vehicles, info, observations, strict=True)
         return tuple(picture.draw(car, row, seen) for picture, car, row, seen in each)
