@@ -20,6 +20,8 @@ from tests.values.tables import STRAIGHT, cells
 if TYPE_CHECKING:
     import pathlib
 
+    from popsteer.identification import Identification
+
 STEER = [0.1, 0.1, 0.2, 0.2, 0.2]
 LOG = Log(
     [10.0, 10.1, 10.2, 12.2, 12.3],
@@ -101,11 +103,8 @@ def test_page_of_a_replay_has_degrees_and_breaks_at_the_gap() -> None:
     assert sorted(counted.values()) == pytest.approx([20.0, 20.0, 20.0, 40.0])
 
 
-def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
-    pytest.importorskip("scipy")
+def identification() -> Identification:
     from popsteer.identification import Identification
-    from popsteer.lab.identify.table import caption as identified_caption
-    from popsteer.lab.identify.table import identified_table
 
     ones = np.ones(5)
     records: dict[str, Any] = dict.fromkeys(("x", "y", "simulated_x", "simulated_y"), 0.0 * ones)
@@ -118,7 +117,7 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     )
     errors = {"wheelbase": 0.012, "understeer": 3.1e-4, "steer_offset": 0.0021}
     errors |= {"steer_lag": 0.013, "dead_time": 0.011}
-    found = Identification(
+    return Identification(
         vehicle=car,
         errors=errors,
         unknown={"max_steer_rate": "drive steps"},
@@ -133,6 +132,14 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
         records=records,
         log=LOG,
     )
+
+
+def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
+    pytest.importorskip("scipy")
+    from popsteer.lab.identify.table import caption as identified_caption
+    from popsteer.lab.identify.table import identified_table
+
+    found = identification()
     assert found.yaw_rate_residual == pytest.approx(0.1)
     assert found.yaw_rate_rms == pytest.approx(0.3)
     assert found.position_residual == pytest.approx(0.1)

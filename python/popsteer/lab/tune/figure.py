@@ -64,6 +64,8 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     figure.legend(loc="outside lower center", ncols=5)
     tracks = ", ".join(tuned.problem.paths)
     cars = tuned.problem.cars + 1
-    title = f"{title_of(tuned.problem.controller)}: {len(tuned.trials)} trials on {tracks}"
+    count = len(tuned.trials)
+    trials = f"{count} {'trial' if count == 1 else 'trials'}"
+    title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}"
     figure.suptitle(f"{title}, {cars} {'cars' if cars > 1 else 'car'}", fontsize=11)
     return figure
