@@ -1,0 +1,341 @@
+"""What an identification doubts, says and keeps, at both sides of each of its bounds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer.identification import checks, identifiability, procedure
+from popsteer.identification.drive import prepare
+from popsteer.identification.result import described
+from popsteer.logs import Log, LogError
+from tests.values.test_known_answers_replay import identification
+
+pytest.importorskip("scipy")
+
+NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
+VALUES = dict(zip(NAMES, (2.8, 0.003, 0.01, 0.1, 0.2, 1e-4), strict=True))
+GIVEN = popsteer.Vehicle(understeer=0.001, steer_offset=0.02, steer_lag=0.07, dead_time=0.15)
+
+
+def _fit(values: Any = None, **errors: Any) -> Any:
+    """A fit of independent parameters with these errors; the others' are tiny."""
+    values = {**VALUES, **(values or {})}
+    all_errors = {**dict.fromkeys(values, 1e-9), **errors}
+
+    def error_of(**weights: float) -> float:
+        return math.hypot(*(weight * all_errors[name] for name, weight in weights.items()))
+
+    names = [name for name in values if all_errors[name] >= 0.0]
+    known = {name: all_errors[name] for name in names}
+    return SimpleNamespace(values=values, names=names, errors=known, error_of=error_of)
+
+
+def _drive(**changes: Any) -> Any:
+    given = {"usual_speed": 8.0, "acceleration": np.full(100, -0.5), "outliers": 0}
+    return SimpleNamespace(**{**given, **changes})
+
+
+def test_fit_that_tells_everything_apart_leaves_no_doubt() -> None:
+    assert identifiability.unsure(_fit(), _drive(), GIVEN) is None
+
+
+def test_doubts_begin_at_their_bounds_and_take_what_was_given() -> None:
+    taken: list[tuple[dict[str, float], dict[str, float], set[str]]] = [
+        # 0.1 of the length, 2.8 m, at 0.5 m/s² and 8 m/s.
+        ({"load_shift": 0.28 / 32.0}, {"load_shift": 0.0}, set()),
+        ({"steer_offset": math.radians(0.3)}, {"steer_offset": 0.02}, {"steer_offset"}),
+    ]
+    for bounds, fixed, unknown in taken:
+        below = {name: 0.999 * bound for name, bound in bounds.items()}
+        above = {name: 1.001 * bound for name, bound in bounds.items()}
+        assert identifiability.unsure(_fit(**below), _drive(), GIVEN) is None, bounds
+        doubt = identifiability.unsure(_fit(**above), _drive(), GIVEN)
+        assert doubt is not None, bounds
+        assert doubt.fixed == fixed
+        assert set(doubt.unknown) == unknown
+
+
+def test_braking_that_is_hardly_there_counts_as_a_tenth() -> None:
+    gentle = _drive(acceleration=np.full(100, 0.01))
+    for share, doubts in ((0.99, False), (1.01, True)):
+        found = _fit(load_shift=share * 0.28 / 6.4)
+        assert (identifiability.unsure(found, gentle, GIVEN) is not None) == doubts
+    # The nine hardest of a hundred do not count.
+    some = _drive(acceleration=np.where(np.arange(100) < 9, 12.0, 0.5))
+    assert identifiability.unsure(_fit(load_shift=0.99 * 0.28 / 32.0), some, GIVEN) is None
+
+
+def test_one_speed_leaves_the_understeer_as_given() -> None:
+    # Both grow together: what they come to at 8 m/s is known to 1 cm.
+    for error, doubts in ((0.139, False), (0.141, True)):
+        found = _fit(understeer=error / 64.0)
+        found.error_of = lambda **_: 0.01
+        doubt = identifiability.unsure(found, _drive(), GIVEN)
+        assert (doubt is not None) == doubts
+        found = _fit(turning_wheelbase=error)
+        found.error_of = lambda **_: 0.01
+        assert (identifiability.unsure(found, _drive(), GIVEN) is not None) == doubts
+    assert doubt is not None
+    assert doubt.fixed == {"understeer": 0.001}
+    assert "understeer is taken as 0.001 s²/m" in doubt.unknown["understeer"]
+    assert "holds at 8.0 m/s" in doubt.unknown["understeer"]
+    assert "0.2 rad at 4.8 m/s and of 0.04 rad at 11 m/s" in doubt.unknown["understeer"]
+    # As bad at that speed: that is no matter of one speed.
+    assert identifiability.unsure(_fit(understeer=0.2 / 64.0), _drive(), GIVEN) is None
+    assert identifiability.unsure(_fit(understeer=-1.0), _drive(), GIVEN) is None
+
+
+def test_oversteer_is_taken_as_none_and_said_where_it_is_clear() -> None:
+    for slope, error, said in ((-0.003, 0.0011, False), (-0.0034, 0.0011, True)):
+        doubt = identifiability.unsure(
+            _fit({"understeer": slope}, understeer=error), _drive(), GIVEN
+        )
+        assert doubt is not None
+        assert doubt.fixed == {"understeer": 0.0}
+        assert bool(doubt.note) == said, slope
+        assert not doubt.unknown
+    assert doubt is not None
+    assert f"understeer = {-0.0034:.2g}" in doubt.note
+    assert identifiability.unsure(_fit({"understeer": 0.0}), _drive(), GIVEN) is None
+
+
+def test_delay_that_is_not_known_is_given_and_its_sum_kept() -> None:
+    for error, doubts in ((0.0199, False), (0.0201, True)):
+        found = _fit(dead_time=error)
+        assert (identifiability.unsure(found, _drive(), GIVEN) is not None) == doubts
+    # The sum is known: the lag is the given one, and no more than the sum.
+    for total, lag in (((0.1, 0.2), 0.07), ((0.01, 0.02), 0.03)):
+        found = _fit({"steer_lag": total[0], "dead_time": total[1]}, dead_time=0.03)
+        doubt = identifiability.unsure(found, _drive(), GIVEN)
+        assert doubt is not None
+        assert doubt.fixed == {"steer_lag": pytest.approx(lag)}
+        assert set(doubt.unknown) == {"steer_lag", "dead_time"}
+        assert f"{sum(total):.3f} ± 0.03 s" in doubt.unknown["dead_time"]
+        assert f"that {lag:.3g} s of it" in doubt.unknown["steer_lag"]
+    for errors in ({"dead_time": 0.051}, {"dead_time": 0.03, "steer_lag": -1.0}):
+        doubt = identifiability.unsure(_fit(**errors), _drive(), GIVEN)
+        assert doubt is not None
+        assert doubt.fixed == {"steer_lag": 0.07, "dead_time": 0.15}
+        assert "as 0.07 and 0.15 s" in doubt.unknown["steer_lag"]
+
+
+def test_steps_to_drive_are_of_two_metres_per_second_squared() -> None:
+    for speed, share, said in (
+        (10.0, 1.0, "0.05 rad at 10 m/s"),
+        (10.0, 0.5, "0.2 rad at 5 m/s"),
+        (3.1, 1.0, "0.3 rad at 3.1 m/s"),
+        (3.0, 1.0, "0.2 rad at 3 m/s"),
+        (1.0, 1.0, "0.3 rad at 1 m/s"),
+    ):
+        assert identifiability.steps(_drive(usual_speed=speed), share) == said
+
+
+def test_limit_that_was_not_reached_lies_above_the_fastest_turn() -> None:
+    times = 0.1 * np.arange(2001)
+    angle = np.cumsum(np.where(np.arange(2001) < 1000, 0.02, -0.035))
+    wheels = SimpleNamespace(times=times, angle=angle)
+    found: Any = SimpleNamespace(wheels=wheels)
+    assert "above 0.35 rad/s" in identifiability.rate_unknown(found)
+    found.wheels = SimpleNamespace(times=times[:1], angle=angle[:1])
+    assert "above 0.00 rad/s" in identifiability.rate_unknown(found)
+
+
+def _point(error: float = 0.01, slip_error: float = 1e-5, at: float = 0.01, **values: float) -> Any:
+    given = {"rear_axle": -1.3, "slip": 0.0, "heading_bias": 0.0, "speed_excess": 0.0, **values}
+    errors = dict.fromkeys(given, 1e-4) | {"rear_axle": error, "slip": slip_error}
+    return SimpleNamespace(values=given, errors=errors, error_at=lambda speed: at, noise=0.02)
+
+
+def test_place_of_the_axles_is_found_kept_or_unknown() -> None:
+    place: Any = procedure._place
+    drive = _drive()
+    unknown: dict[str, str] = {}
+    seen: dict[str, str] = {}
+    assert place(None, _point(), drive, unknown) == ({"rear_axle": -1.3}, {"rear_axle": 0.01})
+    # 0.001 s²/m slides the point by 6.4 cm at 8 m/s.
+    slipping = _point(slip=0.001)
+    assert place(None, slipping, drive, unknown) == (
+        {"rear_axle": -1.3, "no_slip_point": pytest.approx(-1.236)},
+        {"rear_axle": 0.01, "no_slip_point": 0.01},
+    )
+    assert place(None, _point(slip=0.0007), drive, unknown)[0] == {"rear_axle": -1.3}
+    assert place(None, _point(slip=0.001, slip_error=4e-4), drive, unknown)[0] == {
+        "rear_axle": -1.3
+    }
+    # What is badly known at rest is known at the speed of the drive.
+    both = _point(error=0.11, slip=0.001, slip_error=4e-4, at=0.02)
+    assert place(None, both, drive, unknown) == (
+        {"rear_axle": pytest.approx(-1.236)},
+        {"rear_axle": 0.02},
+    )
+    assert unknown == {}
+    wide = _point(slip_error=0.0032, slip=0.001)
+    assert place(None, wide, drive, unknown)[0] == {"rear_axle": -1.3}
+    assert "at 8.0 m/s" in unknown["no_slip_point"]
+    assert place(None, _point(slip_error=0.0031), drive, seen) is not None
+    assert seen == {}
+
+
+def test_place_that_the_positions_do_not_show_stays_as_given() -> None:
+    for point, said in (
+        (_point(at=0.101), "rear_axle would be -1.30 ± 0.1 m"),
+        (_point(speed_excess=-0.7), "move 30 % as far"),
+        (_point(speed_excess=-1.4), "move 0 % as far"),
+    ):
+        unknown: dict[str, str] = {}
+        assert procedure._place(None, point, _drive(), unknown) == ({}, {})
+        assert set(unknown) == {"rear_axle", "no_slip_point"}
+        assert said in unknown["rear_axle"]
+    assert procedure._place(None, _point(at=0.099, speed_excess=-0.4), _drive(), {})[0]
+
+
+def test_place_that_was_given_is_kept_unless_the_drive_contradicts_it() -> None:
+    car = popsteer.Vehicle(rear_axle=-1.35)
+    kept = procedure._place(car, _point(rear_axle=-1.31), _drive(), {})
+    assert kept == ({}, {"rear_axle": 0.01})
+    moved = procedure._place(car, _point(rear_axle=-1.29), _drive(), {})
+    assert moved == ({"no_slip_point": -1.29}, {"no_slip_point": 0.01})
+    unsure = procedure._place(car, _point(rear_axle=-1.19, at=0.09), _drive(), {})
+    assert unsure == ({}, {"rear_axle": 0.09})
+    other = car.replace(no_slip_point=-1.2)
+    kept = procedure._place(other, _point(rear_axle=-1.22), _drive(), {})
+    assert kept == ({}, {"no_slip_point": 0.01})
+
+
+def test_vehicle_has_what_was_found_and_the_rest_as_given() -> None:
+    def made(given: popsteer.Vehicle | None, found: Any, unknown: dict[str, str]) -> Any:
+        heading = procedure._Heading(found, {}, unknown, [], 0.01)
+        drive = _drive(commands=np.array([0.0, -0.61]))
+        found.lag_of = "wheels"
+        return (*procedure._vehicle(given, heading, _point(), drive), heading.notes)
+
+    car, errors, notes = made(None, _fit({"max_steer_rate": 0.4}), {})
+    assert (car.wheelbase, car.turning_wheelbase) == (2.8, None)
+    assert (car.understeer, car.steer_offset, car.steer_lag) == (0.003, 0.01, 0.1)
+    assert (car.dead_time, car.max_steer_rate, car.rear_axle) == (0.2, 0.4, -1.3)
+    assert {"wheelbase", "max_steer_rate", "rear_axle", "dead_time"} <= set(errors)
+    assert not {"turning_wheelbase", "load_shift"} & set(errors)
+    given = GIVEN.replace(wheelbase=2.7, rear_axle=-1.3, max_steer=0.6)
+    found = _fit({"understeer": -0.002, "max_steer_rate": 0.4})
+    car, errors, notes = made(given, found, {"max_steer_rate": "why"})
+    assert (car.wheelbase, car.turning_wheelbase, car.understeer) == (2.7, 2.8, 0.0)
+    assert car.max_steer_rate is None
+    assert "max_steer_rate" not in errors
+    assert any("up to 0.61 rad, more than max_steer, 0.6" in note for note in notes)
+    _, _, notes = made(given.replace(max_steer=0.6095), _fit(), {})
+    assert not any("max_steer" in note for note in notes)
+
+
+def test_notes_tell_what_is_odd_from_their_bounds_on() -> None:
+    def said(given: Any, point: Any = None, lag_of: str = "wheels", **values: float) -> str:
+        found = _fit(values)
+        found.lag_of = lag_of
+        return " ".join(described(given, found, point or _point(), {}))
+
+    given = popsteer.Vehicle(wheelbase=2.0)
+    for length, odd in ((1.19, True), (1.21, False), (3.39, False), (3.41, True)):
+        assert ("2 m between its axles" in said(given, turning_wheelbase=length)) == odd, length
+    for length, odd in ((11.9, False), (12.1, True)):
+        assert ("not of the hand wheel" in said(None, turning_wheelbase=length)) == odd
+    assert "no vehicle was given" in said(None)
+    assert said(given) == ""
+    assert "as tyres have it" in said(given, lag_of="tyres")
+    fixed = _fit()
+    fixed.lag_of = "tyres"
+    assert described(given, fixed, _point(), {"steer_lag": 0.1}) == []
+    for degrees, words in ((0.21, "0.21 degrees to the right"), (-0.3, "0.30 degrees to the left")):
+        assert words in said(given, _point(heading_bias=math.radians(degrees)))
+    assert said(given, _point(heading_bias=math.radians(0.19))) == ""
+    assert "positions move +1.1 % faster" in said(given, _point(speed_excess=0.011))
+    assert "positions move -1.1 % faster" in said(given, _point(speed_excess=-0.011))
+    assert said(given, _point(speed_excess=0.0099)) == ""
+    # Nor is it said what may be chance: four standard errors.
+    unsure = _point(heading_bias=0.01, speed_excess=0.03)
+    unsure.errors |= {"heading_bias": 0.0026, "speed_excess": 0.0076}
+    assert said(given, unsure) == ""
+    unsure.errors |= {"heading_bias": 0.0024, "speed_excess": 0.0074}
+    assert "degrees" in said(given, unsure)
+    assert "faster" in said(given, unsure)
+
+
+def test_numbers_that_were_replaced_are_counted_in_words() -> None:
+    for count, said in (
+        (0, []),
+        (1, ["1 measured number stands out from its neighbours: replaced"]),
+        (3, ["3 measured numbers stand out from their neighbours: replaced"]),
+    ):
+        assert procedure._outliers(_drive(outliers=count)) == said
+
+
+def test_verdict_compares_what_is_left_with_the_noise_or_a_thousandth() -> None:
+    found = identification()
+    rms = found.yaw_rate_rms
+    for noise, drift, explains in (
+        (0.002, 0.0019, True),
+        (0.002, 0.0021, False),
+        (0.0, 0.99e-3 * rms, True),
+        (0.0, 1.01e-3 * rms, False),
+    ):
+        one = replace(found, noise={"yaw": noise, "yaw_drift": drift, "position": 0.0})
+        assert ("does not explain" not in one.verdict) == explains, (noise, drift)
+
+
+def _columns(seconds: float = 20.0, turn: float = 0.5, delay: float = 0.2) -> dict[str, Any]:
+    """A car of 2.7 m that turns this long after its commands, at 5 m/s."""
+    t = 0.05 * np.arange(round(seconds / 0.05))
+    steer = 0.15 * np.sign(np.sin(turn * t))
+    late = 0.15 * np.sign(np.sin(turn * (t - delay)))
+    yaw = np.concatenate(([0.0], np.cumsum(0.05 * 5.0 * np.tan(late) / 2.7)))[:-1]
+    zero = 0.0 * t
+    return {"t": t, "x": zero, "y": zero, "yaw": yaw, "speed": 5.0 + zero, "steer": steer}
+
+
+def test_first_length_is_that_of_the_car_whatever_its_delay() -> None:
+    for delay in (0.0, 0.2, 0.9):
+        length = checks.first_length(prepare(Log(**_columns(delay=delay))), "drive")
+        assert length == pytest.approx(2.7, rel=0.03), delay
+    turned = _columns()
+    turned["steer"] = -turned["steer"]
+    with pytest.raises(LogError, match="turns right where steer says left"):
+        checks.first_length(prepare(Log(**turned)), "drive")
+
+
+def test_logs_that_show_too_little_are_refused_at_their_bounds() -> None:
+    for seconds, refused in ((10.9, True), (11.1, False)):
+        ready = prepare(Log(**_columns(seconds)))
+        if refused:  # the first second does not count
+            with pytest.raises(LogError, match=r"9\.9 s of driving are too short: at least 10 s"):
+                checks.first_length(ready, "drive")
+        else:
+            checks.first_length(ready, "drive")
+    for degrees, refused in ((19.5, True), (20.8, False)):
+        columns = _columns()
+        columns["yaw"] = math.radians(degrees) * 0.5 * np.sin(columns["t"])
+        if refused:
+            with pytest.raises(LogError, match="degrees in all, at least 20 are needed"):
+                checks.first_length(prepare(Log(**columns)), "drive")
+        else:
+            checks.first_length(prepare(Log(**columns)), "drive")
+    for degrees, refused in ((0.29, True), (0.31, False)):
+        columns = _columns()
+        columns["steer"] = math.radians(degrees) * (columns["t"] > 10.0)
+        if refused:
+            with pytest.raises(LogError, match=r"steer changes by 0\.29 degrees only"):
+                checks.first_length(prepare(Log(**columns)), "drive")
+        else:
+            checks.first_length(prepare(Log(**columns)), "drive")
+    for angle, refused in ((0.499 * math.pi, False), (-0.501 * math.pi, True)):
+        columns = _columns()
+        columns["steer"][7] = angle
+        if refused:
+            with pytest.raises(LogError, match="more than a quarter turn"):
+                checks.refuse_units(Log(**columns))
+        else:
+            checks.refuse_units(Log(**columns))

@@ -1,0 +1,299 @@
+"""The steps of an identification, each against a plain loop or an answer known by hand."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from popsteer.identification import drive, whiten
+from popsteer.identification.chain import Chain, Wheels
+from popsteer.logs import Log
+
+pytest.importorskip("scipy")
+
+drives: Any = drive
+
+DT = 0.05
+
+
+def _log(gap: float = 20.0) -> Log:
+    """8 s of driving, a gap, 6 s more with a rest of 2 s in them."""
+    t = np.concatenate((DT * np.arange(160), 8.0 - DT + gap + DT * np.arange(120)))
+    speed = 5.0 + 0.1 * t
+    speed[200:240] = 0.0
+    steer = np.round(0.1 * np.sin(t), 3)
+    return Log(t + 50.0, 3.0 * t, -2.0 * t, 0.05 * t, speed, steer)
+
+
+def test_prepared_log_has_pauses_of_five_seconds_and_cells_in_which_the_car_stands() -> None:
+    log = _log()
+    ready = drives.prepare(log)
+    assert ready.starts.tolist() == [0, 160]
+    wanted = np.concatenate((DT * np.arange(160), 7.95 + 5.0 + DT * np.arange(120)))
+    assert ready.t == pytest.approx(wanted)
+    assert ready.cell == pytest.approx(0.025)
+    assert ready.edges[0] == 0.0
+    assert ready.t[-1] <= ready.edges[-1] < ready.t[-1] + 2.0 * ready.cell
+    assert ready.usual_step == pytest.approx(DT)
+    middle = 0.5 * (ready.edges[1:] + ready.edges[:-1])
+    pause = (middle > wanted[159]) & (middle < wanted[160])
+    assert (ready.speed[pause] == 0.0).all()
+    assert ready.speed[~pause] == pytest.approx(
+        np.interp(middle[~pause], ready.t, ready.sample_speed)
+    )
+    # Of the rest, nothing counts; nor does the first second of each part.
+    assert (ready.moving == (log.speed > 0.1)).all()
+    assert [(part.start, part.stop) for part in ready.parts()] == [
+        (20, 160),
+        (180, 200),
+        (240, 280),
+    ]
+    # The command before the gap is the one after it, from there on.
+    expected = log.steer.copy()
+    expected[159] = log.steer[160]
+    assert ready.commands.tolist() == expected.tolist()
+    assert (ready.times == ready.t).all()
+    assert ready.relative_speed == pytest.approx(np.abs(ready.speed) / ready.usual_speed)
+    assert ready.yaw.tolist() == log.yaw.tolist()
+
+
+def test_rests_are_as_long_as_a_second() -> None:
+    t = DT * np.arange(100)
+    for samples, rests in ((20, False), (21, True)):
+        speed = np.full(100, 2.0)
+        speed[40 : 40 + samples] = -0.1
+        moving = drives._moving(t, speed, np.array([0]), np.array([100]))
+        assert moving.all() != rests, samples
+        assert (~moving).sum() == (samples if rests else 0)
+    assert drives._moving(t, np.full(100, -0.11), np.array([0]), np.array([100])).all()
+
+
+def test_cells_are_equal_and_at_most_a_fortieth_of_a_second() -> None:
+    for step, cell in ((0.01, 0.025), (0.02, 0.025), (0.04, 0.02), (0.09, 0.0225)):
+        t = step * np.arange(50)
+        edges, speed = drives._cells(t, np.array([0]), np.array([50]), 2.0 * t)
+        assert np.diff(edges) == pytest.approx(cell), step
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        inside = middle < t[-1]
+        assert speed[inside] == pytest.approx(2.0 * middle[inside])
+
+
+def test_outliers_are_replaced_by_the_line_of_their_neighbours() -> None:
+    t = np.cumsum(np.random.default_rng(0).uniform(0.04, 0.06, 60))
+    clean = 2.0 * t + 0.001 * np.random.default_rng(1).standard_normal(60)
+    moving = np.ones(60, dtype=bool)
+    assert drives._without_outliers(t, clean, moving)[1] == 0
+    values = clean.copy()
+    values[[17, 40]] += (5.0, -1.5)
+    kept, count = drives._without_outliers(t, values, moving)
+    assert count == 2
+    assert kept == pytest.approx(clean, abs=0.01)
+    # Six times the usual step of the signal is the least that stands out.
+    step = float(np.median(np.diff(clean)))
+    for factor, found in ((5.0, 0), (7.0, 1)):
+        values = clean.copy()
+        values[30] += factor * step
+        assert drives._without_outliers(t, values, moving)[1] == found, factor
+    assert drives._without_outliers(t[:8], values[24:32], moving[:8])[1] == 0
+    # At rest everything is the same: the size is that of the moving car.
+    still = np.where(np.arange(60) < 40, clean[40], clean)
+    still[10] += 0.05
+    assert drives._without_outliers(t, still, np.arange(60) >= 41)[1] == 0
+    assert drives._without_outliers(t, still, np.arange(60) >= 55)[1] > 0
+
+
+def test_noise_of_a_signal_is_that_of_its_second_differences() -> None:
+    random = np.random.default_rng(2)
+    t = np.arange(20_000.0)
+    assert drives._noise(3.0 * t + random.normal(0.0, 0.2, 20_000)) == pytest.approx(0.2, rel=0.03)
+    assert drives._noise(np.array([1.0, 2.0])) == 0.0
+    # Second differences of 0, 1, 0, 1, ... are 2 in size.
+    assert drives._noise(np.tile([0.0, 1.0], 9)) == pytest.approx(1.4826 * 2.0 / math.sqrt(6.0))
+
+
+def test_commands_on_the_clock_without_gaps_keep_their_order() -> None:
+    log, clock = np.array([10.0, 11.0, 31.0, 32.0]), np.array([0.0, 1.0, 6.0, 7.0])
+    found = drives._on_clock(np.array([8.0, 10.5, 11.0, 21.0, 21.0, 31.5, 35.0]), log, clock)
+    assert found == pytest.approx([-2.0, 0.5, 1.0, 3.5, 3.5, 6.5, 10.0], abs=1e-7)
+    assert (np.diff(found) > 0.0).all()
+
+
+def test_usual_speed_is_that_at_which_the_car_turns() -> None:
+    t = DT * np.arange(400)
+    speed = np.where(t < 10.0, 4.0, -12.0)
+    rate = np.where(t < 10.0, 0.3, 0.1)
+    usual = drives._usual_speed(t, np.cumsum(DT * rate), speed)
+    # Weighted by the squares of the rates, 9 to 1.
+    assert usual == pytest.approx((9.0 * 4.0 + 12.0) / 10.0, rel=0.02)
+    assert drives._usual_speed(t, 0.1 * t, 0.0 * t) == 1e-3
+
+
+def test_acceleration_is_the_slope_of_the_speeds_within_its_bounds() -> None:
+    t = 0.025 * np.arange(400)
+    assert drives._acceleration(1.5 * t, 0.025)[80:320] == pytest.approx(1.5, rel=1e-3)
+    assert drives._acceleration(np.where(t < 5.0, 0.0, 90.0), 0.025).max() == 12.0
+    # A step of 1 m/s becomes the bell of its smoothing, 0.3 s wide.
+    bell = drives._acceleration(np.where(t < 5.0, 0.0, 1.0), 0.025)
+    assert bell.max() == pytest.approx(1.0 / (0.3 * math.sqrt(2.0 * math.pi)), rel=0.01)
+
+
+def test_whitened_error_is_the_innovations_without_what_the_first_sample_leaves() -> None:
+    random = np.random.default_rng(3)
+    error = np.cumsum(random.standard_normal(60))
+    parts = [slice(0, 25), slice(30, 60)]
+    for theta in (0.0, 0.5, 0.9):
+        pieces = []
+        for part in parts:
+            left, last = [], 0.0
+            for step in np.diff(error[part]):
+                last = step + theta * last
+                left.append(last)
+            # Orthogonal to the powers of theta.
+            powers = theta ** np.arange(float(len(left)))
+            piece = np.array(left)
+            pieces.append(piece - powers * (powers @ piece) / (powers @ powers))
+        found = whiten.whitened(error, parts, theta)
+        assert found == pytest.approx(np.concatenate(pieces), abs=1e-7), theta
+        both = whiten.whitened(np.stack((error, 2.0 * error), axis=1), parts, theta)
+        assert both == pytest.approx(np.stack((found, 2.0 * found), axis=1))
+
+
+def test_theta_is_the_one_that_the_noise_was_made_with() -> None:
+    random = np.random.default_rng(4)
+    for theta in (0.0, 0.5, 0.9):
+        w = random.standard_normal(4000)
+        steps = w.copy()
+        steps[1:] -= theta * w[:-1]
+        assert whiten.choose_theta(np.cumsum(steps), [slice(0, 4000)]) == theta
+
+
+def test_spread_and_mean_square_are_not_those_of_outliers() -> None:
+    values = np.array([3.0, 1.0, 2.0, 5.0, 4.0])
+    assert whiten.spread(values) == pytest.approx(1.4826)
+    assert whiten.clipped_mean_square(values) == pytest.approx(
+        (9.0 + 1.0 + 4.0 + 16.0 + 9.0 * 1.4826**2) / 5.0
+    )
+    spoilt = np.concatenate((np.tile([-1.0, 1.0], 50), [1000.0]))
+    assert whiten.clipped_mean_square(spoilt) == pytest.approx(
+        (100.0 + 9.0 * whiten.spread(spoilt) ** 2) / 101.0
+    )
+    assert whiten.clipped_mean_square(np.array([0.0, 0.0, 0.0, 6.0])) == 9.0
+
+
+def test_errors_of_least_squares_are_those_of_newey_and_west() -> None:
+    random = np.random.default_rng(5)
+    jacobian = random.standard_normal((300, 3)) * (1.0, 40.0, 0.01)
+    residual = random.standard_normal(300)
+    residual[1:] += 0.8 * residual[:-1]
+    for memory in (0, 4):
+        inverse = np.linalg.inv(jacobian.T @ jacobian)
+        middle = np.zeros((3, 3))
+        for one in range(300):
+            for other in range(max(0, one - memory), min(300, one + memory + 1)):
+                weight = 1.0 - abs(one - other) / (memory + 1)
+                products = residual[one] * residual[other]
+                middle += weight * products * np.outer(jacobian[one], jacobian[other])
+        wanted = inverse @ middle @ inverse
+        plain = inverse * np.mean(residual**2)
+        found = whiten.known(jacobian, residual, memory)
+        floor = np.maximum(np.diag(wanted), np.diag(plain))
+        assert np.diag(found.covariance) == pytest.approx(floor, rel=1e-6)
+        grow = np.sqrt(floor / np.diag(wanted))
+        assert found.covariance == pytest.approx(wanted * np.outer(grow, grow), rel=1e-6)
+        assert found.errors() == pytest.approx(np.sqrt(floor))
+        weights = np.array([1.0, 2.0, -0.5])
+        assert found.error(weights) == pytest.approx(
+            math.sqrt(weights @ found.covariance @ weights)
+        )
+
+
+def test_direction_that_is_not_excited_is_not_known() -> None:
+    jacobian = np.random.default_rng(6).standard_normal((50, 3))
+    jacobian[:, 2] = 2.0 * jacobian[:, 1]
+    found = whiten.known(jacobian, jacobian[:, 0], 2)
+    first, second, third = found.errors()
+    assert math.isfinite(first)
+    assert second == third == math.inf
+    # What both do together is known all the same.
+    assert math.isfinite(found.error(np.array([0.0, 1.0, 2.0])))
+    jacobian[:, 0] = 0.0
+    assert whiten.known(jacobian, jacobian[:, 1], 2).errors()[0] == math.inf
+
+
+def test_wheels_turn_as_in_small_steps() -> None:
+    times = np.array([1.0, 1.4, 2.0, 2.05, 3.5])
+    commands = np.array([0.1, 0.3, -0.2, 0.0, 0.4])
+    h = 1e-4
+    for lag, rate in ((0.2, None), (0.2, 0.3), (0.05, 0.6), (0.0, 0.25)):
+        wheels = Wheels(times, commands, lag, rate)
+        fine = np.arange(0.0, 6.0, h)
+        asked = commands[np.clip(np.searchsorted(times, fine, side="right") - 1, 0, None)]
+        angle, angles = 0.1, []
+        for target in asked.tolist():
+            angles.append(angle)
+            wanted = (target - angle) / max(lag, h)
+            angle += h * (wanted if rate is None else max(-rate, min(wanted, rate)))
+        # From the first command on, and before it.
+        total = np.concatenate(([0.0], np.cumsum(angles) * h))
+        at = np.array([0.5, 1.2, 1.9, 2.02, 3.0, 3.6, 5.5])
+        wanted_total = np.interp(at, np.append(fine, 6.0), total) - 0.1
+        assert wheels.integral(at) == pytest.approx(wanted_total, abs=2e-4), (lag, rate)
+        places = np.rint(times / h).astype(int)
+        assert wheels.angle == pytest.approx(np.array(angles)[places], abs=1e-3), (lag, rate)
+
+
+def _chain_drive() -> Any:
+    cell = 0.02
+    edges = cell * np.arange(301)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return SimpleNamespace(
+        edges=edges,
+        cell=cell,
+        t=edges[::3],
+        times=edges[::5],
+        commands=0.2 * np.sin(1.3 * edges[::5]),
+        speed=6.0 + 2.0 * np.sin(middle),
+        acceleration=2.0 * np.cos(middle),
+        relative_speed=(6.0 + 2.0 * np.sin(middle)) / 6.5,
+    )
+
+
+def test_chain_turns_the_car_as_its_formula_says() -> None:
+    drive = _chain_drive()
+    kinds: tuple[Any, ...] = ("wheels", "yaw rate", "tyres")
+    for kind in kinds:
+        chain = Chain(drive, kind)
+        lag, dead_time, offset, shift = 0.15, 0.07, 0.02, 3e-4
+        wheels = Wheels(drive.times, drive.commands, lag if kind == "wheels" else 0.0, None)
+        total = wheels.integral(drive.edges - dead_time)
+        angle = np.diff(total) / drive.cell + offset
+        v = drive.speed
+        rate = v * np.tan(angle) / (2.6 + (0.003 + shift * drive.acceleration) * v**2)
+        if kind != "wheels":
+            state, means = rate[0], []
+            for k, given in enumerate(rate.tolist()):
+                tau = lag * (drive.relative_speed[k] if kind == "tyres" else 1.0)
+                # The mean of a first-order response over a cell, by fine steps of it.
+                fine = given + (state - given) * np.exp(-np.linspace(0.0, drive.cell, 2001) / tau)
+                means.append(float(np.mean(0.5 * (fine[1:] + fine[:-1]))))
+                state = fine[-1]
+            rate = np.array(means)
+        found = chain.rate(2.6, 0.003, offset, lag, dead_time, shift)
+        assert found == pytest.approx(rate, abs=1e-6), kind
+        yaw = chain.yaw(2.6, 0.003, offset, lag, dead_time, shift)
+        heading = np.concatenate(([0.0], np.cumsum(rate))) * drive.cell
+        assert yaw == pytest.approx(np.interp(drive.t, drive.edges, heading), abs=1e-6)
+
+
+def test_chain_remembers_the_wheels_of_its_last_lags_and_limits() -> None:
+    chain = Chain(_chain_drive(), "wheels")
+    first = chain.wheels(0.1)
+    assert chain.wheels(0.1) is first
+    assert chain.wheels(0.1, 0.5) is not first
+    assert chain.wheels(0.1, 0.5).rate == 0.5
+    other = Chain(_chain_drive(), "tyres")
+    assert other.wheels(0.1) is other.wheels(0.2)
