@@ -315,7 +315,8 @@ def main() -> None:
         sources = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
         for source in sources:  # what is imported late is not there yet
             parts = source.relative_to(PACKAGE.parent).with_suffix("").parts
-            import_module(".".join(parts).removesuffix(".__init__"))
+            with contextlib.suppress(ImportError):  # an extra that is not installed
+                import_module(".".join(parts).removesuffix(".__init__"))
         functions = _functions()
         every = [each for source in sources for each in mutants(source)]
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))

@@ -14,15 +14,15 @@ import popsteer
 from popsteer import sim
 from popsteer.lab import compare
 from popsteer.lab.compare.files import metrics_json
+from popsteer.lab.report import envelope, times
 from popsteer.lab.report import matrix as matrix_page
 from popsteer.lab.report import sweep as sweep_page
-from popsteer.lab.report import times
 from popsteer.lab.report.axes import log_axis
 from popsteer.lab.report.compare import actor_of
 from popsteer.lab.report.scene import _car, travelled
 from popsteer.lab.sweep import repeat
 from tests.pages_of_html import Html
-from tests.values.tables import STRAIGHT, job
+from tests.values.tables import STRAIGHT, job, row
 
 
 def test_percentiles_of_steps_are_of_each_controllers_own_times() -> None:
@@ -115,3 +115,39 @@ def test_document_of_a_comparison_has_every_figure_of_its_runs() -> None:
                 place, own = written["rear_axle"], key.removeprefix("rear_axle_")
             if key != "faults":
                 assert place[own] == value, (name, key)
+
+
+def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Run k drives 10 (k + 1) metres at a constant error of 0.1 k to alternate sides."""
+    driven = []
+
+    def repeat(_: object, run: int) -> Any:
+        driven.append(run)
+        x = np.linspace(0.0, 10.0 * (run % 8 + 1), 50)
+        flat = 0.0 * x
+        error = (0.1 if run % 2 else -0.1) * run + flat
+        records = {"x": x, "y": flat, "yaw": flat, "speed": 5.0 + flat}
+        return SimpleNamespace(records={**records, "cross_track_error": error})
+
+    monkeypatch.setattr(envelope, "repeat", repeat)
+    rows = [row(k, 0.01 * (k % 7)) for k in range(8)]
+    shares: list[float] = []
+    figure = envelope.envelope_figure(job(runs=8), rows, shares.append)
+    assert driven == [6, *range(8)]
+    assert shares == pytest.approx([k / 9.0 for k in range(9)])
+    low, high, worst = figure["traces"]
+    assert low["y"] == pytest.approx([-0.6 if x <= 70.0 else 0.7 for x in low["x"]])
+    assert set(high["y"]) == {0.7}
+    assert set(worst["y"]) == {-0.6}
+    assert (low["x"][0], low["x"][-1]) == (0.0, 80.0)
+    assert len(low["x"]) == len(high["x"]) == 400
+    assert worst["x"][-1] == pytest.approx(70.0, abs=0.3)
+    assert worst["name"] == "worst: run 6"
+    assert "of all runs" in figure["note"]
+    # Of many runs at most a hundred are driven, evenly chosen.
+    driven.clear()
+    many = [row(k, 0.001 * k) for k in range(250)]
+    assert "of 84 of 250 runs and it" in envelope.envelope_figure(job(runs=250), many)["note"]
+    assert driven == [249, *range(0, 250, 3)]

@@ -10,7 +10,8 @@ import pytest
 
 from popsteer import Status, sim
 from popsteer.lab.report import shares
-from popsteer.lab.report.sweep import _rate, _worst_table
+from popsteer.lab.report.sweep import _worst_table
+from popsteer.lab.report.verdict import of_rows
 from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.summary import ERROR
 from tests.pages_of_html import Html
@@ -155,8 +156,8 @@ def test_share_that_succeeds_is_drawn_in_percent_with_its_interval() -> None:
 
 
 def test_report_says_the_rate_and_repeats_the_worst_run() -> None:
-    text = Html(_rate(ROWS))
-    assert text.texts["strong"][0].startswith("80")
+    text = Html(of_rows(ROWS))
+    assert text.texts["strong"] == ["8 of 10 runs succeeded, 80 %"]
     page = Html(_worst_table(job(), ROWS, "out/a b.csv"))
     assert any(
         "popsteer compare --replay-run 'out/a b.csv':9" in each for each in page.texts["code"]

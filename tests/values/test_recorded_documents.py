@@ -48,7 +48,7 @@ def _rows() -> list[dict[str, Any]]:
 
 
 def _sweep() -> dict[str, Any]:
-    from popsteer.lab.report import shares
+    from popsteer.lab.report import shares, verdict
     from popsteer.lab.sweep.figure import sweep_figure
 
     job, rows = _job(), _rows()
@@ -60,6 +60,7 @@ def _sweep() -> dict[str, Any]:
         "error": shares.error_figure(job, rows),
         "start": shares.start_figure(job, rows),
         "quantities": shares.quantity_figures(job, rows),
+        "verdicts": [verdict.of_rows(each) for each in (rows, rows[:3], rows[3:4])],
         "many": [note, [len(each["x"]) for each in dots], [each["x"][:3] for each in dots]],
         "opacity": [each["marker"]["opacity"] for each in dots],
     }
@@ -82,12 +83,14 @@ def _tune() -> dict[str, Any]:
 def _replay() -> dict[str, Any]:
     from popsteer.lab.replay.figure import replay_figure
     from popsteer.lab.report import replay as page
+    from popsteer.lab.report import verdict
 
     found = replay()
     return {
         "figure": documents.of_figure(replay_figure(found, THEMES["light"])),
         "scene": _scene(page._scene(found)),
         "histogram": page._histogram(found),
+        "verdict": verdict.of_shadows(found),
     }
 
 
@@ -149,13 +152,13 @@ def _comparison(plant: str, track: str, **errors: float) -> Any:
         vehicle=popsteer.Vehicle(),
         first=next(iter(runs.values())),
         step_times={name: 1e-6 * (k + 0.5) for k, name in enumerate(runs)},
-        latencies={name: [900 + 100 * k for k in range(40)] + [90_000] for name in runs},
+        latencies={name: [930 + 100 * (k % 40) for k in range(2000)] + [90_000] for name in runs},
     )
 
 
 def _compare() -> dict[str, Any]:
     from popsteer.lab.report import compare as page
-    from popsteer.lab.report import matrix, times
+    from popsteer.lab.report import matrix, times, verdict
 
     one = _comparison("car", "lap", pop=0.02, preview_pop=0.01, stanley=-0.3)
     other = _comparison("van", "lap", pop=0.03, stanley=1.3)
@@ -167,7 +170,7 @@ def _compare() -> dict[str, Any]:
     bare: Any = SimpleNamespace(**{**vars(one), "latencies": {}})
     return {
         "scene": _scene(page.scene_of(bare)),
-        "verdicts": [page.verdict(each) for each in ([one], [other], [one, other, third])],
+        "verdicts": [verdict.of_runs(each) for each in ([one], [other], [one, other, third])],
         "pivot": matrix._pivot(found),
         "figures": [matrix._figure(found, plant) for plant in ("car", "van")],
         "latency": latency,
