@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+import re
 from array import array
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,11 +16,16 @@ from popsteer.errors import PathError
 from popsteer.files import read_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
-_PARSED_COLUMNS = 3  # x, y, reference speed; what stands further right is never looked at
+_PARSED_COLUMNS = 3  # x, y, reference speed; the others are never looked at
+# Names of columns, without units: of a position, and of a speed.
+_PLACES = ("{}", "{}_m", "pos_{}", "position_{}", "{}_pos")
+_SPEEDS = ("speed", "v", "vx", "velocity", "speed_mps", "v_mps", "vx_mps", "speed_m_s", "v_ref")
+_MANY = 100  # columns: numpy is not asked to read more
+_SHOWN = 12  # names of columns in a message
 _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
 
 
@@ -37,13 +43,13 @@ def read_waypoints(
 
     Each row holds x [m], y [m] and, where there is a third column, the reference speed [m/s],
     separated by commas or by white space; further columns are left alone. ``#`` starts a comment,
-    blank lines are skipped, and the first row may name the columns: it is taken for names if
-    neither of its first two entries is a number. The text is UTF-8, with or without a byte-order
-    mark.
+    and blank lines are skipped. The first row may name the columns: it is taken for names if
+    neither of its first two entries is a number, and x, y and the speed are then found by their
+    names, wherever they stand. The text is UTF-8, with or without a byte-order mark.
 
     Raises PathError, which names file, line and column, where the file cannot be read or is no such
-    text, a row has more or fewer columns than the first, an entry is not a finite number, or there
-    are fewer than two rows; its `index` is the waypoint.
+    text, the names lack x or y or have one twice, a row has more or fewer columns than the first,
+    an entry is not a finite number, or there are fewer than two rows; its `index` is the waypoint.
 
     Examples
     --------
@@ -93,18 +99,18 @@ def _read_fast(data: bytes) -> NDArray[np.float64] | None:
         else:
             return None
         columns = len(fields)
-        if columns < 2 or (names is not None and len(names) != columns):
+        if not 2 <= columns <= _MANY or (names is not None and len(names) != columns):
             return None
-        parsed = min(columns, _PARSED_COLUMNS)
-        # Further columns may hold anything. They are counted, and the least of them is kept.
-        kinds = np.dtype([("parsed", np.float64, (parsed,)), ("rest", "U1", (columns - parsed,))])
+        used = _used("", columns, names)
+        # Other columns may hold anything. They are counted, and the least of them is kept.
+        kinds = np.dtype([(str(k), np.float64 if k in used else "U1") for k in range(columns)])
         delimiter = "," if "," in line.partition("#")[0] else None
-        if delimiter is None and columns > parsed and b"," in data:
+        if delimiter is None and columns > len(used) and b"," in data:
             return None  # numpy would take a row with commas for one that has none
         rows = np.loadtxt(chain([line], lines), kinds, delimiter=delimiter, comments="#", ndmin=1)
-    except ValueError:  # also of text that is not UTF-8
+    except ValueError:  # also of text that is not UTF-8, and of names that do not do
         return None
-    values: NDArray[np.float64] = rows["parsed"]
+    values: NDArray[np.float64] = np.column_stack([rows[str(k)] for k in used])
     return values if len(values) >= 2 and np.isfinite(values).all() else None
 
 
@@ -114,22 +120,23 @@ def _read_carefully(name: str, data: bytes) -> NDArray[np.float64]:
     rows = _rows(name, _lines(data))
     first = next(rows, None)
     columns = 0 if first is None else len(first.fields)
+    used: Sequence[int] = range(min(columns, _PARSED_COLUMNS))
     if first is not None and _names_columns(first.fields):
         _check_columns(first, columns)
+        used = _used(first.where, columns, first.fields)
     elif first is not None:
         rows = chain([first], rows)
 
-    parsed = min(columns, _PARSED_COLUMNS)
     numbers = array("d")  # a list of 5 million rows would take gigabytes
     count = 0
     for index, row in enumerate(rows):
         _check_columns(row, columns, index)
-        numbers.extend([_number(row, column, index) for column in range(parsed)])
+        numbers.extend([_number(row, column, index) for column in used])
         count += 1
     if count < 2:
         message = f"{name}: at least 2 waypoints are needed, found {count}"
         raise PathError(message)
-    return np.array(numbers).reshape(count, parsed)
+    return np.array(numbers).reshape(count, len(used))
 
 
 def _check_text(name: str, data: bytes) -> None:
@@ -169,6 +176,23 @@ def _fields(line: str) -> list[str]:
 def _names_columns(fields: list[str]) -> bool:
     """Whether a first row holds names: neither of the first two entries is a number."""
     return all(_parse(field) is None for field in fields[:2])
+
+
+def _used(where: str, columns: int, names: list[str] | None) -> Sequence[int]:
+    """Find the columns of x, y and, if any, the speed: by their names, where they have names."""
+    if names is None:
+        return range(min(columns, _PARSED_COLUMNS))
+    plain = ["_".join(re.split(r"[\[(]", name)[0].lower().split()) for name in names]
+    found = []
+    for wanted in (*([form.format(axis) for form in _PLACES] for axis in "xy"), _SPEEDS):
+        there = [plain.index(name) for name in wanted if name in plain]
+        shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+        if not there and wanted is not _SPEEDS:
+            raise PathError(f"{where}: no column is named {wanted[0]}; there are: {shown[:200]}")
+        if there and plain.count(plain[there[0]]) > 1:
+            raise PathError(f"{where}: two columns are named {names[there[0]][:200]}")
+        found += there[:1]
+    return found
 
 
 def _check_columns(row: _Row, columns: int, index: int | None = None) -> None:

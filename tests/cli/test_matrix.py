@@ -207,6 +207,20 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
         assert each["controllers"]["preview-pop"]["vehicle"] == empty.as_dict()
 
 
+@looped("name", ["matrix", "tune"])
+def test_waypoints_of_one_name_are_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
+) -> None:
+    files = []
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / "course.csv").write_text("0,0\n9,0\n", encoding="utf-8")
+        files += ["--waypoints", str(tmp_path / folder / "course.csv")]
+    outcome = command.call(capsys, name, *files)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "--waypoints must be files and tracks of different names, got 'course" in outcome.err
+
+
 @pytest.mark.parametrize("theme", THEMES)
 def test_every_law_that_can_be_compared_has_a_colour_of_its_own(theme: str) -> None:
     colours = THEMES[theme].laws

@@ -71,6 +71,24 @@ def test_read_waypoints_third_column_is_speed_and_more_are_left_alone(
     assert speed.tolist() == [5.0, 6.0]
 
 
+@looped(
+    ("content", "wanted"),
+    [
+        ("t,x,y,speed\n9,1,2,5\n9,3,4,6\n", [5.0, 6.0]),  # a log
+        ("speed y x\n5 2 1\n6 4 3\n", [5.0, 6.0]),
+        ("id,X [m],Y [m],v (m/s)\na,1,2,5\n,3,4,6\n", [5.0, 6.0]),
+        ("x_m,y_m,w_tr_right_m,w_tr_left_m\n1,2,7,8\n3,4,7,8\n", None),
+        ("x,y,yaw\n1,2,0\n3,4,0\n", None),
+    ],
+)
+def test_read_waypoints_finds_named_columns_wherever_they_stand(
+    tmp_path: Path, content: str, wanted: list[float] | None
+) -> None:
+    xy, speed = read_waypoints(_file(tmp_path, content))
+    assert xy.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert (speed if speed is None else speed.tolist()) == wanted
+
+
 @pytest.mark.parametrize("as_given", [str, Path, os.fspath])
 def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) -> None:
     xy, _ = read_waypoints(as_given(_file(tmp_path, "1,2\n3,4\n")))
@@ -97,6 +115,15 @@ def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) 
         ("x,y,v\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 0),
         ("1,2,3\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 1),
         ("1,2\n3\n", ", line 2", "found 1 column, at least 2 are needed", 1),
+        ("t,lat,y\n1,2,3\n3,4,5\n", ", line 1", "no column is named x; there are: t, lat, y", None),
+        ("x,u,v\n1,2,3\n3,4,5\n", ", line 1", "no column is named y; there are: x, u, v", None),
+        ("x,y,y\n1,2,3\n3,4,5\n", ", line 1", "two columns are named y", None),
+        (
+            "a" * 500 + ",b\n1,2\n",
+            ", line 1",
+            f"no column is named x; there are: {'a' * 200}",
+            None,
+        ),
         ("x;y\n1;2\n3;4\n", ", line 1", "found 1 column, at least 2 are needed", None),
         ("1;2\n3;4\n", ", line 1", "found 1 column, at least 2 are needed", None),
         ("", "", "at least 2 waypoints are needed, found 0", None),
@@ -179,6 +206,7 @@ ODD_NUMBERS = (
     *("'1'", '"1"', "1 2", "1;2", "\u0661", "\u20031", "1\x1c", "1\ufeff", "1\0", "1\x1a"),
 )
 FURTHER = ("a", "gravel", "", "nan", "\u00fc", "\u65e5\u672c", "a b", "a,b", '"a', "z" * 50, "\0")
+NAMES = ("xyvab", "xyvab", "txyvb", "vyxab", "xabyv", "abcde", "xyyvv")
 SEPARATORS = (",", " ", "\t", " , ", ", ", ";", "\u2003", "\x0c", "\x1f")
 ENDS = ("\n", "\r\n", "\r", "\n\n", "\n \n", "#\n", " # a, b\n", "\n# c, d\n", "\n\t# e\n", "\x0b")
 
@@ -196,7 +224,7 @@ def _files(draw: st.DrawFn) -> bytes:
 
     text = draw(st.sampled_from(["", "", "\ufeff", "# head, er\n", "\n \n"]))
     if draw(st.booleans()):
-        text += mostly(separator, st.just(",")).join("xyvab"[:columns]) + end
+        text += mostly(separator, st.just(",")).join(draw(st.sampled_from(NAMES))[:columns]) + end
     for _ in range(draw(st.integers(0, 5))):
         count = draw(st.integers(0, 6)) if broken and draw(st.integers(0, 9)) == 0 else columns
         entries = [

@@ -46,7 +46,8 @@ def test_profile_of_any_path_breaks_no_limit(
     seed: int, closed: bool, fields: dict[str, Any], car: dict[str, Any]
 ) -> None:
     xy = closed_spline(seed) if closed else random_course(seed)
-    profile = speed_profile(Path(xy, closed=closed), SpeedLimits(**fields), Vehicle(**car))
+    vehicle = Vehicle(**car, max_lateral_acceleration=None)
+    profile = speed_profile(Path(xy, closed=closed), SpeedLimits(**fields), vehicle)
     for name, beyond in excess(profile).items():
         assert beyond <= 1e-6, (name, beyond)
     assert profile.speed.min() >= 0.0
@@ -158,6 +159,13 @@ STRAIGHT = Path([(float(x), 0.0) for x in range(21)])
     ("limits", "car", "words"),
     [
         ({"max_speed": 20.0}, {"max_speed": 10.0}, "max_speed must be at most the vehicle's, 10.0"),
+        ({"max_lateral_acceleration": 4.1}, {}, "_acceleration must be at most the vehicle's, 4.0"),
+        ({"max_acceleration": 2.1}, {"max_acceleration": 2.0}, "at most the vehicle's, 2.0, got"),
+        (
+            {"max_deceleration": [(0.0, 1.0), (9.0, 3.1)]},
+            {"max_deceleration": 3.0},
+            "vehicle's, 3.0",
+        ),
         ({"start_speed": 30.0}, {}, "start_speed must be at most max_speed, 25.0, got 30.0"),
         ({"end_speed": 30.0}, {}, "end_speed must be at most max_speed"),
         ({"start_speed": 20.0}, {}, "start_speed must be at most 10.954.*'braking'"),

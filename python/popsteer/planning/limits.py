@@ -141,7 +141,7 @@ class SpeedLimits(Parameters):
                 found[name] = default if cars is None else cars
                 if name == "max_lateral_acceleration":
                     found[name] *= _speed_defaults["bend_share"]
-            elif cars is not None and name == "max_speed" and own > cars:
+            elif cars is not None and _largest(own) > cars:
                 raise ConfigError(name, own, f"at most the vehicle's, {cars!r}")
         if self.smoothing_length is None:
             found["smoothing_length"] = _speed_defaults["smoothing"] * vehicle.wheelbase
@@ -151,6 +151,10 @@ class SpeedLimits(Parameters):
                 most = f"at most max_speed, {limits.max_speed!r}"
                 raise ConfigError(name, getattr(limits, name), most)
         return limits
+
+
+def _largest(value: float | Sequence[tuple[float, float]]) -> float:
+    return value if isinstance(value, float | int) else max(each for _, each in value)
 
 
 def _checked(name: str, value: Any) -> float | tuple[tuple[float, float], ...]:  # noqa: ANN401 - of any kind

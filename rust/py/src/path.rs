@@ -148,7 +148,8 @@ impl PyPath {
     /// ----------
     /// file : str or path-like
     ///     Columns x [m], y [m] and optionally reference speed [m/s], apart by commas or white
-    ///     space; ``#`` comments; further columns are left alone.
+    ///     space; ``#`` comments. Where the first row names the columns, they are found by name
+    ///     (x, y, speed or v); else they are the first ones. Other columns are left alone.
     /// closed : bool, default False
     ///     Whether the last waypoint leads back to the first.
     ///
@@ -160,7 +161,8 @@ impl PyPath {
     /// Raises
     /// ------
     /// PathError
-    ///     If the file cannot be read or makes no path; names file, line and column.
+    ///     If the file cannot be read, its names lack x or y, or it makes no path; names file, line
+    ///     and column.
     #[classmethod]
     #[pyo3(signature = (file, *, closed=false))]
     fn from_csv<'py>(

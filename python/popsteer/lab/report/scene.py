@@ -195,6 +195,8 @@ def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArr
         driving = heading + math.pi if v < 0.0 else heading
         place = path.locate(px, py, driving, waypoint, _REACH)
         waypoint = place.segment
+        if k == 0 and path.closed and path.length - place.arc_length < _REACH:
+            laps = -path.length  # just before the start of its first lap
         if path.closed and last - place.arc_length > 0.5 * path.length:
             laps += path.length
         last = place.arc_length
