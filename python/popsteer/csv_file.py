@@ -39,7 +39,7 @@ class _Row(NamedTuple):
 def read_waypoints(
     file: str | os.PathLike[str],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    r"""Read waypoints [m], shape (N, 2), and their speeds [m/s], if any, from a text file.
+    """Read waypoints [m], shape (N, 2), and their speeds [m/s], if any, from a text file.
 
     Each row holds x [m], y [m] and, where there is a third column, the reference speed [m/s],
     separated by commas or by white space; further columns are left alone. ``#`` starts a comment,
@@ -50,17 +50,6 @@ def read_waypoints(
     Raises PathError, which names file, line and column, where the file cannot be read or is no such
     text, the names lack x or y or have one twice, a row has more or fewer columns than the first,
     an entry is not a finite number, or there are fewer than two rows; its `index` is the waypoint.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder) / "waypoints.csv"
-    ...     _ = file.write_text("x, y, speed  # metres, m/s\n0, 0, 1.5\n1, 0.5, 2\n")
-    ...     xy, speed = read_waypoints(file)
-    >>> xy.tolist(), speed.tolist()
-    ([[0.0, 0.0], [1.0, 0.5]], [1.5, 2.0])
     """
     values = _read(os.fsdecode(file))
     xy = np.ascontiguousarray(values[:, :2])

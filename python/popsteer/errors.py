@@ -16,13 +16,7 @@ _LONGEST = 200  # characters of a name or a value in a message
 
 
 def in_range(low: float, high: float) -> str:
-    """Word the requirement that a number lies in a closed range.
-
-    Examples
-    --------
-    >>> in_range(0.001, 1000.0)
-    'in [0.001, 1000]'
-    """
+    """Word the requirement that a number lies in a closed range."""
     return f"in [{low:g}, {high:g}]"
 
 
@@ -49,13 +43,7 @@ def odd_in_range(low: int, high: int) -> str:
 
 
 def below(count: int) -> str:
-    """Word the requirement that an index is below a count.
-
-    Examples
-    --------
-    >>> below(10)
-    'below 10'
-    """
+    """Word the requirement that an index is below a count."""
     return f"below {count}"
 
 

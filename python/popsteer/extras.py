@@ -41,13 +41,7 @@ class MissingExtra(PopsteerError, ModuleNotFoundError):  # noqa: N818 - as Modul
 
 
 def missing(*modules: str) -> bool:
-    """Whether one of some modules is not installed; none is imported to see.
-
-    Examples
-    --------
-    >>> missing("numpy"), missing("numpy", "no_such_module")
-    (False, True)
-    """
+    """Whether one of some modules is not installed; none is imported to see."""
     return not all(map(_is_found, modules))
 
 

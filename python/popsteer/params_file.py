@@ -83,11 +83,6 @@ def as_toml(params: Params, name: str | None = None) -> str:
     """Word the tuning of a controller as the text of a TOML file.
 
     A field that is None is a comment. `name` is that of a controller of your own.
-
-    Examples
-    --------
-    >>> as_toml(popsteer.PopParams()).splitlines()[5:7]
-    ['# Lookahead at rest `ld_min` [m].', '# min_lookahead =']
     """
     from popsteer import own
     from popsteer.toml_file import keys

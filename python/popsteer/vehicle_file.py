@@ -41,21 +41,10 @@ _LIMITS = ("max_steer_rate", "max_lateral_acceleration", "max_speed")
 
 
 def load(file: str | os.PathLike[str]) -> Vehicle:
-    r"""Read a vehicle from a TOML file; what it leaves out has its default.
+    """Read a vehicle from a TOML file; what it leaves out has its default.
 
     Raises ConfigError, which names file, key and value, where the file cannot be read or is no
     TOML, or a key is unknown, or its value of the wrong type or out of range.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder) / "car.toml"
-    ...     _ = file.write_text("wheelbase = 2.7\nmax_lateral_acceleration = inf\n")
-    ...     car = load(file)
-    >>> car.wheelbase, car.max_lateral_acceleration
-    (2.7, None)
     """
     fields, known = read(file, "vehicle file"), Vehicle().as_dict()
     for key, value in fields.items():
@@ -81,10 +70,5 @@ def as_toml(vehicle: Vehicle, unknown: Mapping[str, str] | None = None) -> str:
 
     `unknown` are fields that nobody has measured, and why: they get a comment, and are comments
     themselves where their value is the default. A field that is None is a comment.
-
-    Examples
-    --------
-    >>> [line for line in as_toml(Vehicle()).splitlines() if line.startswith("max_")]
-    ['max_steer = 1.22', 'max_lateral_acceleration = 4.0']
     """
     return "\n".join([_HEAD, *keys(vehicle, unknown)]) + "\n"

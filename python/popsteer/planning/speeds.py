@@ -242,13 +242,7 @@ def _plan(
 
 
 def table_of(limit: Any) -> tuple[Floats, Floats]:  # noqa: ANN401 - a number or a table
-    """Give a limit of the acceleration as speeds and values.
-
-    Examples
-    --------
-    >>> [column.tolist() for column in table_of(2.0)]
-    [[0.0], [2.0]]
-    """
+    """Give a limit of the acceleration as speeds and values."""
     points = [(0.0, limit)] if isinstance(limit, float) else list(limit)
     table = np.array(points, dtype=np.float64)
     return np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1])

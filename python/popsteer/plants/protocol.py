@@ -89,10 +89,5 @@ def follow(wanted: float, angle: float, fastest: float, dt: float) -> float:
 
     The wheels take the shortest time that the limit of their rate, `fastest`, allows, and stand
     still once there: rate = saturate((wanted - angle) / dt, ±fastest), kept for `dt` [s].
-
-    Examples
-    --------
-    >>> follow(0.5, 0.0, 0.4, 0.005), follow(0.001, 0.0, 0.4, 0.005)
-    (0.4, 0.2)
     """
     return min(max((wanted - angle) / dt, -fastest), fastest)

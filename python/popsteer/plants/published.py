@@ -24,13 +24,6 @@ def published(
     It has the lag `STEER_LAG`, and for its lateral acceleration `GRIP_SHARE` of `grip`, the largest
     of the tyres [m/s²]. `dead_time` and `steer_offset` are what the closed loop adds [s, rad].
     Raises ConfigError where a number is out of its range.
-
-    Examples
-    --------
-    >>> car = published(wheelbase=2.7, max_steer=0.6, max_steer_rate=0.6, grip=9.81,
-    ...                 dead_time=0.0, steer_offset=0.0)
-    >>> car.steer_lag, round(car.max_lateral_acceleration, 3)
-    (0.1, 7.848)
     """
     return Vehicle(
         wheelbase=wheelbase,

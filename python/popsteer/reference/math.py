@@ -46,13 +46,7 @@ def tan(x: float) -> float:
 
 
 def divide(a: float, b: float) -> float:
-    """Quotient a / b; an infinity or NaN where b is zero.
-
-    Examples
-    --------
-    >>> divide(3.0, 2.0), divide(-1.0, 0.0), divide(0.0, 0.0)
-    (1.5, -inf, nan)
-    """
+    """Quotient a / b; an infinity or NaN where b is zero."""
     if b != 0.0:
         return a / b
     if a == 0.0 or math.isnan(a):
@@ -82,13 +76,6 @@ def wrap(angle: float) -> float:
 
     The remainder is exact, so an angle that needs no turn comes back unchanged, and
     ``wrap(-a) == -wrap(a)`` for every finite a. NaN for an infinity.
-
-    Examples
-    --------
-    >>> wrap(0.5)
-    0.5
-    >>> round(wrap(1.5 * PI) + 0.5 * PI, 15)
-    0.0
     """
     if -PI <= angle <= PI:
         return angle

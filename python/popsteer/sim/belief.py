@@ -21,17 +21,6 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     vehicle, or knows of none, is returned itself. Raises ConfigError where the vehicle that it was
     given has its rear axle elsewhere: a pose would mean one position to the plant and another to
     the controller.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
-    >>> car = popsteer.Vehicle(rear_axle=-1.5)
-    >>> informed(popsteer.Stanley(path), car).tracked_point
-    1.5
-    >>> informed(popsteer.Stanley(path, popsteer.Vehicle()), car)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: rear_axle must be that of the plant, -1.5, got 0.0
     """
     if getattr(controller, "vehicle_given", True) is False:
         given: Any = controller
@@ -47,13 +36,6 @@ def informed(controller: _C, plant: Vehicle) -> _C:
 
 
 def believed(controller: controllers.Controller | OwnController) -> Vehicle | None:
-    """Tell which vehicle a controller believes to steer; None of one of your own that does not say.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> believed(popsteer.Pop(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))).wheelbase
-    3.0
-    """
+    """Tell which vehicle a controller believes to steer; None where your own does not say."""
     given = getattr(controller, "vehicle", None)
     return given if isinstance(given, Vehicle) else None

@@ -152,13 +152,6 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     The PI controller has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral
     bounded to full pedals. Where the path is driven backwards, it still is. Raises ConfigError
     where the speed is not in [0, 100].
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path, pedals = at_constant_speed(popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), 14.0)
-    >>> path.speed.tolist()
-    [14.0, 14.0]
     """
     check_in_range("constant_speed", speed, 0.0, 100.0)
     xy = np.column_stack((path.x, path.y))
@@ -341,14 +334,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
 
 
 def start_speed(path: Path, constant_speed: float | None) -> float:
-    """Give the speed that a run starts with [m/s]: the constant one in the path's direction, or 0.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> start_speed(popsteer.Path([(0.0, 0.0), (9.0, 0.0)], reverse=[True, True]), 4.0)
-    -4.0
-    """
+    """Give the speed that a run starts with [m/s]: the constant one, signed as the path, or 0."""
     speed = 0.0 if constant_speed is None else constant_speed
     return -speed if _starts_backwards(path) else speed
 

@@ -93,11 +93,6 @@ def made(plant: Plant) -> Plant:
 
     Raises ConfigError where no plant has this name, and PopsteerError where it needs an extra that
     is not installed.
-
-    Examples
-    --------
-    >>> made("carla-identified")
-    'carla-identified'
     """
     name = plant_name(plant)  # refuses an unknown one
     return plants.get(name) if isinstance(plant, str) and plants.is_known(name) else plant
@@ -107,11 +102,6 @@ def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:
     """Make a plant of its name, with its default parameters; leave an object as it is.
 
     Raises what `made` does.
-
-    Examples
-    --------
-    >>> object_of("kinematic-bicycle").vehicle.wheelbase
-    3.0
     """
     found = made(plant)
     return CORE_PLANTS[found]() if isinstance(found, str) else found
@@ -151,13 +141,6 @@ def pose_of(start: Pose, start_at: StartAt, vehicle: Vehicle) -> Pose:
     """Give the pose of a vehicle's point, from that of one of its axles, (x, y, yaw) [m, m, rad].
 
     `start_at` says whose `start` is: "pose", "rear" or "front"; raises ConfigError for another.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
-    >>> pose_of((10.0, 5.0, 0.0), "front", car)
-    (8.65, 5.0, 0.0)
     """
     offsets = {"pose": 0.0, "rear": vehicle.rear_axle, "front": vehicle.front_axle}
     if start_at not in offsets:

@@ -52,11 +52,6 @@ def profile(curvature: NDArray[np.float64], step: float, *, closed: bool) -> NDA
     """Give the speeds of a track [m/s]: the fastest within `LIMITS`, along a curvature [1/m].
 
     `step` is the arc length between waypoints [m]. An open path is entered at `FIRST_SPEED`.
-
-    Examples
-    --------
-    >>> profile(np.zeros(4), 1.0, closed=False).round(2).tolist()
-    [1.5, 2.5, 3.2, 3.77]
     """
     first = None if closed else FIRST_SPEED
     return speeds_along(curvature, step, LIMITS, closed=closed, start_speed=first)

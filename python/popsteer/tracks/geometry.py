@@ -59,11 +59,6 @@ def turn(angle_deg: float, radius: float, transition: float) -> list[Piece]:
     `transition` the length of each clothoid [m], less than `radius` times the angle. A clothoid of
     length c between curvature 0 and 1/R turns by c / (2 R), so the arc that is left for a turn by
     the angle α has the length R |α| - c.
-
-    Examples
-    --------
-    >>> [round(piece.length, 3) for piece in turn(-90.0, 40.0, 20.0)]
-    [20.0, 42.832, 20.0]
     """
     curvature = math.copysign(1.0 / radius, angle_deg)
     arc = radius * abs(math.radians(angle_deg)) - transition

@@ -58,13 +58,7 @@ class Measured(NamedTuple):
 
 
 def nanoseconds_of(time: Any) -> int:  # noqa: ANN401
-    """Give the time of a stamp [ns].
-
-    Examples
-    --------
-    >>> nanoseconds_of(time_message(1_500_000_000))
-    1500000000
-    """
+    """Give the time of a stamp [ns]."""
     return int(time.sec) * _SECOND + int(time.nanosec)
 
 
@@ -191,13 +185,6 @@ def path_of_bytes(kind: str, data: bytes, *, closed: bool = False) -> tuple[Path
 
     The points of a message lie at equal distances, unless the frames of its poses differ in length;
     then all of it is decoded. Raises MessageError, or whatever rosbags stumbles over.
-
-    Examples
-    --------
-    >>> from popsteer.adapters.ros2.messages import encode
-    >>> data = encode(path_message([0.0, 3.0], [0.0, 4.0], [0.0, 0.0], 0, "map"))
-    >>> path_of_bytes(PATH, data)[0].length
-    5.0
     """
     found = _points_of(kind, data)
     if found is None:

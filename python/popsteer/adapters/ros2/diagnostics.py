@@ -23,15 +23,7 @@ _LEVELS = {"ok": OK, "degraded": WARN, "fault": ERROR}
 
 @dataclass
 class Loop:
-    """What the loop's clock has measured.
-
-    Examples
-    --------
-    >>> loop = Loop(0.02)
-    >>> loop.count(0.03, 0.001, 0)
-    >>> loop.longest_period, loop.missed
-    (0.03, 0)
-    """
+    """What the loop's clock has measured."""
 
     period: float
     """The period that is wanted [s]."""

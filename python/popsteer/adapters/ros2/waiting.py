@@ -25,17 +25,7 @@ def why_none_is_usable(
 
 
 def why_silent(topic: str, kind: str, reader: Reader, participant: Participant) -> str:
-    """Say why nothing may have come in on a topic of a type: who publishes it, as far as known.
-
-    Examples
-    --------
-    >>> from popsteer.adapters.ros2 import messages
-    >>> from popsteer.adapters.ros2.dds import Participant
-    >>> participant = Participant(76, local=True)
-    >>> reader = participant.reader("/clock", messages.CLOCK)
-    >>> why_silent("/clock", messages.CLOCK, reader, participant)
-    'nobody publishes it'
-    """
+    """Say why nothing may have come in on a topic of a type: who publishes it, as far as known."""
     participant.graph.look()
     others = {each.kind for each in participant.graph.of(topic)} - {kind}
     if others:

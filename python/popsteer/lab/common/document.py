@@ -29,13 +29,7 @@ def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN4
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
-    """Give a value of a field as JSON has it; waypoints to the last bit.
-
-    Examples
-    --------
-    >>> plain({"path": None, "speeds": (1.0, 2.0)})
-    {'path': None, 'speeds': [1.0, 2.0]}
-    """
+    """Give a value of a field as JSON has it; waypoints to the last bit."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Distribution):

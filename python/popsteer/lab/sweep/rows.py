@@ -29,12 +29,6 @@ def journal_of(file: Path) -> Path:
     It is the file beside it that holds the rows until all are there. Raises ConfigError where the
     file is neither Parquet nor CSV by its name, and PopsteerError where Parquet needs an extra that
     is not installed.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> journal_of(Path("out/sweep.csv")).name
-    'sweep.csv.part'
     """
     if file.suffix.lower() not in _KINDS:
         raise ConfigError("--out", str(file), "a file *.parquet or *.csv")

@@ -67,12 +67,6 @@ def success_rate(successes: int, runs: int) -> Rate:
     E. Wilson, *Probable Inference, the Law of Succession, and Statistical Inference*, 1927. It
     takes the runs for independent; those of a Latin hypercube scatter less, so it is on the safe
     side.
-
-    Examples
-    --------
-    >>> rate = success_rate(95, 100)
-    >>> rate.share, round(rate.low, 3), round(rate.high, 3)
-    (0.95, 0.888, 0.978)
     """
     if runs == 0:
         return Rate(math.nan, 0.0, 1.0)
@@ -112,14 +106,7 @@ def error_of(row: dict[str, Any]) -> float:
 def success_rates(
     values: NDArray[np.float64], good: NDArray[np.bool_]
 ) -> Iterator[tuple[float, float, Rate]]:
-    """Give the success rate of each tenth of the runs, with the range of `values` that it has.
-
-    Examples
-    --------
-    >>> values = np.arange(20.0)
-    >>> [rate.share for _, _, rate in success_rates(values, values < 9.0)]
-    [1.0, 1.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]
-    """
+    """Give the success rate of each tenth of the runs, with the range of `values` that it has."""
     edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)).tolist()
     for low, high in pairwise(edges):
         inside = (values >= low) & (values <= high)
@@ -128,13 +115,7 @@ def success_rates(
 
 
 def axis_title(name: str) -> str:
-    """Give a quantity that varies with its unit.
-
-    Examples
-    --------
-    >>> axis_title("steer_lag"), axis_title("friction")
-    ('steer_lag [s]', 'friction')
-    """
+    """Give a quantity that varies with its unit."""
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
@@ -142,14 +123,6 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
     """Give the worst runs, at most `count`, the worst first.
 
     First come those that did not finish, then those with faults, then by the greatest error.
-
-    Examples
-    --------
-    >>> def row(run, error, finished=True):
-    ...     names = (ERROR, "max_abs_cross_track_error")
-    ...     return {"run": run, "finished": finished, "faults": 0} | dict.fromkeys(names, error)
-    >>> [each["run"] for each in worst([row(0, 0.1), row(1, 0.9), row(2, 0.2, False)])]
-    [2, 1, 0]
     """
 
     def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:

@@ -55,15 +55,6 @@ def locate(
     early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
     leap to another branch of the path: beyond the stretch there is no search, and within it the
     heading tells branches apart.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> path = Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
-    >>> locate(path, 0, (7.0, 0.4), (1.0, 0.0), 6.0).segment
-    0
-    >>> locate(path, 0, (7.0, 0.4), (-1.0, 0.0), 6.0).segment
-    2
     """
     closest_points = [
         find_closest_point(path, segment, position)

@@ -40,11 +40,6 @@ def get_lookahead_point_index(
 
     The waypoints w are a fine grid [m]; `position` [m] is the vehicle's, ld the `lookahead` [m],
     and ε the `tolerance` [m].
-
-    Examples
-    --------
-    >>> get_lookahead_point_index([(0.0, 0.0), (5.0, 0.0), (9.0, 0.0)], (0.0, 0.0), 5.0, 0.01)
-    1
     """
     return get_lookahead_point(waypoints, position, lookahead, tolerance).index
 
@@ -52,13 +47,7 @@ def get_lookahead_point_index(
 def get_lookahead_point(
     waypoints: Iterable[Point], position: Point, lookahead: float, tolerance: float
 ) -> Lookahead:
-    """Find that waypoint, and whether it fits, in one pass that stores nothing.
-
-    Examples
-    --------
-    >>> get_lookahead_point([(0.0, 0.0), (5.0, 0.0)], (0.0, 0.0), 50.0, 0.01)
-    Lookahead(index=1, point=(5.0, 0.0), found=False)
-    """
+    """Find that waypoint, and whether it fits, in one pass that stores nothing."""
     i, waypoint = 0, position
     for i, waypoint in enumerate(waypoints):
         if abs(get_distance(position, waypoint) - lookahead) <= tolerance:
@@ -75,12 +64,6 @@ def get_crossing(
     always is one while the closest point lies within the circle. If the closest point is at least
     `lookahead` away, it is the answer itself. On a closed path that lies within the circle the
     answer is the waypoint at least a quarter round.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> Path([(0.0, 0.0), (10.0, 0.0)]).get_crossing(8.0, 3.0, 5.0, 0)
-    ((12.0, 0.0), True)
     """
     squared_lookahead = lookahead * lookahead
     if closest.squared_distance >= squared_lookahead:

@@ -34,14 +34,7 @@ class Projection:
 
 
 def nearest_waypoint(path: PathView, position: Point) -> int:
-    """Find the waypoint nearest to `position`; the first of several.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> nearest_waypoint(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), (14.0, 3.0))
-    1
-    """
+    """Find the waypoint nearest to `position`; the first of several."""
     nearest = 0
     least = inf
     for index, waypoint in enumerate(zip(path.x, path.y, strict=True)):
@@ -144,14 +137,6 @@ def project(path: PathView, nearest: int, position: Point) -> Projection:
     Returns the nearer point; that of the segment ahead if both are equally near. Beyond the ends of
     an open path the end segments go on as straight lines, so that the cross-track error remains the
     lateral offset.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> path = Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
-    >>> found = project(path, 1, (12.0, 5.0))
-    >>> found.segment, found.point, found.arc_length, found.cross_track_error
-    (1, (10.0, 5.0), 15.0, -2.0)
     """
     closest = find_closest_point(path, path.segment_at(nearest), position)
     incoming = path.previous(nearest)
@@ -166,12 +151,6 @@ def path_yaw_behind(path: PathView, nearest: int) -> float:
 
     Of the one that starts there if none ends there. The published code takes it for the path's
     heading. It lies up to one and a half segments behind the closest point.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> path_yaw_behind(Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]), 1)
-    0.0
     """
     previous = path.previous(nearest)
     start, end = path.segment(nearest if previous is None else previous)
@@ -183,13 +162,6 @@ def reference_speed(path: PathView, projection: Projection) -> float | None:
 
     Magnitudes are interpolated linearly. Negative where the path is driven backwards, None if it
     has no speeds.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> path = Path([(0.0, 0.0), (10.0, 0.0)], speed=[2.0, 4.0])
-    >>> reference_speed(path, project(path, 0, (5.0, 1.0)))
-    3.0
     """
     following = path.next(projection.segment)
     if path.speed is None or following is None:

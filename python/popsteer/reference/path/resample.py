@@ -43,13 +43,6 @@ def window(path: PathView, nearest: int, ahead: float) -> Window:
 
     From one waypoint behind it to the first that lies `ahead` [m] of arc beyond it; at most to
     the end of an open path, and once around a closed one.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> square = Path([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)], closed=True)
-    >>> window(square, 3, 4.0)
-    Window(first=2, segments=3)
     """
     previous = path.previous(nearest)
     first, behind = (nearest, 0) if previous is None else (previous, 1)
@@ -92,12 +85,6 @@ def grid(path: PathView, window: Window, spacing: float) -> Iterator[Point]:
     """Make the fine grid over a window: the points of each segment, then the last waypoint.
 
     Nothing is stored: the points are made one after the other, as far as they are asked for.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> list(grid(Path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]), Window(0, 2), 0.5))
-    [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0)]
     """
     for k in range(window.segments):
         yield from segment_grid(path, (window.first + k) % len(path), spacing)

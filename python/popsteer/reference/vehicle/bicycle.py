@@ -30,11 +30,6 @@ def steps(horizon: float, dt: float) -> tuple[int, float]:
     """Tell how many steps a prediction takes over `horizon` [s], and how long each is [s].
 
     The control period `dt` [s], or longer where that would be too many.
-
-    Examples
-    --------
-    >>> steps(0.5, 0.05), steps(4.0, 0.05)
-    ((10, 0.05), (20, 0.2))
     """
     whole = int(saturate(horizon / dt + 1e-6, 1.0, float(MAX_STEPS)))
     period = horizon / whole
@@ -52,11 +47,6 @@ def get_predicted_location(
         y_{t+1} = y_t + sin φ · Δt · v
 
     With x and y [m], heading θ [rad], speed v [m/s], steering angle δ [rad] and Δt [s].
-
-    Examples
-    --------
-    >>> get_predicted_location(1.0, 2.0, 0.25, 10.0, -0.25, 0.5)
-    (6.0, 2.0)
     """
     heading = yaw + steer
     return (
@@ -74,11 +64,6 @@ def state_transition(
 
     The state is z = (x, y, θ, v, ω): position [m], heading [rad], speed [m/s], yaw rate [rad/s];
     the control u = (u_τ, u_δ), throttle or brake, and steering; φ = θ + δ with the angle δ [rad].
-
-    Examples
-    --------
-    >>> state_transition((1.0, 2.0, 0.25, 10.0, 0.5), (0.5, 0.25), -0.25, 0.5)
-    (6.0, 2.0, 0.5, 10.5, 0.75)
     """
     heading = state[2] + steer
     c, s = cos(heading) * dt, sin(heading) * dt
@@ -128,11 +113,6 @@ def kinematic_bicycle(
     in `dt`); the speed changes at the end.
 
     x and y [m] are of the middle of the rear axle.
-
-    Examples
-    --------
-    >>> kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 2.0, 3.0, 0.5)
-    (5.0, 0.0, 0.0, 11.0)
     """
     travel = speed * dt
     turn = divide(travel * tan(steer), wheelbase)
@@ -152,11 +132,6 @@ def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float)
 
     `vehicle` is the state of the point that moves at the angle `slip` to the heading [rad], left of
     it; the arc has the length `travel` [m] and the `curvature` [1/m].
-
-    Examples
-    --------
-    >>> advance(VehicleState(0.0, 0.0, 0.0, 10.0), travel=2.0, curvature=0.0, slip=0.0)
-    VehicleState(x=2.0, y=0.0, yaw=0.0, speed=10.0)
     """
     turn = travel * curvature
     direction = vehicle.yaw + 0.5 * turn + slip
@@ -179,16 +154,6 @@ class Rollout:
     that is estimated, and the turning length is that of the first speed.
 
     `state` is that of the no-slip point, at first as it was given.
-
-    Examples
-    --------
-    >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.estimate import Estimate
-    >>> rollout = Rollout(Vehicle(), Estimate(), VehicleState(0.0, 0.0, 0.0, 10.0))
-    >>> rollout.drive(0.0, [(0.0, 0.5)])
-    0.0
-    >>> rollout.state
-    VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
     """
 
     def __init__(self, vehicle: Vehicle, estimate: Estimate, state: VehicleState) -> None:

@@ -30,18 +30,7 @@ Timed = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class InFlight:
-    """The commands that are given but have not reached the wheels, and the wheels.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Vehicle
-    >>> car = Vehicle(dead_time=0.25, steer_lag=0.0)
-    >>> in_flight = InFlight.settled(car, 0.0)
-    >>> for _ in range(3):
-    ...     in_flight = in_flight.elapse(car, last=0.5, dt=0.125)
-    >>> in_flight
-    InFlight(commands=((0.5, 0.125), (0.5, 0.125)), wheel=0.5)
-    """
+    """The commands that are given but have not reached the wheels, and the wheels."""
 
     commands: Timed
     """Oldest first: angle [rad] and how long it was commanded [s]."""

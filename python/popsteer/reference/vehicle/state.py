@@ -45,13 +45,7 @@ class VehicleState:
         )
 
     def ahead(self, offset: float) -> VehicleState:
-        """Return the same vehicle by the pose of a point `offset` [m] farther ahead.
-
-        Examples
-        --------
-        >>> VehicleState(1.0, 2.0, 0.0, 5.0).ahead(3.0)
-        VehicleState(x=4.0, y=2.0, yaw=0.0, speed=5.0)
-        """
+        """Return the same vehicle by the pose of a point `offset` [m] farther ahead."""
         if abs(offset) <= 0.0:
             return self
         x, y = self.point_ahead(offset)

@@ -50,12 +50,6 @@ class Straightening(NamedTuple):
         controller remains what it is. The first term is the arc of the largest curvature; the
         second is the distance in which the wheels turn, and that of their lag. The curvature is at
         most the one that they reach while the vehicle turns by the approach angle.
-
-        Examples
-        --------
-        >>> fast = Straightening(curvature=0.0064, rate=0.006, lag=3.75, unlimited=8.2)
-        >>> round(fast.steepest(0.25, 1.0), 4), fast.steepest(0.25, 20.0)
-        (0.0729, 0.25)
         """
         reached = sqrt(approach_angle * self.rate)
         curvature = self.curvature if self.curvature < reached else reached

@@ -37,12 +37,6 @@ def transition(
     The curvature responds with a first-order lag over `lag` [m]; `kept` is exp(-step / lag);
     errors are those of a point `offset` [m] ahead of the no-slip point. Within the step the path
     turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
-
-    Examples
-    --------
-    >>> a = transition(0.5, lag=0.0, kept=0.0, offset=0.0)
-    >>> float(a[0, 3])  # a circle: curvature · step² / 2
-    0.125
     """
     by_driven = lag * (1.0 - kept)
     by_commanded = step - by_driven
@@ -66,11 +60,6 @@ def stage(heading_cost: float, offset: float) -> Array:
     """Return Q of the cost e² + (heading_cost (p + offset a))² of one state.
 
     The second is the direction in which the reference point travels.
-
-    Examples
-    --------
-    >>> float(stage(3.0, offset=0.0)[1, 1])
-    9.0
     """
     direction = np.array([0.0, 1.0, offset, 0.0, 0.0])
     return np.diag([1.0, 0.0, 0.0, 0.0, 0.0]) + heading_cost**2 * np.outer(direction, direction)
@@ -108,12 +97,6 @@ def regulator(models: Sequence[Array], stage: Array, move_cost: float) -> Regula
         Q.
     move_cost : float
         R; positive.
-
-    Examples
-    --------
-    >>> dear = regulator([transition(0.5, 0.0, 0.0, 0.0)], stage(3.0, 0.0), move_cost=1e9)
-    >>> bool(abs(dear.gains[0]).max() < 1e-8)  # a move too dear to make
-    True
     """
     gains, weights = [], []
     cost = after = stage

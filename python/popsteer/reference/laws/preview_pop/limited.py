@@ -137,12 +137,6 @@ def least_norm(rows: Array, room: Array, rounding: float) -> tuple[Array, list[i
     multiplier would become negative is released. At every moment x is minus the sum of the held
     rows times their multipliers. A row that the held ones give, as the upper of two equal limits,
     is not added.
-
-    Examples
-    --------
-    >>> x, held = least_norm(np.array([[-1.0, -1.0], [1.0, 0.0]]), np.array([-2.0, 0.5]), 1e-12)
-    >>> x.round(12).tolist(), held
-    ([0.5, 1.5], [0, 1])
     """
     sizes = np.linalg.norm(rows, axis=1)
     held: list[int] = []
