@@ -211,7 +211,8 @@ def test_distances_count_the_laps_of_a_closed_path() -> None:
     assert abs(found[-1] - found[0] - 2.0 * path.length) < 1.0
     assert np.all(np.diff(found) >= 0.0)
     # Two metres before the start of a lap are not at its end.
-    early = distances(path, *(np.roll(each, 6) for each in (x, y, angle + 1.57)), np.ones(400))
+    x, y, angle = (np.roll(each, 6) for each in (x, y, angle))
+    early = distances(path, x, y, angle + 0.5 * np.pi, np.ones(400))
     assert -8.0 < early[0] < -1.0
 
 

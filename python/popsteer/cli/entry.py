@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import functools
 import os
 import re
@@ -76,6 +77,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except KeyboardInterrupt:
         status = INTERRUPTED
     _drop_what_fails(sys.stdout)
+    if status == INTERRUPTED and arguments is None:
+        # All is written; to take down the modules of a cluster would take up to a second more.
+        atexit._run_exitfuncs()  # noqa: SLF001 - without it pools leave semaphores
+        sys.stderr.flush()
+        os._exit(status)
     sys.exit(status)
 
 
