@@ -16,6 +16,7 @@ from studies.cars_loop import loop_lines
 from studies.choose import choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
 from studies.layout import DOCS, table, with_table
+from studies.parking import parking_lines
 from studies.path_end import end_lines
 from studies.pose_age import age_lines
 from studies.preview_pop import preview_lines
@@ -30,6 +31,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "cars loop": ("loop.md", loop_lines),
     "replanning": ("loop.md", replanning_lines),
     "missing inputs": ("loop.md", input_lines),
+    "parking": ("planning.md", parking_lines),
     "pose age": ("edges.md", age_lines),
     "end": ("edges.md", end_lines),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),

@@ -595,6 +595,7 @@ def _plan_speeds(
     curvature: _Floats,
     spacing: _Floats,
     *,
+    sharp: _Floats,
     closed: bool,
     cusps: _Flags | None,
     speed_limits: _Floats | None,
@@ -633,6 +634,7 @@ class Vehicle(_Vehicle):
         max_deceleration: float | None = None,
         brake_deceleration: float | None = None,
         drive_lag: float = 0.0,
+        steers_at_rest: bool = False,
     ) -> Self: ...
     wheelbase: Final[float]
     rear_axle: Final[float]
@@ -650,6 +652,7 @@ class Vehicle(_Vehicle):
     max_deceleration: Final[float | None]
     brake_deceleration: Final[float | None]
     drive_lag: Final[float]
+    steers_at_rest: Final[bool]
 
 @final
 class AdaptParams(_Params):

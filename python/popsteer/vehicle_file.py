@@ -50,8 +50,9 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     for key, value in fields.items():
         if key not in known:
             raise in_file(file, ConfigError.unknown("key", key, known))
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise in_file(file, ConfigError(key, value, "a number"))
+        is_flag = isinstance(known[key], bool)
+        if is_flag != isinstance(value, bool) or not isinstance(value, int | float):
+            raise in_file(file, ConfigError(key, value, "true or false" if is_flag else "a number"))
         if key in _LIMITS and value == math.inf:
             fields[key] = None
     try:

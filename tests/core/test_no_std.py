@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,7 +33,7 @@ def build(*features: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-DELAYED = {
+DELAYED: dict[str, Any] = {
     "wheelbase": 2.7,
     "rear_axle": -1.35,
     "no_slip_point": -1.2,

@@ -298,9 +298,13 @@ def some(
     return st.fixed_dictionaries({}, optional=drawn)
 
 
-VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL)
+def _that_may_steer_at_rest(fields: st.SearchStrategy[dict[str, Any]]) -> Any:
+    return st.builds(lambda car, does: {**car, "steers_at_rest": does}, fields, st.booleans())
+
+
+VEHICLES = _that_may_steer_at_rest(some(VEHICLE_RANGES, VEHICLE_OPTIONAL))
 """Arguments of a `Vehicle`."""
-CALM_VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL, calm=True)
+CALM_VEHICLES = _that_may_steer_at_rest(some(VEHICLE_RANGES, VEHICLE_OPTIONAL, calm=True))
 """Arguments of a `Vehicle` that is a car."""
 ADAPTS = st.one_of(
     st.just("auto"),

@@ -97,11 +97,8 @@ def _refused(controller: Any, state: Any, field: str) -> InputError:
 
 _TRACKER_STATE: dict[str, Any] = {
     "waypoint": None,
-    "acceleration": 0.0,
-    "drive": 0.0,
-    "slow_drive": 0.0,
-    "model_speed": None,
-    "disturbance": 0.0,
+    **dict.fromkeys(("acceleration", "drive", "slow_drive", "disturbance", "turning"), 0.0),
+    **dict.fromkeys(("model_speed", "to_stop"), None),
     "standing": False,
 }
 
@@ -472,6 +469,8 @@ def test_speed_states_are_restored_within_their_ranges_and_refused_beyond() -> N
         (pid, "previous_error", -2e4, 2e4),
         (tracker, "acceleration", -1e4, 1e4),
         (tracker, "disturbance", -2.0, 2.0),
+        (tracker, "to_stop", -4e9, 4e9),
+        (tracker, "turning", 0.0, 1e3),
     ):
         first = controller.state
         for value in (low, high):

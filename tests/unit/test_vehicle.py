@@ -38,7 +38,7 @@ FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "brake_deceleration": ((1e-3, 1e3), None, True),
     "drive_lag": ((0.0, 10.0), 0.0, False),
 }
-DEFAULTS = {name: default for name, (_, default, _) in FIELDS.items()}
+DEFAULTS = {name: default for name, (_, default, _) in FIELDS.items()} | {"steers_at_rest": False}
 # A value for every field that is not its default.
 OTHERS = {name: min(0.7, 0.99 * high) for name, ((_, high), _, _) in FIELDS.items()}
 
@@ -52,7 +52,8 @@ VEHICLES = st.fixed_dictionaries(
     optional={
         name: st.floats(low, high) | st.just(low) | (st.none() if optional else st.nothing())
         for name, ((low, high), _, optional) in FIELDS.items()
-    },
+    }
+    | {"steers_at_rest": st.booleans()},
 ).map(_vehicle)
 
 each_field = looped("field", FIELDS)
@@ -60,14 +61,14 @@ each_field = looped("field", FIELDS)
 
 def test_vehicle_of_no_arguments_is_the_papers_car_with_a_limit() -> None:
     assert Vehicle().as_dict() == DEFAULTS
-    assert list(Vehicle().as_dict()) == list(FIELDS)
+    assert list(Vehicle().as_dict()) == list(DEFAULTS)
     parameters = inspect.signature(Vehicle).parameters
     assert {name: parameter.default for name, parameter in parameters.items()} == DEFAULTS
 
 
 @each_field
 def test_vehicle_field_given_is_kept(field: str) -> None:
-    car = Vehicle(**{field: OTHERS[field]})
+    car = _vehicle({field: OTHERS[field]})
     assert getattr(car, field) == OTHERS[field]
     assert car.as_dict() == {**DEFAULTS, field: OTHERS[field]}
     assert car == Vehicle().replace(**{field: OTHERS[field]}) != Vehicle()
@@ -80,13 +81,14 @@ def test_vehicle_number_out_of_range_is_refused_by_name(field: str) -> None:
     low, high = FIELDS[field][0]
     beyond = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf), -1e9)
     for value in (math.nan, math.inf, -math.inf, *beyond):
+        given: dict[str, Any] = {field: value}
         for make in (Vehicle, Vehicle().replace):
             with pytest.raises(ConfigError) as caught:
-                make(**{field: value})
+                make(**given)
             assert str(caught.value) == f"{field} must be in [{low:g}, {high:g}], got {value!r}"
     with pytest.raises(ConfigError, match=f"^{field} must be .* got -inf$"):
-        Vehicle(**{field: -(10**400)})
-    assert Vehicle(**{field: low}) != Vehicle(**{field: high})
+        _vehicle({field: -(10**400)})
+    assert _vehicle({field: low}) != _vehicle({field: high})
 
 
 @each_field
@@ -174,8 +176,8 @@ def test_vehicle_file_says_what_each_field_is_and_its_unit() -> None:
     text = "\n".join(lines[lines.index("") :])
     for key in keys:
         meaning, _, text = text.partition(f"\n{key}")
-        assert re.fullmatch(r"\n# [A-Z].*\[.+\].*\.", meaning, re.DOTALL)
-    assert [key.removeprefix("# ").split(" =")[0] for key in keys] == list(FIELDS)
+        assert re.fullmatch(r"\n# ([A-Z].*\[.+\]|Whether ).*\.", meaning, re.DOTALL)
+    assert [key.removeprefix("# ").split(" =")[0] for key in keys] == list(DEFAULTS)
     commented = [key.split()[1] for key in keys if key.startswith("#")]
     assert commented == [name for name, default in DEFAULTS.items() if default is None]
 
@@ -201,6 +203,7 @@ _REFUSED = [
     ("[car]\nwheelbase = 2.7", "car", "unknown key 'car'; known: wheelbase, "),
     ("wheelbase = '2.7'", "wheelbase", "wheelbase must be a number, got '2.7'"),
     ("wheelbase = true", "wheelbase", "wheelbase must be a number, got True"),
+    ("steers_at_rest = 1", "steers_at_rest", "steers_at_rest must be true or false, got 1"),
     ("wheelbase = [2.7]", "wheelbase", r"wheelbase must be a number, got [2.7]"),
     ("wheelbase = {a = 1}", "wheelbase", "wheelbase must be a number, got {'a': 1}"),
     ("dead_time = 1979-05-27", "dead_time", "dead_time must be a number, got datetime.date("),

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer._core import Path, Vehicle, _path_curvature, _path_cusps, _plan_speeds
+from popsteer._core import (
+    Path,
+    Vehicle,
+    _path_curvature,
+    _path_cusps,
+    _plan_speeds,
+    _speed_defaults,
+)
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.planning.limits import SpeedLimits
 from popsteer.planning.profile import LIMITS, SpeedProfile
@@ -82,6 +89,9 @@ def speed_profile(
     vehicle = Vehicle() if vehicle is None else vehicle
     limits = (SpeedLimits() if limits is None else limits).resolved(vehicle)
     bends = curvature(path, limits.smoothing_length)
+    sharp = bends
+    if vehicle.steers_at_rest:
+        sharp = curvature(path, _speed_defaults["sharp"] * vehicle.wheelbase)
     spacing = np.diff(np.append(path.s, path.length) if path.closed else path.s)
     cusps = _path_cusps(path)
     bounds = _bounds(speed_limits, len(path))
@@ -90,7 +100,7 @@ def speed_profile(
         bounds = np.maximum(bounds, _LEAST)
     ends = (None, None) if path.closed else (limits.start_speed, limits.end_speed)
     speed, by = _plan(
-        bends, spacing, limits, vehicle, path.closed, cusps, (bounds, path.grade), ends
+        (bends, sharp), spacing, limits, vehicle, path.closed, cusps, (bounds, path.grade), ends
     )
     if not path.closed and speed[0] < limits.start_speed - 1e-9:
         allowed = f"at most {speed[0]:.3f}, which is what the limit {LIMITS[by[0]]!r} allows there"
@@ -166,7 +176,7 @@ def speeds_along(
         broken = int(np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0.0)))[0])
         raise PathError(f"spacing after waypoint {broken} must be above 0", broken)
     ends = (start_speed, end_speed)
-    return _plan(bends, lengths, limits, vehicle, closed, None, (None, None), ends)[0]
+    return _plan((bends, bends), lengths, limits, vehicle, closed, None, (None, None), ends)[0]
 
 
 def curvature(path: Path, smoothing_length: float | None = None) -> Floats:
@@ -212,7 +222,7 @@ def curvature(path: Path, smoothing_length: float | None = None) -> Floats:
 
 
 def _plan(
-    bends: Floats,
+    bends: tuple[Floats, Floats],
     spacing: Floats,
     limits: SpeedLimits,
     vehicle: Vehicle,
@@ -223,8 +233,9 @@ def _plan(
 ) -> tuple[Floats, NDArray[np.uint8]]:
     numbers: Any = limits
     return _plan_speeds(
-        bends,
+        bends[0],
         spacing,
+        sharp=bends[1],
         closed=closed,
         cusps=cusps,
         speed_limits=along[0],

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from math import copysign
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from popsteer.reference.laws.law import Belief, LateralLaw, LawState
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
+from popsteer.reference.path.preview import wheel_at_rest
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimate import Estimate
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
+
+
+_AT_REST = 0.02
+"""At rest: slower than this, in wheelbases a second."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +137,7 @@ class Tracker(Generic[StateT]):
         if not self._bare:
             # The angle that the wheels were given.
             law.set_steer(state.law, law.vehicle.at_wheels(state.steer + self._offset))
-        decision = law.decide(path, state.law, at, belief)
+        decision = self._turn_at_rest(at) or law.decide(path, state.law, at, belief)
         wanted, status = at.mirror(decision.steer), decision.status
         if self._bare:
             state.steer = wanted
@@ -152,6 +157,15 @@ class Tracker(Generic[StateT]):
             reverse=at.reverse,
             status=status,
         )
+
+    def _turn_at_rest(self, at: Located) -> Decision | None:
+        """Return the angle for the path just ahead where the wheels turn at rest, else None."""
+        car = self.law.vehicle
+        if not car.steers_at_rest or abs(at.vehicle.speed) >= _AT_REST * car.wheelbase:
+            return None
+        closest = at.closest
+        steer = wheel_at_rest(car, self.path, closest.segment, closest.arc_length(self.path))
+        return Decision(steer, closest.point, Status.OK)
 
     @property
     def _offset(self) -> float:

@@ -366,6 +366,11 @@ typedef struct popsteer_vehicle {
      * 10.0].
      */
     double drive_lag;
+    /**
+     * Whether the wheels turn while the vehicle stands: then they do so at a start and at a
+     * cusp, and the speed waits for them. 0 is false. Default 0.
+     */
+    uint32_t steers_at_rest;
 } popsteer_vehicle;
 
 /**
@@ -504,15 +509,16 @@ typedef struct popsteer_preview_pop_params {
     double approach_angle;
     /**
      * Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-     * prediction looks as far as at this speed; at rest they keep their angle. Where the
-     * vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed.
-     * NAN: `5.0 / 3.0 * wheelbase`, in [0.001, 10000.0].
+     * prediction looks as far as at this speed; at rest they keep their angle, unless the
+     * vehicle has `steers_at_rest`. Where the vehicle's `max_steer_rate` is given, they turn
+     * at all of it down to half this speed. NAN: `wheelbase * if steers_at_rest { 1.0 / 3.0 }
+     * else { 5.0 / 3.0 }`, in [0.0001, 10000.0].
      */
     double min_speed;
     /**
      * Length of path over which its direction is taken [m]. More: less of the waypoints' noise
-     * is steered, and bends shorter than this are cut. NAN: `2.0 / 3.0 * wheelbase`, in [0.0,
-     * 1000.0].
+     * is steered, and bends shorter than this are cut. NAN: `wheelbase * if steers_at_rest {
+     * 0.2 } else { 2.0 / 3.0 }`, in [0.0, 1000.0].
      */
     double smoothing_length;
     /**

@@ -104,6 +104,7 @@ fn turning(limits: &SpeedLimits<'_>, from: f64, to: f64, length: f64, speed: f64
 
 fn check(track: &Track, closed: bool, limits: &SpeedLimits<'_>) -> Vec<Limit> {
     let course = Course {
+        sharp: None,
         curvature: &track.curvature,
         spacing: &track.spacing,
         closed,
@@ -235,6 +236,7 @@ fn test_lap_is_planned_alike_wherever_it_begins() {
         speed_limits.rotate_left(first);
         cusps.fill(false);
         let course = Course {
+            sharp: None,
             curvature: &curvature,
             spacing: &spacing,
             closed: true,

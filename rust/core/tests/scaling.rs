@@ -48,7 +48,7 @@ fn drive<L: LateralLaw>(k: f64, make: impl Fn(Vehicle) -> L) -> (Vec<f64>, Vec<f
     let mut state = tracker.initial_state();
     let mut vehicle = VehicleState {
         x: 0.0,
-        y: 1.5 * k,
+        y: 1.0 * k,
         yaw: 0.8,
         speed: 8.0 * k,
     };

@@ -87,6 +87,7 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
         vehicle,
     };
     let course = Course {
+        sharp: None,
         curvature: &curvature,
         spacing: &spacing,
         closed: view.is_closed(),

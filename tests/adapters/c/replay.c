@@ -186,6 +186,7 @@ int main(int argc, char **argv) {
     for (size_t k = 0; k < sizeof fields / sizeof *fields; ++k) {
         *fields[k] = number(script);
     }
+    car.steers_at_rest = (uint32_t)number(script);
     size_t count = (size_t)number(script);
     popsteer_path *paths[PATHS];
     if (count < 1 || count > PATHS) {

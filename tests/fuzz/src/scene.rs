@@ -195,6 +195,7 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
                 max_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
                 brake_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
                 drive_lag: bytes.parameter(0.0, [0.0, 1.0], [0.0, 10.0]),
+                steers_at_rest: bytes.byte() & 1 == 0,
                 ..standard
             },
         }

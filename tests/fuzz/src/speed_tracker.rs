@@ -139,6 +139,7 @@ impl Life {
             disturbance: symmetric(bytes, 0.5, 2.0),
             drive: symmetric(bytes, 5.0, 1e4),
             standing: bytes.byte() & 1 == 0,
+            turning: bytes.number([0.0, 3.0], [0.0, 1e3]),
             ..SpeedTrackerState::default()
         };
         match self.tracker.check_state(&self.on.0.view(), &wanted) {

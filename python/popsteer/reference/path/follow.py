@@ -94,7 +94,7 @@ class Follow:
         On the whole path if that is None, or if the vehicle is lost.
         """
         if waypoint is None:
-            start = self._find_anew(path, vehicle)
+            start = self._first_segment(path, vehicle, dt)
         else:
             start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt)
@@ -109,6 +109,21 @@ class Follow:
             at = replace(at, off_path=True)
         changed = waypoint is not None and at.reverse != path.is_reverse(start)
         return replace(at, direction_changed=changed)
+
+    def _first_segment(self, path: PathView, vehicle: VehicleState, dt: float) -> int:
+        """Find the segment of a vehicle that was on no path before.
+
+        Where a path comes by its start again, a vehicle within noise of the start is there.
+        """
+        found = self._find_anew(path, vehicle)
+        if path.closed:
+            return found
+        start = self._locate_from(path, 0, vehicle, dt).closest
+        end = self._locate_from(path, found, vehicle, dt).closest
+        ahead = start.along[0] * end.along[0] + start.along[1] * end.along[1] > 0.0
+        same_way = ahead == (path.is_reverse(0) == path.is_reverse(found))
+        farther = sqrt(start.squared_distance) - sqrt(end.squared_distance)
+        return start.segment if same_way and farther <= self.arrival_distance else found
 
     def _locate_from(
         self, path: PathView, segment: int, vehicle: VehicleState, dt: float

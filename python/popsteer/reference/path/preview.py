@@ -7,11 +7,12 @@ from math import fmod, inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.geometry import get_distance, squared_distance
-from popsteer.reference.math import atan2, saturate
+from popsteer.reference.math import atan, atan2, saturate
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -87,10 +88,10 @@ class Preview:
         self.path = path
         self.base = base
         self.reach = reach = 5.0 * base if reach is None else reach
-        self._stretch: Stretch | None = None
+        self.stretch: Stretch | None = None
         if path.reverse is not None:
             farthest = arc_length + distance + reach
-            self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
+            self.stretch = Stretch.about(path, segment, arc_length - reach, farthest)
 
     @classmethod
     def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
@@ -136,7 +137,7 @@ class Preview:
 
     def _place_at(self, arc_length: float) -> tuple[int, float]:
         """Find the segment that holds `arc_length`, and how far along it [m]."""
-        path, stretch = self.path, self._stretch
+        path, stretch = self.path, self.stretch
         if stretch is not None:
             if arc_length >= stretch.end:
                 beyond = arc_length - stretch.end
@@ -153,6 +154,24 @@ class Preview:
         start, end = self.path.segment(segment)
         fraction = along / get_distance(start, end)
         return start[0] + fraction * (end[0] - start[0]), start[1] + fraction * (end[1] - start[1])
+
+
+def wheel_at_rest(vehicle: Vehicle, path: PathView, segment: int, arc: float) -> float:
+    """Return the angle at which the wheels of a vehicle at rest lead along `path` [rad].
+
+    From `arc` [m] on `segment` on, for a vehicle that drives forward. The curvature is taken over
+    two chords of a quarter of the wheelbase just ahead, or the last two before a cusp or the end.
+    """
+    length = 0.25 * vehicle.wheelbase
+    preview = Preview(path, length, segment, arc - length, 3.0 * length)
+    stretch = preview.stretch
+    if stretch is not None:
+        first, last = stretch.start, stretch.end
+    else:
+        first, last = (-inf, inf) if path.closed else (0.0, path.length)
+    start = max(min(arc, last - 2.0 * length), first) + 0.5 * length
+    _, (turn,) = preview.turns(start, length, 1)
+    return vehicle.at_wheels(atan(turn / length * vehicle.turning_length(0.0)))
 
 
 def _angle_between(before: Point, after: Point) -> float:

@@ -71,6 +71,8 @@ class Vehicle(Checked):
     """What the brakes can do [m/s²]; None where it is not known."""
     drive_lag: float = number(0.0, 0.0, 10.0)
     """Time constant with which the drive answers the pedals [s]."""
+    steers_at_rest: bool = False
+    """Whether the wheels turn while the vehicle stands."""
 
     @property
     def front_axle(self) -> float:

@@ -98,7 +98,7 @@ impl Follow {
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => self.find_anew(path, vehicle).segment,
+            None => self.first_segment(path, vehicle, dt),
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
@@ -118,6 +118,27 @@ impl Follow {
         }
         at.direction_changed = waypoint.is_some() && at.reverse != path.is_reverse(start);
         at
+    }
+
+    /// The segment of a vehicle that was on no path before. Where an open path comes by its start again,
+    /// as there and back, a vehicle within noise of the start is there.
+    fn first_segment(&self, path: &PathView<'_>, vehicle: VehicleState, dt: f64) -> usize {
+        let found = self.find_anew(path, vehicle).segment;
+        if path.is_closed() {
+            return found;
+        }
+        let at = |segment| self.locate_from(path, segment, vehicle, dt).closest;
+        let (start, end) = (at(0), at(found));
+        let (one, other) = (start.along(), end.along());
+        let ahead = one.x * other.x + one.y * other.y > 0.0;
+        let same_way = ahead == (path.is_reverse(0) == path.is_reverse(found));
+        let noise = self.arrival_distance;
+        let farther = sqrt(start.squared_distance) - sqrt(end.squared_distance);
+        if same_way && farther <= noise {
+            start.segment
+        } else {
+            found
+        }
     }
 
     #[inline]

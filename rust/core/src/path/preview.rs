@@ -2,7 +2,8 @@
 
 use super::view::PathView;
 use crate::geometry::{Point, get_distance, squared_distance};
-use crate::math::{atan2, remainder, saturate};
+use crate::math::{atan, atan2, larger, remainder, saturate, smaller};
+use crate::vehicle::Vehicle;
 
 /// The direction of a path, smoothed over `base` [m] of it.
 ///
@@ -198,6 +199,26 @@ impl Stretch {
         }
         stretch
     }
+}
+
+/// The angle at which the wheels of a `vehicle` at rest lead along `path` [rad], from `arc` [m] on
+/// segment `segment`; that of the vehicle as one that drives forward.
+///
+/// The path's curvature is taken over two chords of a quarter of the wheelbase just ahead, or the last
+/// two before a cusp or the end.
+pub fn wheel_at_rest(vehicle: &Vehicle, path: &PathView<'_>, segment: usize, arc: f64) -> f64 {
+    let length = 0.25 * vehicle.wheelbase;
+    let mut preview = Preview::new(path, length, segment, arc - length, 3.0 * length);
+    let (first, last) = match &preview.stretch {
+        Some(stretch) => (stretch.start, stretch.end),
+        None if path.is_closed() => (f64::NEG_INFINITY, f64::INFINITY),
+        None => (0.0, path.length()),
+    };
+    let start = larger(smaller(arc, last - 2.0 * length), first) + 0.5 * length;
+    let mut turn = [0.0];
+    preview.turns(start, length, &mut turn);
+    let [turn] = turn;
+    vehicle.at_wheels(atan(turn / length * vehicle.turning_length(0.0)))
 }
 
 /// The angle from one direction to another [rad], in [-pi, pi].

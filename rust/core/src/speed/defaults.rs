@@ -22,6 +22,8 @@ pub const STOP_DECELERATION: f64 = 2.0;
 pub const BEND_SHARE: f64 = 0.9;
 /// Length over which the curvature is smoothed, in wheelbases: 2 m for a car of 3 m.
 pub const SMOOTHING: f64 = 2.0 / 3.0;
+/// The same for jumps of the curvature, where a vehicle parks.
+pub const SHARP: f64 = 1.0 / 6.0;
 
 /// Standard gravity [m/s²].
 const GRAVITY: f64 = 9.806_65;

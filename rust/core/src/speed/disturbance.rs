@@ -53,6 +53,10 @@ pub struct SpeedTrackerState {
     pub disturbance: f64,
     /// Whether the vehicle is held where it stands.
     pub standing: bool,
+    /// Distance to the next stop [m], as steady as the speed; None where it is not known.
+    pub to_stop: Option<f64>,
+    /// How long the vehicle stands until its wheels are turned [s].
+    pub turning: f64,
 }
 
 impl SpeedTrackerState {

@@ -48,6 +48,7 @@ use crate::error::ConfigError;
 use crate::math::{larger, sqrt, tan};
 use crate::speed::defaults::{gravity_along, strongest_braking};
 use crate::speed::limits::{Over, PlanPoint, SpeedLimits};
+use crate::vehicle::Vehicle;
 
 /// A square of a speed that a pass lowers to more than this share keeps the name of its old limit:
 /// where a bend begins and ends, rounding alone lowers the speed.
@@ -55,6 +56,15 @@ const SLIGHTLY: f64 = 0.999;
 /// The most rounds of a pass forward and one backward. A plan that would need more keeps its bounds
 /// and brakes in time, but may exceed a driving acceleration that grows with the speed.
 const ROUNDS: usize = 50;
+
+/// A jump of the curvature is looked for so far on each side of a waypoint, in wheelbases: where the
+/// wheels turn for it.
+const JUMP_REACH: f64 = 0.4;
+/// How far a vehicle that parks may be shifted by a jump of the curvature, in wheelbases. Less: it
+/// drives past more slowly.
+const JUMP_SHIFT: f64 = 0.003;
+/// A turn of the wheels that is no jump [rad]: noise of the waypoints, a bend of a road.
+const SMALL_JUMP: f64 = 0.1;
 
 /// What limits the speed at a waypoint.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
@@ -100,6 +110,8 @@ impl Limit {
 pub struct Course<'a> {
     /// Curvature at each waypoint [1/m].
     pub curvature: &'a [f64],
+    /// The same smoothed less, to find jumps for a vehicle that parks; nowhere a jump if None.
+    pub sharp: Option<&'a [f64]>,
     /// Length of each segment [m]: N - 1 of an open path, N of a closed one.
     pub spacing: &'a [f64],
     /// Whether the last waypoint leads back to the first: the speeds are the same in each lap.
@@ -139,6 +151,33 @@ impl Course<'_> {
         self.cusps
             .and_then(|cusps| cusps.get(index).copied())
             .unwrap_or(false)
+    }
+
+    /// The curvature `sharp` at most `reach` [m] `ahead` of waypoint `index`, or behind it, in its
+    /// section.
+    fn beyond(&self, sharp: &[f64], index: usize, reach: f64, ahead: bool) -> f64 {
+        let (mut place, mut distance) = (index, 0.0);
+        for _ in 0..self.spacing.len() {
+            let (next, segment) = if ahead {
+                (self.next(place), place)
+            } else if place > 0 {
+                (place - 1, place - 1)
+            } else {
+                (self.curvature.len() - 1, self.curvature.len() - 1)
+            };
+            distance += self.spacing.get(segment).copied().unwrap_or(f64::INFINITY);
+            // The curvature at a cusp is that of the section after it.
+            let leaves = if ahead {
+                self.is_cusp(next)
+            } else {
+                self.is_cusp(place)
+            };
+            if distance > reach || leaves {
+                break;
+            }
+            place = next;
+        }
+        sharp.get(place).copied().unwrap_or(0.0)
     }
 
     fn next(&self, index: usize) -> usize {
@@ -297,13 +336,45 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
         let (from, to) = (course.curvature_at(segment), course.curvature_at(next));
         let speed = limits.in_time(from, to, length, limits.max_speed);
         for index in [segment, next] {
-            if let (Some(value), Some(by)) = (squared.get_mut(index), limit.get_mut(index))
-                && speed * speed < *value
-            {
-                (*value, *by) = (speed * speed, Limit::SteerRate);
-            }
+            turn_in_time(speed, index, squared, limit);
         }
     }
+    if let Some(sharp) = course.sharp.filter(|_| car.steers_at_rest) {
+        for index in 0..squared.len() {
+            let speed = jump_speed(course, sharp, index, car);
+            turn_in_time(speed, index, squared, limit);
+        }
+    }
+}
+
+fn turn_in_time(speed: f64, index: usize, squared: &mut [f64], limit: &mut [Limit]) {
+    if let (Some(value), Some(by)) = (squared.get_mut(index), limit.get_mut(index))
+        && speed * speed < *value
+    {
+        (*value, *by) = (speed * speed, Limit::SteerRate);
+    }
+}
+
+/// The speed at which a vehicle that parks drives past a jump of the curvature near waypoint `index`
+/// [m/s], infinite if there is none.
+///
+/// Wheels that turn at their rate, half before the jump `D` and half after it, shift the vehicle by
+/// `D l² / 24` to the side, with `l = v t` and `t = L D / max_steer_rate`. That is to be `shift`:
+///
+/// ```text
+/// v = sqrt(24 shift) max_steer_rate / (L D^1.5)
+/// ```
+fn jump_speed(course: &Course<'_>, sharp: &[f64], index: usize, car: &Vehicle) -> f64 {
+    let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);
+    let reach = JUMP_REACH * car.wheelbase;
+    let jump = (course.beyond(sharp, index, reach, true)
+        - course.beyond(sharp, index, reach, false))
+    .abs();
+    let length = car.turning_length(0.0);
+    if jump * length < SMALL_JUMP {
+        return f64::INFINITY;
+    }
+    sqrt(24.0 * JUMP_SHIFT * car.wheelbase / jump) * rate / (length * jump)
 }
 
 #[cfg(test)]

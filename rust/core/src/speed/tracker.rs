@@ -36,11 +36,12 @@
 //! The feedforward with a disturbance observer is the usual one; the rules of a stop, with the
 //! constants below, were found by driving and follow no publication.
 
-use crate::bounds::MAX_SPEED;
-use crate::error::{ConfigError, InputError, input_within};
+use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED};
+use crate::error::{ConfigError, InputError, input_in_range, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
 use crate::params;
 use crate::path::follow::Located;
+use crate::path::preview::wheel_at_rest;
 use crate::path::{Follow, PathView};
 use crate::speed::defaults::{self, gravity_along};
 use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
@@ -58,6 +59,9 @@ const ARRIVED: f64 = 1.0 / 120.0;
 /// It leaves its stop again when that is this far ahead, in wheelbases: 15 cm for a car of 3 m, seven
 /// deviations of a position with 2 cm of noise.
 const LEAVES: f64 = 1.0 / 20.0;
+/// How much a pose counts for the distance to a stop, against the distance travelled since the last:
+/// noise of 2 cm moves it by less than 1 cm.
+const POSE_SHARE: f64 = 0.25;
 /// A stop so far behind a vehicle that moves is one that it overran, in wheelbases: it stops at once.
 const OVERRUN: f64 = 2.0;
 /// It cannot stop in time if it would come to rest farther behind the stop, in wheelbases.
@@ -80,6 +84,11 @@ const HOLD: f64 = 0.5;
 const FULL_DRIVE: f64 = 0.5;
 /// At rest, as a share of the creeping speed: the brakes then hold with more than comfort.
 const AT_REST: f64 = 0.2;
+
+/// A turn of the wheels that a start does not wait for [rad].
+const SMALL_TURN: f64 = 0.02;
+/// How many steering lags the wheels are waited for, beside the time at their rate.
+const LAGS: f64 = 3.0;
 
 params! {
     /// Parameters of [`SpeedTracker`].
@@ -144,7 +153,9 @@ pub struct SpeedTracker {
 struct Situation {
     /// `v`: speed along the path [m/s], negative if the vehicle rolls the other way.
     speed: f64,
-    /// `D`: distance to the next stop [m]; infinite if there is none.
+    /// Distance to the next stop as measured [m]; infinite if there is none.
+    measured: f64,
+    /// `D`: the same without most of the noise [m].
     to_stop: f64,
     /// `T`: time until the command takes effect [s].
     delay: f64,
@@ -219,9 +230,13 @@ impl SpeedTracker {
             .max_lateral_acceleration
             .unwrap_or(defaults::MAX_LATERAL_ACCELERATION);
         let curvature = path_curvature(path, defaults::SMOOTHING * car.wheelbase);
+        let sharp = car
+            .steers_at_rest
+            .then(|| path_curvature(path, defaults::SHARP * car.wheelbase));
         let spacing: Vec<f64> = (0..segments).map(|k| path.segment_length(k)).collect();
         let course = Course {
             curvature: &curvature,
+            sharp: sharp.as_deref(),
             spacing: &spacing,
             closed: path.is_closed(),
             cusps: Some(&cusps),
@@ -279,10 +294,13 @@ impl SpeedTracker {
                 ..SpeedTrackerState::default()
             };
         }
-        let now = self.situation(path, plan, &at, &mut next, dt);
+        next.turning = self.turning(path, &at, &next, state.waypoint, dt);
+        let mut now = self.situation(path, plan, &at, &mut next, dt);
         let braking = self.braking_for(&now, next.acceleration);
         let reserve = self.params.reserve;
         let last = next.acceleration;
+        next.standing = now.standing;
+        now.standing |= next.turning > 0.0;
         let command = if now.standing {
             self.hold(&now)
         } else {
@@ -305,16 +323,54 @@ impl SpeedTracker {
         let change = self.params.max_jerk * dt;
         let command = saturate(larger(command, -self.brakes), last - change, last + change);
         next.acceleration = command;
-        next.standing = now.standing;
         *state = next;
         Ok(SpeedCommand {
             acceleration: command,
             reference_speed: now.reference,
-            distance_to_stop: now.to_stop,
+            distance_to_stop: now.measured,
             reverse: at.reverse,
             standing: now.standing,
             cannot_stop: braking.cannot_stop,
         })
+    }
+
+    /// How long the vehicle goes on standing while its wheels turn [s]: at a start or a cusp, where
+    /// they turn at rest, from straight or from the bend before it.
+    fn turning(
+        &self,
+        path: &PathView<'_>,
+        at: &Located,
+        state: &SpeedTrackerState,
+        last: Option<usize>,
+        dt: f64,
+    ) -> f64 {
+        let (car, speed) = (&self.vehicle, at.vehicle.speed);
+        let creep = CREEP * car.wheelbase;
+        if !car.steers_at_rest || speed > creep {
+            return 0.0;
+        }
+        if state.model_speed.is_some() {
+            let still = speed.abs() < AT_REST * creep;
+            return larger(state.turning - if still { dt } else { 0.0 }, 0.0);
+        }
+        let wheel = |segment: usize, arc: f64| {
+            let angle = wheel_at_rest(car, path, segment, arc);
+            if path.is_reverse(segment) {
+                -angle
+            } else {
+                angle
+            }
+        };
+        let before = match last.and_then(|last| path.section_end(last)) {
+            Some(end) if at.direction_changed => wheel(end, path.segment_end(end)),
+            _ => 0.0,
+        };
+        let turn = (wheel(at.closest.segment, at.closest.arc_length(path)) - before).abs();
+        if turn < SMALL_TURN {
+            return 0.0;
+        }
+        let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);
+        car.dead_time + LAGS * car.steer_lag + turn / rate
     }
 
     /// Where the vehicle is on its plan, and what the plan wants there; brings the estimate of
@@ -344,7 +400,9 @@ impl SpeedTracker {
         let (_, ahead, grade_ahead) = planned.at(arc + at.vehicle.forward_speed() * delay);
 
         // Brakes that hold say nothing; a drive that pulls in vain does.
-        let held = state.standing || (speed.abs() < AT_REST * creep && state.acceleration <= 0.0);
+        let held = state.standing
+            || state.turning > 0.0
+            || (speed.abs() < AT_REST * creep && state.acceleration <= 0.0);
         let known = gravity_along(grade);
         let model = (lag, params.disturbance_time, wheelbase);
         let wanted = state.acceleration + known + state.disturbance;
@@ -355,11 +413,20 @@ impl SpeedTracker {
         let moves = speed > creep || state.standing;
         let behind = if moves { OVERRUN } else { LEAVES };
         let stop = planned.next_stop(arc, behind * wheelbase, self.braking);
-        let to_stop = if stays_at_zero {
+        let measured = if stays_at_zero {
             smaller(stop - arc, 0.0)
         } else {
             stop - arc
         };
+        // The speed knows how far the vehicle moved since the last step, the pose where it is.
+        let expected = state.to_stop.map(|last| last - speed * dt);
+        let to_stop = match expected.map(|expected| (expected, measured - expected)) {
+            Some((expected, error)) if error.abs() < LEAVES * wheelbase => {
+                expected + POSE_SHARE * error
+            }
+            _ => measured,
+        };
+        state.to_stop = to_stop.is_finite().then_some(to_stop);
         let room = larger(to_stop, 0.0);
         let slowest = if stays_at_zero {
             0.0
@@ -371,6 +438,7 @@ impl SpeedTracker {
         let arrived = to_stop <= stands_until * wheelbase;
         Situation {
             speed,
+            measured,
             to_stop,
             delay,
             reference,
@@ -456,6 +524,9 @@ impl SpeedTracker {
         input_within("drive", state.drive, MAX_SPEED)?;
         input_within("slow_drive", state.slow_drive, MAX_SPEED)?;
         input_within("model_speed", state.model_speed.unwrap_or(0.0), MAX_SPEED)?;
+        let to_stop = state.to_stop.unwrap_or(0.0);
+        input_within("to_stop", to_stop, 4.0 * MAX_COORDINATE)?;
+        input_in_range("turning", state.turning, 0.0, MAX_DT)?;
         input_within("disturbance", state.disturbance, MAX_DISTURBANCE)?;
         Ok(())
     }

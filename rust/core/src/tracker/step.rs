@@ -8,8 +8,9 @@ use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
 use crate::geometry::Point;
 use crate::laws::law::check_steer;
-use crate::laws::{LateralLaw, LateralState};
+use crate::laws::{Decision, LateralLaw, LateralState};
 use crate::path::follow::{Follow, Located};
+use crate::path::preview::wheel_at_rest;
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
@@ -22,6 +23,9 @@ use crate::tracker::state::{
 };
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
+
+/// At rest: slower than this, in wheelbases a second.
+const AT_REST: f64 = 0.02;
 
 /// A controller, and how it adapts to its vehicle.
 ///
@@ -314,7 +318,9 @@ impl<L: LateralLaw> Tracker<L> {
             let wheel = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(wheel);
         }
-        let decision = self.law.decide(path, &mut state.law, &at, &belief);
+        let turned = self.turn_at_rest(path, &at);
+        let decision =
+            turned.unwrap_or_else(|| self.law.decide(path, &mut state.law, &at, &belief));
         let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
@@ -331,6 +337,18 @@ impl<L: LateralLaw> Tracker<L> {
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
+    }
+
+    /// The angle for the path just ahead, where the vehicle stands and its wheels turn all the same.
+    #[inline]
+    fn turn_at_rest(&self, path: &PathView<'_>, at: &Located) -> Option<Decision> {
+        let car = self.law.vehicle();
+        let rests = at.vehicle.speed.abs() < AT_REST * car.wheelbase;
+        (car.steers_at_rest && rests).then(|| Decision {
+            steer: wheel_at_rest(car, path, at.closest.segment, at.closest.arc_length(path)),
+            target: at.closest.point,
+            status: Status::OK,
+        })
     }
 
     /// Where on the path the measured vehicle is; None if the predicted one is the same.

@@ -71,6 +71,9 @@ params! {
         brake_deceleration: Option<f64> = None, in [1e-3, 1e3];
         /// Time constant of the drive's first-order response to the pedals [s].
         drive_lag: f64 = 0.0, in [0.0, 10.0];
+        /// Whether the wheels turn while the vehicle stands: then they do so at a start and at a cusp,
+        /// and the speed waits for them.
+        steers_at_rest: bool = false;
     }
 }
 

@@ -35,7 +35,7 @@ pub(crate) fn path_cusps<'py>(py: Python<'py>, path: &PyPath) -> Bound<'py, PyAr
 
 /// The limits of the speed that stand for those that neither plan nor vehicle has, by name; the
 /// deceleration of a stop without a plan, the share of the lateral acceleration for bends, and the
-/// smoothing length in wheelbases.
+/// smoothing lengths in wheelbases.
 pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let found = PyDict::new(py);
     for (name, value) in [
@@ -49,6 +49,7 @@ pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         ("stop_deceleration", defaults::STOP_DECELERATION),
         ("bend_share", defaults::BEND_SHARE),
         ("smoothing", defaults::SMOOTHING),
+        ("sharp", defaults::SHARP),
     ] {
         found.set_item(name, value)?;
     }
@@ -58,13 +59,14 @@ pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 /// Greatest speed at each waypoint [m/s], and the number of what limits it there.
 #[pyfunction(name = "_plan_speeds")]
 #[pyo3(signature = (
-    curvature, spacing, *, closed, cusps, speed_limits, grade, start_speed, end_speed, max_speed,
+    curvature, spacing, *, sharp, closed, cusps, speed_limits, grade, start_speed, end_speed, max_speed,
     max_lateral_acceleration, acceleration, deceleration, longitudinal_grip, exponent, vehicle
 ))]
 pub(crate) fn plan_speeds<'py>(
     py: Python<'py>,
     curvature: Floats<'py>,
     spacing: Floats<'py>,
+    sharp: Floats<'py>,
     closed: bool,
     cusps: Option<PyReadonlyArray1<'py, bool>>,
     speed_limits: Option<Floats<'py>>,
@@ -90,6 +92,7 @@ pub(crate) fn plan_speeds<'py>(
     };
     let course = Course {
         curvature: curvature.as_slice()?,
+        sharp: Some(sharp.as_slice()?),
         spacing: spacing.as_slice()?,
         closed,
         cusps: cusps.as_ref().map(PyReadonlyArray1::as_slice).transpose()?,

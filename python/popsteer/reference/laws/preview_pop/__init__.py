@@ -56,18 +56,18 @@ class PreviewPopParams(Params):
     heading_cost: float | None = optional(0.0, 1e3)  # of 1 rad in cross-track error [m/rad]
     steer_rate_cost: float | None = optional(1e-5, 1e3)  # of 1 rad/s [m s/rad]
     approach_angle: float = number(0.25, 1e-3, 0.5 * PI)  # of a path far off [rad]
-    min_speed: float | None = optional(1e-3, 1e4)  # least speed of the prediction [m/s]
+    min_speed: float | None = optional(1e-4, 1e4)  # least speed of the prediction [m/s]
     smoothing_length: float | None = optional(0.0, 1e3)  # of the path's heading [m]
 
     def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         wheelbase = vehicle.wheelbase
-        rate = vehicle.max_steer_rate
+        rate, parks = vehicle.max_steer_rate, vehicle.steers_at_rest
         return super()._scaled(vehicle) | {
             "steer_span_rate": 60.0 * (PI / 180.0) if rate is None else rate,
             "heading_cost": wheelbase,
             "steer_rate_cost": wheelbase / 12.0,
-            "min_speed": 5.0 / 3.0 * wheelbase,
-            "smoothing_length": 2.0 / 3.0 * wheelbase,
+            "min_speed": (1.0 if parks else 5.0) / 3.0 * wheelbase,
+            "smoothing_length": (0.2 if parks else 2.0 / 3.0) * wheelbase,
         }
 
 

@@ -38,7 +38,7 @@ use crate::vehicle::bicycle::{MAX_STEPS, steps};
 
 law_params! {
     /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
-    pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate) {
+    pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate, steers_at_rest) {
         /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
         /// times dt from the last one. Where the vehicle has no `max_steer_rate`, the paper's 3
         /// degrees in 50 ms.
@@ -59,12 +59,13 @@ law_params! {
         /// would not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.
         approach_angle: f64 = 0.25, in [1e-3, 0.5 * PI];
         /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-        /// prediction looks as far as at this speed; at rest they keep their angle. Where the
+        /// prediction looks as far as at this speed; at rest they keep their angle, unless the vehicle
+        /// has `steers_at_rest`. Where the
         /// vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed.
-        min_speed: Scaled = 5.0 / 3.0 * wheelbase, in [1e-3, 1e4];
+        min_speed: Scaled = wheelbase * if steers_at_rest { 1.0 / 3.0 } else { 5.0 / 3.0 }, in [1e-4, 1e4];
         /// Length of path over which its direction is taken [m]. More: less of the waypoints' noise
         /// is steered, and bends shorter than this are cut.
-        smoothing_length: Scaled = 2.0 / 3.0 * wheelbase, in [0.0, 1e3];
+        smoothing_length: Scaled = wheelbase * if steers_at_rest { 0.2 } else { 2.0 / 3.0 }, in [0.0, 1e3];
     }
 }
 

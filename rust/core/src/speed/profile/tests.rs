@@ -14,6 +14,7 @@ fn plan(course: &Course<'_>, limits: &SpeedLimits<'_>) -> (Vec<f64>, Vec<Limit>)
 
 const STRAIGHT: Course<'static> = Course {
     curvature: &[0.0; 5],
+    sharp: None,
     spacing: &[1.0; 4],
     closed: false,
     cusps: None,

@@ -1,0 +1,147 @@
+"""Parking on defaults, by a car of its own: the table of docs/planning.md."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import popsteer
+from studies.layout import line
+
+PERIOD, STEP = 0.05, 0.005
+"""Of the control and of the car's motion [s]."""
+LAG = 0.15
+"""Of the wheels and of the drive, and the dead time [s]."""
+RATE = 0.4
+"""Of the wheels [rad/s]."""
+CAR: dict[str, Any] = {
+    "wheelbase": 2.7,
+    "max_steer": 0.6,
+    "max_steer_rate": RATE,
+    **dict.fromkeys(("steer_lag", "dead_time", "drive_lag"), LAG),
+}
+SEEDS = range(4)
+
+Piece = tuple[bool, float, float]
+"""Whether it is driven backwards, its curvature to the left [1/m], its length [m]."""
+
+
+class Parked(NamedTuple):
+    """What a manoeuvre came to; a row has the largest of several."""
+
+    aside: float
+    """Largest distance from the leg that was driven [m]."""
+    place: float
+    """Distance from the end [m]."""
+    heading: float
+    """Error of the heading there [°]."""
+    time: float
+    """When it stood [s]; infinite if it did not."""
+
+
+def bays(radius: float) -> dict[str, list[Piece]]:
+    """Manoeuvres with bends of one radius [m], up to three cusps."""
+    bend, eighth = 1.0 / radius, math.pi / 4.0 * radius
+    ahead, into = (False, 0.0, 6.0), (True, 0.0, 4.0)
+    found = {
+        "there and back": [ahead, (False, bend, eighth), (True, bend, eighth), (True, 0.0, 6.0)]
+    }
+    for degrees, arc in ((45, eighth), (90, 2.0 * eighth)):
+        third = arc / 3.0
+        found |= {
+            f"{degrees}°, 1 cusp": [ahead, (True, bend, arc), into],
+            f"{degrees}°, out of a bend": [
+                ahead,
+                (False, -bend, arc / 2),
+                (True, bend, arc / 2),
+                into,
+            ],
+            f"{degrees}°, 3 cusps": [
+                *(ahead, (False, bend, arc / 2), (True, -bend, third), (False, bend, third), into),
+            ],
+        }
+    return found
+
+
+def drawn(pieces: list[Piece]) -> tuple[popsteer.Path, np.ndarray, list[bool]]:
+    """Draw a path with a waypoint every 0.2 m; also x, y, yaw at each, and how it is driven."""
+    x = y = yaw = 0.0
+    poses, reverse = [(x, y, yaw)], []
+    for backwards, curvature, length in pieces:
+        count = round(length / 0.2)
+        step = (-length if backwards else length) / count
+        for _ in range(count):
+            half = 0.5 * step * curvature
+            chord = step * (math.sin(half) / half if half else 1.0)
+            x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
+            yaw += 2.0 * half
+            poses.append((x, y, yaw))
+            reverse.append(backwards)
+    reverse.append(reverse[-1])
+    found = np.array(poses)
+    return popsteer.Path(found[:, :2], reverse=reverse), found, reverse
+
+
+def park(pieces: list[Piece], seed: int, **fields: Any) -> Parked:
+    """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults."""
+    path, poses, reverse = drawn(pieces)
+    vehicle = popsteer.Vehicle(**CAR, **fields)
+    steering, pace = popsteer.PreviewPop(path, vehicle), popsteer.SpeedTracker(path, vehicle)
+    noise = np.random.default_rng(seed)
+    cusps = [k for k in range(1, len(reverse)) if reverse[k] != reverse[k - 1]]
+    legs = [0, *cusps, len(poses) - 1]
+    flight = deque([0.0] * round(LAG / STEP))
+    x = y = yaw = speed = wheel = pull = aside = 0.0
+    leg = standing = 0
+    time = math.inf
+    for count in range(round(60.0 / PERIOD)):
+        dx, dy, turned = noise.normal(0.0, (0.02, 0.02, 0.003))
+        measured = (x + dx, y + dy, yaw + turned, speed, PERIOD)
+        steer, drive = steering.steer(*measured), pace.step(*measured)
+        gear = -1.0 if drive.reverse else 1.0
+        for _ in range(round(PERIOD / STEP)):
+            flight.append(steer)
+            wheel += STEP * max(-RATE, min(RATE, (flight.popleft() - wheel) / LAG))
+            pull += STEP / LAG * (drive.acceleration - pull)
+            ahead = gear * speed + STEP * max(pull, 0.0)
+            speed = gear * math.copysign(max(abs(ahead) + STEP * min(pull, 0.0), 0.0), ahead)
+            x += STEP * speed * math.cos(yaw)
+            y += STEP * speed * math.sin(yaw)
+            yaw += STEP * speed * math.tan(wheel) / 2.7
+        is_turned = leg + 2 < len(legs) and drive.reverse == reverse[legs[leg + 1]]
+        if is_turned and gear * speed >= 0.0:
+            leg += 1
+        start = poses[legs[leg] : legs[leg + 1], :2]
+        along = poses[legs[leg] + 1 : legs[leg + 1] + 1, :2] - start
+        to = np.array([x, y]) - start
+        share = np.clip((to * along).sum(1) / (along**2).sum(1), 0.0, 1.0)
+        aside = max(aside, float(np.hypot(*(to - share[:, None] * along).T).min()))
+        is_there = leg + 2 == len(legs) and drive.standing and drive.distance_to_stop < 0.2
+        standing = standing + 1 if is_there else 0
+        if standing > 10:
+            time = count * PERIOD
+            break
+    end = poses[-1]
+    heading = math.degrees(abs(math.remainder(yaw - end[2], math.tau)))
+    return Parked(aside, math.hypot(x - end[0], y - end[1]), heading, time)
+
+
+def row(pieces: list[Piece], **fields: Any) -> Parked:
+    """Give the largest of each number over the seeds."""
+    runs = [park(pieces, seed, **fields) for seed in SEEDS]
+    return Parked(*(max(each) for each in zip(*runs, strict=True)))
+
+
+def parking_lines() -> list[str]:
+    """Word a row for each bay and radius; the last cell is without wheels that turn at rest."""
+    lines = []
+    for radius in (5.0, 7.0, 9.0):
+        for name, pieces in bays(radius).items():
+            found, kept = row(pieces, steers_at_rest=True), row(pieces)
+            cells = (f"{found.aside:.2f}", f"{found.place:.3f}", f"{found.heading:.1f}")
+            others = f"{kept.aside:.2f}, {kept.place:.2f} m, {kept.heading:.0f}°"
+            lines.append(line(f"{name}, {radius:.0f} m", *cells, f"{found.time:.0f}", others))
+    return lines
