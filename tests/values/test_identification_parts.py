@@ -297,3 +297,89 @@ def test_chain_remembers_the_wheels_of_its_last_lags_and_limits() -> None:
     assert chain.wheels(0.1, 0.5).rate == 0.5
     other = Chain(_chain_drive(), "tyres")
     assert other.wheels(0.1) is other.wheels(0.2)
+
+
+def _positions(
+    rear: float, slip: float, bias: float = 0.0, excess: float = 0.0
+) -> tuple[Any, np.ndarray]:
+    """A drive of 30 s whose point moves as the docstring of `point` says."""
+    t = DT * np.arange(600)
+    yaw = 0.6 * np.sin(0.5 * t) + 0.1 * t
+    speed = 7.0 + 3.0 * np.sin(0.3 * t)
+    x, y = [5.0], [-3.0]
+    for k in range(599):
+        turn, step = yaw[k + 1] - yaw[k], t[k + 1] - t[k]
+        middle, v = yaw[k] + 0.5 * turn, 0.5 * (speed[k] + speed[k + 1])
+        ahead = (1.0 + excess) * v * step
+        left = v * step * bias - (rear + slip * v * v) * turn
+        x.append(x[-1] + ahead * math.cos(middle) - left * math.sin(middle))
+        y.append(y[-1] + ahead * math.sin(middle) + left * math.cos(middle))
+    given = {"t": t, "yaw": yaw, "sample_speed": speed, "starts": np.array([0])}
+    ready = SimpleNamespace(
+        **given, x=np.array(x), y=np.array(y), usual_step=DT, parts=lambda: [slice(20, 600)]
+    )
+    return ready, yaw
+
+
+def test_point_of_the_car_is_found_where_it_was() -> None:
+    from popsteer.identification.point import NAMES, fit_point
+
+    ready, yaw = _positions(-1.3, 0.002, 0.01, -0.02)
+    found = fit_point(ready, yaw, 0.9)
+    assert [found.values[name] for name in NAMES] == pytest.approx([-1.3, 0.002, 0.01, -0.02])
+    random = np.random.default_rng(7)
+    misses = []
+    for _ in range(6):
+        noisy: Any = SimpleNamespace(**vars(ready))
+        noisy.x = ready.x + random.normal(0.0, 0.02, 600)
+        noisy.y = ready.y + random.normal(0.0, 0.02, 600)
+        noisy.x[300] += 4.0  # which weighs as little as it should
+        one = fit_point(noisy, yaw, 0.9)
+        assert one.noise == pytest.approx(0.02, rel=0.2)
+        true = dict(zip(NAMES, (-1.3, 0.002, 0.01, -0.02), strict=True))
+        misses += [(one.values[name] - true[name]) / one.errors[name] for name in NAMES]
+        weights = np.array([1.0, 36.0, 0.0, 0.0])
+        assert one.error_at(6.0) == one.known.error(weights) < one.errors["rear_axle"]
+    assert 0.4 < np.sqrt(np.mean(np.square(misses))) < 1.6
+
+
+def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() -> None:
+    from popsteer.identification.simulate import _starts, compared
+
+    ready, yaw = _positions(-1.3, 0.002, 0.01)
+    assert _starts(ready) == [0, 20, 220, 420]
+    log: Any = SimpleNamespace(t=ready.t, x=ready.x, y=ready.y)
+    records = compared(log, ready, yaw, 0.5, (-1.3, 0.002, 0.01))
+    assert records["simulated_x"] == pytest.approx(ready.x, abs=1e-9)
+    assert records["simulated_y"] == pytest.approx(ready.y, abs=1e-9)
+    assert records["position_error"] == pytest.approx(np.zeros(600), abs=1e-9)
+    assert records["simulated_yaw_rate"] == pytest.approx(records["yaw_rate"])
+    assert records["yaw_rate"][1:] == pytest.approx(np.diff(yaw) / DT)
+    assert records["yaw_rate"][0] == 0.0
+    assert np.flatnonzero(records["counts"]).tolist() == list(range(21, 600))
+    # A car that has drifted 0.3 m to its left since sample 300, on the part that began at 220.
+    late = np.arange(600) >= 300
+    ready.x = ready.x - 0.3 * late * np.sin(yaw)
+    ready.y = ready.y + 0.3 * late * np.cos(yaw)
+    off = compared(log, ready, yaw, 0.5, (-1.3, 0.002, 0.01))["position_error"]
+    assert off[300:420] == pytest.approx(0.3, abs=1e-6)
+    assert off[:300] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_smoothed_walk_is_an_exponential_mean_both_ways() -> None:
+    from popsteer.identification.point import smooth
+
+    values = np.random.default_rng(8).standard_normal(80)
+    for theta in (0.0, 0.8):
+        wanted = values.copy()
+        part = values[10:70]
+        for _ in range(2):
+            last = float(np.mean(part[: max(1, round(1.0 / (1.0 - theta)))]))
+            kept = []
+            for value in part:
+                last = theta * last + (1.0 - theta) * value
+                kept.append(last)
+            part = np.array(kept)[::-1]
+        wanted[10:70] = part
+        ready: Any = SimpleNamespace(parts=lambda: [slice(10, 70)])
+        assert smooth(values, theta, ready) == pytest.approx(wanted)

@@ -197,3 +197,73 @@ def test_replayed_errors_of_a_smaller_car_on_a_smaller_path_are_smaller_alike(
         errors.append(found.shadows[f"{file}:Straight"].cross_track_error / scale)
     np.testing.assert_allclose(errors[1], errors[0], atol=1e-6)
     np.testing.assert_allclose(errors[0], -beside, atol=0.05)
+
+
+def test_path_of_a_noisy_log_is_whittakers_graduation_of_it() -> None:
+    """Against dense matrices, of a drive without a rest: the noise decides how much is smoothed."""
+    pytest.importorskip("scipy")
+    from popsteer.lab.replay.runs import LEAST, MOST, NOISE, _smoothed
+
+    for size, base in ((0.0, 3.0), (0.003, 3.0), (0.05, 2.0)):
+        random = np.random.default_rng(3)
+        way = np.linspace(0.0, 40.0, 161)
+        points = np.stack((way, 3.0 * np.sin(way / 6.0))) + random.normal(0.0, size, (2, 161))
+        step = 0.25
+        third = np.diff(np.eye(161), 3, axis=0)
+        spread = np.median(np.abs(third @ points.T)) * 1.4826 / math.sqrt(20.0)
+        length = (0.0556 * step * (spread * base / NOISE) ** 2) ** 0.2
+        length = min(max(length, LEAST * base), MOST * base)
+        smooth = np.linalg.solve(np.eye(161) + (length / step) ** 6 * third.T @ third, points.T)
+        at = np.linspace(0.0, 40.0, 81)
+        found = _smoothed(way, points, at, base)
+        assert found == pytest.approx(smooth[::2].T, abs=1e-9), size
+    # Too few rows to smooth stay as they are.
+    few = np.array([[0.0, 1.0, 2.0, 4.0, 5.0, 6.0], [0.0, 1.0, 0.0, 1.0, 0.0, 1.0]])
+    assert _smoothed(few[0], few, few[0][:1], 3.0) == pytest.approx(few[:, :1])
+
+
+def test_stretches_shorter_than_a_third_of_a_wheelbase_are_no_turns() -> None:
+    from popsteer.lab.replay.runs import _turns
+
+    way = np.array([0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 6.0])
+    for flags, ends in (
+        ("00000000", [0.0, 6.0]),
+        ("00011111", [0.0, 3.0, 6.0]),
+        ("00001011", [0.0, 3.5, 6.0]),
+        ("10000001", [0.0, 6.0]),
+    ):
+        backwards = np.array([flag == "1" for flag in flags])
+        assert _turns(way, backwards, 1.0) == ends, flags
+
+
+def test_own_controller_is_watched_where_its_point_is(tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import math\n"
+        "from types import SimpleNamespace as Answer\n"
+        "class Mine:\n"
+        "    def __init__(self, path, vehicle):\n"
+        "        self.tracked_point = 2.0\n"
+        "    def step(self, x, y, yaw, speed, dt):\n"
+        "        return Answer(steer=0.01 * x + y + yaw, status=64 if x > 3.0 else 0)\n",
+        encoding="utf-8",
+    )
+    t = 0.1 * np.arange(80)
+    for twin, sign in ((1.0, 1.0), (-1.0, -1.0)):
+        yaw = np.full(80, sign * 0.2)
+        log = Log(t, 0.5 * t, twin * (0.3 + 0.1 * t), yaw, 0.5 + 0.0 * t, 0.0 * t)
+        name = f"{file}:Mine"
+        shadow = run(log, {name: None}, popsteer.Vehicle(), path=STRAIGHT).shadows[name]
+        assert shadow.cross_track_error == pytest.approx(log.y + 2.0 * np.sin(yaw))
+        assert shadow.heading_error == pytest.approx(yaw)
+        assert shadow.steer == pytest.approx(0.01 * log.x + log.y + yaw)
+        assert shadow.status.tolist() == np.where(log.x > 3.0, 64, 0).tolist()
+
+
+def test_progress_of_a_replay_rises_to_its_end() -> None:
+    t = 0.05 * np.arange(1100)
+    log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t)
+    told: list[tuple[str, float]] = []
+    run(log, {"pid": None}, popsteer.Vehicle(), progress=lambda *each: told.append(each))
+    assert [name for name, _ in told] == ["pid"] * 3
+    assert [share for _, share in told] == pytest.approx([512 * k / 1100 for k in range(3)])

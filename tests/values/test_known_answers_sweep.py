@@ -174,3 +174,17 @@ def test_axis_titles_have_the_unit_of_what_varies() -> None:
         "steer_offset [rad]",
     }
     assert ERROR in row(0, 0.1)
+
+
+def test_worst_tenth_stands_for_failures_from_ten_runs_on() -> None:
+    for count, known in ((9, False), (10, True)):
+        rows = [row(k, 0.01 * (k + 1)) for k in range(count)]
+        found = summary.influence(job(), rows)
+        assert (max(found.values()) > 0.0) == known, count
+        told = [note for note in summary.notes(job(), rows) if "Kolmogorov" in note]
+        assert len(told) == known
+    assert "runs that were the worst tenth from" in told[0]
+    # One failure is enough to speak of those that failed.
+    failed = [*rows[:-1], {**rows[-1], "success": False}]
+    (said,) = [note for note in summary.notes(job(), failed) if "Kolmogorov" in note]
+    assert "runs that failed from" in said

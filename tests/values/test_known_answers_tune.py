@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import popsteer
 from popsteer import sim
+from popsteer.errors import ConfigError
 from popsteer.lab import tune
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.tune import report, study
@@ -206,3 +208,64 @@ def test_near_the_best_stays_in_bounds_and_differs_by_trial() -> None:
     assert study._near_the_best(base, [each._replace(ratio=2.0) for each in tried], 1.1) is None
     near = np.array([[each[name] for name in SEARCH] for each in proposed])
     assert np.median(np.abs(near[:, 0] - 7.0)) < 3.0
+
+
+def test_search_lets_interrupts_and_full_disks_be_what_they_are() -> None:
+    """Whatever a study's own bookkeeping makes of them."""
+
+    def failing(first: BaseException) -> Any:
+        def optimize(*_: object, **__: object) -> None:
+            error = ValueError("bookkeeping")
+            error.__context__ = first
+            raise error
+
+        return SimpleNamespace(optimize=optimize)
+
+    def search(first: BaseException) -> None:
+        study._optimize(failing(first), None, 1.0, None, "trials.journal")
+
+    with pytest.raises(KeyboardInterrupt):
+        search(KeyboardInterrupt())
+    for name, said in ((None, "trials.journal"), ("other.file", "other.file")):
+        with pytest.raises(OSError, match="No space") as full:
+            search(OSError(28, "No space", name))
+        assert (full.value.errno, full.value.filename) == (28, said)
+    with pytest.raises(ValueError, match="bookkeeping"):
+        search(KeyError("x"))
+
+
+def test_numbers_of_a_search_are_refused_beyond_their_ends() -> None:
+    for seconds in (0.0, -1.0, 1e9, float("nan")):
+        with pytest.raises(ConfigError, match="--seconds"):
+            study._check(1, seconds, 1.1)
+    for trials in (0, -1, 10**9):
+        with pytest.raises(ConfigError, match="--trials"):
+            study._check(trials, None, 1.1)
+    for limit in (0.0, 1e3 + 1.0, float("nan")):
+        with pytest.raises(ConfigError, match="--effort-limit"):
+            study._check(None, None, limit)
+    study._check(1, 0.999e9, 1e3)
+    study._check(None, 1e-9, 1e-9)
+
+
+def test_table_names_each_track_and_whether_the_search_saw_it() -> None:
+    base = problem()
+    other = problem(paths={"bend": STRAIGHT})
+    one = score({"straight": (9.99994, 12.34)}, {"straight": (0.1, 0.3)})
+    two = score({"bend": (0.5, 0.7)}, {"bend": (0.1, 0.1)})
+    judged = [Judged(base, one, one, True), Judged(base, one, one, False)]
+    judged.append(Judged(other, two, two, False))
+    rows = cells(report.tables(judged)[0])[1:]
+    assert [row[0] for row in rows] == ["straight", "straight", "bend"]
+    assert [row[1] for row in rows] == ["yes", "cars no", "no"]
+    assert rows[0][2:] == ["11.2", "11.2", "12.3", "12.3", "0.2000", "0.2000"]
+    assert rows[2][2:] == ["0.6000", "0.6000", "0.7000", "0.7000", "0.1000", "0.1000"]
+    assert (report._number(9.99994), report._number(10.0)) == ("9.9999", "10.0")
+
+
+def test_loss_of_effort_is_told_beyond_a_tenth() -> None:
+    for factor, told in ((1.1, False), (1.1001, True)):
+        before = score({"straight": (0.5,)}, {"straight": (0.2,)})
+        after = score({"straight": (0.5,)}, {"straight": (factor * 0.2,)})
+        (said,) = report.losses([Judged(problem(), before, after, True)])
+        assert ("Steers more" in said) == told, factor

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from popsteer import PopsteerError, logs
 from popsteer.lab.sweep import rows as files
 from popsteer.logs import Log, LogError
-from popsteer.logs.log import COLUMNS
+from popsteer.logs.log import COLUMNS, _rising
 from popsteer.logs.units import UNITS, factor
 from tests.bags import START, write_bag
 from tests.values.tables import job, row
@@ -196,3 +197,23 @@ def test_journal_is_whole_after_each_of_two_interruptions(tmp_path: Path) -> Non
     with pytest.raises(PopsteerError, match="no sweep"), files.Journal(part, sweep):
         pass
     assert part.read_text() == "another file"
+
+
+def test_rows_that_are_kept_are_the_most_whose_times_rise() -> None:
+    random = np.random.default_rng(0)
+    for count in (1, 2, 3, 5, 7, 9):
+        for _ in range(12):
+            times = random.integers(0, 7, count).astype(float)
+            kept = _rising(times).tolist()
+            assert kept == sorted(set(kept))
+            assert (np.diff(times[kept]) > 0.0).all()
+            most = max(
+                len(rows)
+                for size in range(1, count + 1)
+                for rows in combinations(range(count), size)
+                if (np.diff(times[list(rows)]) > 0.0).all()
+            )
+            assert len(kept) == most, times
+    assert _rising(np.zeros(0)).tolist() == []
+    # Of rows of one time the first counts.
+    assert _rising(np.array([0.0, 1.0, 1.0, 2.0])).tolist() == [0, 1, 3]

@@ -1,0 +1,130 @@
+"""Names, ranges and intake of the ROS 2 node, field by field."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import pytest
+
+import popsteer
+from popsteer.adapters import ros2
+from popsteer.errors import ConfigError
+
+pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+
+from popsteer.adapters.ros2 import conversions, messages
+from popsteer.adapters.ros2.intake import Intake
+from popsteer.adapters.ros2.topics import Topics
+
+NAMES = [each.name for each in fields(Topics) if not each.name.endswith("_type")]
+
+
+def test_every_topic_takes_a_name_of_ros_alone_and_one_of_its_own() -> None:
+    for name in NAMES:
+        assert getattr(replace(Topics(), **{name: "/a/b_1"}), name) == "/a/b_1"
+        for bad in ("a", "/", "/1a", "/a//b", "/a b", "/a/", f"/{'a' * 247}"):
+            with pytest.raises(ConfigError, match=f"topic {name}"):
+                replace(Topics(), **{name: bad})
+        other = "path" if name != "path" else "command"
+        with pytest.raises(ConfigError, match="given once") as refused:
+            replace(Topics(), **{name: getattr(Topics(), other)})
+        assert {name, other} <= set(str(refused.value).replace(",", " ").split())
+    assert replace(Topics(), odometry=f"/{'a' * 246}").odometry == f"/{'a' * 246}"
+
+
+def test_every_topic_has_its_type_and_its_new_name() -> None:
+    for topics in (Topics(), Topics.of_autoware(), Topics(mode="/mode")):
+        types = topics.types()
+        named = [getattr(topics, name) for name in NAMES if getattr(topics, name)]
+        assert sorted(types) == sorted(named)
+        assert types[topics.path] == topics.path_type
+        assert types[topics.command] == topics.command_type
+        assert types[topics.odometry] == messages.ODOMETRY
+    given = {name: f"/new/{name}" for name in NAMES}
+    found = Topics().renamed(given)
+    assert {name: getattr(found, name) for name in NAMES} == given
+    with pytest.raises(ConfigError, match="topic"):
+        Topics().renamed({"path_type": "/a"})
+
+
+def test_names_are_in_the_namespace_and_rules_come_last() -> None:
+    found = Topics().renamed({}, "car", "/fleet")
+    assert (found.odometry, found.path, found.command) == (
+        "/fleet/odom",
+        "/fleet/path",
+        "/fleet/drive",
+    )
+    assert found.predicted == "/fleet/car/predicted_path"
+    assert (found.diagnostics, found.clock, found.mode) == ("/diagnostics", "/clock", "")
+    found = Topics().renamed({"path": "plan"}, "car", "/fleet", {"odom": "/gps", "plan": "~/p"})
+    assert (found.odometry, found.path) == ("/gps", "/fleet/car/p")
+    # What has another name already keeps it.
+    assert (
+        Topics.of_autoware().renamed({}, "car", "/fleet").odometry
+        == "/localization/kinematic_state"
+    )
+
+
+def test_every_option_holds_its_ends() -> None:
+    ends = {
+        "rate": (1.0, 1000.0),
+        "stale": (0.01, 1.0),
+        "hold": (0.0, 10.0),
+        "keep_path": (0.0, 1e6),
+        "timeout": (0.0, 1e6),
+        "report_rate": (0.1, 1000.0),
+    }
+    numbers = {each.name for each in fields(ros2.Options) if isinstance(each.default, float)}
+    assert numbers == set(ends)
+    for name, (low, high) in ends.items():
+        for value in (low, high):
+            assert getattr(ros2.Options(**{name: value}), name) == value  # type: ignore[arg-type]
+        for value in (low - 1e-6, high * 1.001, float("nan")):
+            with pytest.raises(ConfigError, match=name):
+                ros2.Options(**{name: value})  # type: ignore[arg-type]
+
+
+def _course(intake: Intake) -> Any:
+    return intake.course
+
+
+def test_intake_stands_until_another_path_comes() -> None:
+    intake: Any = Intake(messages.PATH, stale=0.3)
+    intake.stand()
+    assert intake.course is None
+    path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+    intake.use(path, "map")
+    assert not _course(intake).stands
+    intake.stand()
+    assert _course(intake).stands
+    assert (_course(intake).path, intake.course_number) == (path, 1)
+    again = conversions.path_message([0.0, 5.0], [0.0, 0.0], [0.0, 0.0], 0, "map")
+    assert intake.take_course(messages.encode(again), 1.0)
+    assert not _course(intake).stands
+    assert intake.course_number == 2
+    for speeds, stands in (([0.0, 0.0], True), ([0.0, 1.0], False), ([-1.0, -1.0], False)):
+        intake.use(popsteer.Path([(0.0, 0.0), (9.0, 0.0)], speed=speeds), "map")
+        assert _course(intake).stands == stands
+
+
+def test_refused_path_says_since_when_and_another_one_ends_it() -> None:
+    intake = Intake(messages.PATH, stale=0.3)
+    bad = messages.encode(conversions.path_message([0.0], [0.0], [0.0], 0, "map"))
+    good = messages.encode(conversions.path_message([0.0, 1.0], [0.0, 0.0], [0.0] * 2, 0, "map"))
+    for now in (3.0, 4.0):
+        assert not intake.take_course(bad, now)
+    assert intake.course_refused_at == 3.0
+    assert intake.course_refused
+    assert intake.take_course(good, 5.0)
+    assert intake.course_refused == ""
+    assert not intake.take_course(bad, 6.0)
+    assert intake.course_refused_at == 6.0
+    assert (intake.courses.received, intake.courses.refused, intake.courses.lately) == (4, 3, 3)
+    # In another frame than the odometry, as long as that is fresh.
+    here: Any = conversions.odometry_message(0.0, 0.0, 0.0, 1.0, 7_000_000_000, "odom")
+    intake.course = None
+    assert intake.take_odometry(messages.encode(here), 7.0)
+    assert not intake.take_course(good, 7.3)
+    assert "'map'" in intake.course_refused
+    assert intake.take_course(good, 7.31)
