@@ -93,6 +93,31 @@ def test_profile_of_a_waypoint_slower_than_needed_is_the_fastest() -> None:
         assert max(excess(other).values()) > 1e-6, (index, profile.limit[index], spacing[index])
 
 
+def test_speed_profile_of_a_spline_keeps_the_lateral_limit_at_its_own_curvature() -> None:
+    interpolate = pytest.importorskip("scipy.interpolate")
+    rng = np.random.default_rng(3)
+    knots = np.arange(12.0)
+    for _ in range(5):
+        line = interpolate.CubicSpline(knots, np.column_stack((8.0 * knots, rng.normal(0, 4, 12))))
+        (x, y), (dx, dy), (ax, ay) = (line(np.linspace(0.0, 11.0, 1500), k).T for k in range(3))
+        bends = (dx * ay - dy * ax) / np.hypot(dx, dy) ** 3
+        path = popsteer.Path(np.column_stack((x, y)))
+        limits = planning.SpeedLimits(max_lateral_acceleration=4.0)
+        asked = [
+            float(
+                (
+                    planning.speed_profile(path, limits, curvature=given).speed ** 2 * abs(bends)
+                ).max()
+            )
+            for given in (bends, None)
+        ]
+        assert 0.99 * 4.0 < asked[0] <= 4.0 * (1.0 + 1e-9) < asked[1]
+    with pytest.raises(PathError, match=r"curvature must have shape \(1500,\), got \(3,\)"):
+        planning.speed_profile(path, curvature=[0.0] * 3)
+    with pytest.raises(PathError, match="curvature of waypoint 7 is not finite"):
+        planning.speed_profile(path, curvature=[*[0.0] * 7, math.nan, *[0.0] * 1492])
+
+
 @pytest.mark.parametrize("name", tracks.names())
 @pytest.mark.parametrize("spacing", [1, 2])
 def test_curvature_of_noisy_waypoints_does_not_ruin_the_speeds(name: str, spacing: int) -> None:

@@ -33,6 +33,7 @@ def speed_profile(
     vehicle: Vehicle | None = None,
     *,
     speed_limits: ArrayLike | None = None,
+    curvature: ArrayLike | None = None,
 ) -> SpeedProfile:
     """Find the fastest speeds along a path that vehicle and limits allow.
 
@@ -56,6 +57,9 @@ def speed_profile(
     speed_limits : float or array_like, optional
         Speed limits along the path, one for each waypoint or one for all [m/s]; the vehicle stops
         at a waypoint where it is 0.
+    curvature : (N,) array_like, optional
+        Curvature at each waypoint [1/m] where it is known, as that of a spline; by default it is
+        taken from the smoothed waypoints, which flattens sharp bends (see `planning.curvature`).
 
     Returns
     -------
@@ -68,11 +72,11 @@ def speed_profile(
         Limits contradict each other; names the one that cannot hold.
     PathError
         A section of the path has no waypoint between its ends: no room to start and stop; or a
-        speed limit is out of its range: names the waypoint.
+        speed limit is out of its range, or a curvature is not finite: names the waypoint.
 
     Notes
     -----
-    The curvature is taken from smoothed waypoints, see `curvature`. The speeds come from a pass
+    The speeds come from a pass
     forward and one backward, as in Heilmeier et al., *Minimum curvature trajectory planning and
     control for an autonomous race car*, Vehicle System Dynamics 58, 2020.
 
@@ -88,10 +92,15 @@ def speed_profile(
     """
     vehicle = Vehicle() if vehicle is None else vehicle
     limits = (SpeedLimits() if limits is None else limits).resolved(vehicle)
-    bends = curvature(path, limits.smoothing_length)
-    sharp = bends
-    if vehicle.steers_at_rest:
-        sharp = curvature(path, _speed_defaults["sharp"] * vehicle.wheelbase)
+    if curvature is None:
+        numbers: Any = limits
+        bends = sharp = _path_curvature(path, numbers.smoothing_length)
+        if vehicle.steers_at_rest:
+            sharp = _path_curvature(path, _speed_defaults["sharp"] * vehicle.wheelbase)
+    else:
+        bends = sharp = _given(curvature)
+        if len(bends) != len(path):
+            raise PathError(f"curvature must have shape ({len(path)},), got {bends.shape}")
     spacing = np.diff(np.append(path.s, path.length) if path.closed else path.s)
     cusps = _path_cusps(path)
     bounds = _bounds(speed_limits, len(path))
@@ -161,22 +170,27 @@ def speeds_along(
     """
     vehicle = Vehicle() if vehicle is None else vehicle
     limits = (SpeedLimits() if limits is None else limits).resolved(vehicle)
-    bends = np.ascontiguousarray(curvature, dtype=np.float64)
+    bends = _given(curvature)
     count = bends.size if closed else bends.size - 1
     lengths = np.asarray(spacing, dtype=np.float64)
     lengths = np.full(count, lengths) if lengths.ndim == 0 else np.ascontiguousarray(lengths)
-    if bends.ndim != 1 or bends.size < 2:
-        raise PathError(f"curvature must have shape (N,) with N >= 2, got {bends.shape}")
     if lengths.shape != (count,):
         raise PathError(f"spacing must have shape ({count},), got {lengths.shape}")
-    if not np.isfinite(bends).all():
-        broken = int(np.flatnonzero(~np.isfinite(bends))[0])
-        raise PathError(f"curvature of waypoint {broken} is not finite", broken)
     if not (np.isfinite(lengths) & (lengths > 0.0)).all():
         broken = int(np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0.0)))[0])
         raise PathError(f"spacing after waypoint {broken} must be above 0", broken)
     ends = (start_speed, end_speed)
     return _plan((bends, bends), lengths, limits, vehicle, closed, None, (None, None), ends)[0]
+
+
+def _given(curvature: ArrayLike) -> Floats:
+    bends = np.ascontiguousarray(curvature, dtype=np.float64)
+    if bends.ndim != 1 or bends.size < 2:
+        raise PathError(f"curvature must have shape (N,) with N >= 2, got {bends.shape}")
+    if not np.isfinite(bends).all():
+        broken = int(np.flatnonzero(~np.isfinite(bends))[0])
+        raise PathError(f"curvature of waypoint {broken} is not finite", broken)
+    return bends
 
 
 def curvature(path: Path, smoothing_length: float | None = None) -> Floats:
