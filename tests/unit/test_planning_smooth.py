@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import sys
 from typing import TYPE_CHECKING
 
@@ -122,3 +123,18 @@ def test_bad_tolerance_and_missing_extra_are_named(monkeypatch: pytest.MonkeyPat
         smooth(xy, 0.1)
     with pytest.raises(PopsteerError, match='a limit of the jerk needs the extra "lab"'):
         speed_profile(Path(xy), SpeedLimits(max_jerk=1.0))
+
+
+def test_smooth_keeps_the_tolerance_at_the_ends_of_lines_that_begin_in_a_bend() -> None:
+    interpolate = pytest.importorskip("scipy.interpolate")
+    rng = np.random.default_rng(2)
+    for _ in range(8):
+        knots = np.arange(0.0, 61.0, 15.0)
+        line = interpolate.CubicSpline(
+            knots, np.column_stack((knots, rng.normal(0.0, 3.0, len(knots))))
+        )
+        driven = line(np.linspace(0.0, 60.0, 300))
+        path = planning.smooth(driven + rng.normal(0.0, 0.05, driven.shape), 0.1)
+        for end, place in ((0, 0.0), (-1, 60.0)):
+            (dx, dy), off = line(place, 1), np.array([path.x[end], path.y[end]]) - line(place)
+            assert abs(dx * off[1] - dy * off[0]) / math.hypot(dx, dy) < 0.1

@@ -13,6 +13,8 @@ from popsteer.extras import require
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     Floats = NDArray[np.float64]
@@ -236,7 +238,36 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
             best, least = found, middle
         else:
             most = middle
-    return best
+    return _with_ends(best, along, xy, min(int(np.median(counts)), len(xy)))
+
+
+def _with_ends(
+    line: Any,  # noqa: ANN401 - of scipy
+    along: Floats,
+    xy: Floats,
+    window: int,
+) -> Callable[[Floats], Floats]:
+    """Bring the ends of a spline to where the last `window` waypoints lead.
+
+    The smoothest spline is straight at its ends, where the driven line need not be.
+    """
+    if window < _LEAST:
+        return line  # type: ignore[no-any-return]
+    offsets = xy - line(along)
+    # Of the line through the offsets, its value at the end.
+    weights = np.linspace(4.0, -2.0, window) / window
+
+    first, last = weights @ offsets[:window], weights[::-1] @ offsets[-window:]
+    # Twice the window, so that the curvature hardly changes.
+    reach = 2.0 * (along[window - 1] - along[0])
+
+    def moved(place: Floats) -> Floats:
+        near = np.clip(1.0 - (place - along[0]) / reach, 0.0, 1.0)[:, None] ** 3
+        far = np.clip(1.0 - (along[-1] - place) / reach, 0.0, 1.0)[:, None] ** 3
+        found: Floats = line(place) + near * first + far * last
+        return found
+
+    return moved
 
 
 def _noise(xy: Floats) -> float:
