@@ -1,4 +1,4 @@
-"""Where a controller finds its vehicle on the whole path: at the start, after a jump, when lost."""
+"""A place on the whole path, and turning round at a cusp."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import pytest
 
 import popsteer
 from popsteer import InputError, Status
+from popsteer.reference import Path
+from popsteer.reference.path.follow import Follow
+from popsteer.reference.vehicle.state import VehicleState
+from tests.helpers import looped
 from tests.parity.laws import LATERAL, Law
-from tests.parity.test_relocalise import BAD_POSES, figure_of_eight
+from tests.parity.test_path import BAD_POSES, figure_of_eight
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,3 +96,31 @@ def test_law_whose_search_runs_out_of_its_budget_goes_on() -> None:
     assert abs(places[0] - 3) <= 1
     assert abs(places[1] - 303) <= 1
     assert abs(places[2] - 300) <= 20
+
+
+@looped("rear_axle", [0.0, -1.35, -4.0, 2.0])
+@looped("reference_offset", [3.0, 0.0, -1.5])
+def test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of(
+    rear_axle: float, reference_offset: float
+) -> None:
+    # 40 m along x, 40 m back, 40 m along x again.
+    xy = [(40.0 - abs(k % 80 - 40), 0.0) for k in range(121)]
+    path = Path(xy, reverse=[40 <= k < 80 for k in range(121)])
+    follow = Follow(
+        base=0.0,
+        reference_offset=reference_offset,
+        rear_axle=rear_axle,
+        search_distance=6.0,
+        lost_distance=30.0,
+        arrival_distance=0.15,
+        opposite_distance=10.0,
+    )
+
+    def turned(last: int, rear: float, yaw: float, speed: float) -> bool:
+        x, y = rear - rear_axle * math.cos(yaw), 0.2 - rear_axle * math.sin(yaw)
+        return follow.locate(path, last, VehicleState(x, y, yaw, speed), 0.05).direction_changed
+
+    for yaw in (-0.1, 0.0, 0.2):
+        for rear, is_there in ((39.7, False), (39.84, False), (39.86, True)):
+            assert turned(38, rear, yaw, 0.3) is is_there
+            assert turned(78, 40.0 - rear, yaw, -0.3) is is_there
