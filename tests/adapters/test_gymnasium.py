@@ -344,16 +344,13 @@ def test_path_driven_backwards_is_tracked_in_its_gear() -> None:
     assert slowest < -1.0
 
 
-def test_picture_shows_the_vehicle_on_its_path() -> None:
+def test_pictures_of_a_vector_are_those_of_its_environments() -> None:
     env = TrackEnv("slalom", render_mode="rgb_array", start_offset=(0.0, 0.0))
     env.reset(seed=0)
     first = env.render()
     assert first is not None
     assert first.shape == (400, 400, 3)
     assert first.dtype == np.uint8
-    assert len(np.unique(first.reshape(-1, 3), axis=0)) >= 6
-    middle = first[190:210, 190:210].reshape(-1, 3)
-    assert (middle == (40, 96, 168)).all(axis=1).mean() > 0.5
     many = TrackVectorEnv(2, track="slalom", render_mode="rgb_array", start_offset=(0.0, 0.0))
     many.reset(seed=0)
     pictures = many.render()

@@ -19,7 +19,6 @@ from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import sweep
 from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.theme import THEMES
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep import workers
 from popsteer.lab.sweep.job import from_text
@@ -291,18 +290,6 @@ def test_scheduler_that_does_not_answer_is_one_line(monkeypatch: pytest.MonkeyPa
         list(workers.on_dask(_job(), range(2), "tcp://127.0.0.1:9", lambda _: None))
     with pytest.raises(ConfigError, match="local:N"):
         list(workers.on_dask(_job(), range(2), "local:none", lambda _: None))
-
-
-@pytest.mark.parametrize("theme", THEMES)
-def test_figure_has_two_panels_for_each_quantity(rows: list[dict[str, Any]], theme: str) -> None:
-    from popsteer.lab.sweep.figure import sweep_figure
-
-    mixed = [{**row, "success": row["run"] % 3 > 0, "finished": row["run"] > 0} for row in rows]
-    figure = sweep_figure(_job(), mixed, THEMES[theme])
-    panels = [panel for panel in figure.axes if panel.get_visible()]
-    assert len(panels) == 2 * len(VARY)
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == ["succeeded", "failed", "did not finish", "allowed: 0.5 m"]
 
 
 def test_job_replaced_is_another(rows: list[dict[str, Any]]) -> None:

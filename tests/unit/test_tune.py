@@ -20,7 +20,6 @@ from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import tune
 from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.theme import THEMES
 from popsteer.lab.tune.report import judge, losses
 from popsteer.lab.tune.study import Trial, Tuned
 
@@ -174,15 +173,6 @@ def test_judge_says_where_a_tuning_loses() -> None:
     assert set(judged[2].problem.paths) == set(tracks.names()) - {"slalom"}
     assert "slalom" in losses(judged)[0]
     assert "racetrack (not seen)" in losses(judged)[0]
-
-
-@pytest.mark.parametrize("theme", THEMES)
-def test_figure_shows_the_front_and_what_was_chosen(theme: str) -> None:
-    from popsteer.lab.tune.figure import tune_figure
-
-    figure = tune_figure(_tuned(6.0), THEMES[theme])
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"trials", "Pareto front", "before", "chosen"} <= set(labels)
 
 
 def test_full_disk_is_an_error_of_the_journal_which_goes_on_later(

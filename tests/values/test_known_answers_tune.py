@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import pytest
 
 import popsteer
 from popsteer import sim
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import tune
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.tune import report, study
@@ -269,3 +270,32 @@ def test_loss_of_effort_is_told_beyond_a_tenth() -> None:
         after = score({"straight": (0.5,)}, {"straight": (factor * 0.2,)})
         (said,) = report.losses([Judged(problem(), before, after, True)])
         assert ("Steers more" in said) == told, factor
+
+
+def test_run_whose_error_or_effort_alone_is_no_number_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    base = problem(cars=0)
+    for error, effort, ended, refused in (
+        (0.1, math.nan, True, True),
+        (math.nan, 0.1, True, True),
+        (0.1, 0.2, True, False),
+        (math.nan, math.nan, False, False),
+    ):
+        answers = [(ended,), (error,), (effort,)]
+        figures = {
+            name: np.array(values)
+            for name, values in zip(
+                ("finished", "settled_mean_abs_cross_track_error", "rms_steer_rate"),
+                answers,
+                strict=True,
+            )
+        }
+        monkeypatch.setattr(sim, "run_many", lambda *_, figures=figures, **__: figures)
+        if refused:
+            with pytest.raises(PopsteerError, match="straight: a run is over within"):
+                base.score(base.base)
+        else:
+            found = base.score(base.base)
+            assert found.errors == {"straight": (error if ended else 100.0,)}
+            assert found.efforts == {"straight": (effort if ended else 100.0,)}

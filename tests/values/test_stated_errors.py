@@ -94,3 +94,51 @@ def test_identification_of_the_mirrored_drive_is_the_same_car_mirrored() -> None
         assert getattr(other.vehicle, name) == pytest.approx(sign * value, abs=0.2 * error), name
         assert other.errors[name] == pytest.approx(error, rel=0.1), name
     assert other.delay == pytest.approx(one.delay, abs=0.2 * one.delay_error)
+
+
+def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
+    """Every figure as it was last looked at: by a vehicle that was given, and without one."""
+    log = _measured(_clean(20.0), 5, 0.0)
+    given = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, max_steer_rate=0.5)
+    wanted: list[tuple[Any, str, set[str], dict[str, tuple[float, float]], list[float]]] = [
+        (
+            None,
+            "yaw rate",
+            {"max_steer_rate"},
+            {
+                "wheelbase": (2.717507, 0.01911038),
+                "understeer": (0.002861927, 1.570395e-4),
+                "steer_offset": (0.009966764, 4.689962e-5),
+                "steer_lag": (0.09605651, 0.005144365),
+                "dead_time": (0.1529524, 0.005231082),
+                "rear_axle": (-1.309898, 0.07824776),
+            },
+            [0.2490089, 0.001080628, 0.001835249, 9.888001e-5, 0.02071733],
+        ),
+        (
+            given,
+            "wheels",
+            set(),
+            {
+                "turning_wheelbase": (2.646456, 0.01729384),
+                "understeer": (0.003496499, 1.906332e-4),
+                "steer_offset": (0.01017644, 1.322841e-4),
+                "steer_lag": (0.1176250, 0.005928392),
+                "dead_time": (0.1244413, 0.003950632),
+                "rear_axle": (-1.35, 0.01555527),
+            },
+            [0.2420663, 0.003551522, 0.002013097, 9.489832e-4, 0.02045396],
+        ),
+    ]
+    for vehicle, lag_of, unknown, fields, others in wanted:
+        told: list[float] = []
+        found = popsteer.identify(log, vehicle, progress=told.append)
+        assert told == pytest.approx([0.8 * k / 6 for k in range(1, 7)])
+        assert (found.lag_of, set(found.unknown)) == (lag_of, unknown)
+        assert found.errors.keys() == fields.keys()
+        for name, (value, error) in fields.items():
+            assert getattr(found.vehicle, name) == pytest.approx(value, abs=0.05 * error), name
+            assert found.errors[name] == pytest.approx(error, rel=0.01), name
+        noise = [found.noise[name] for name in ("yaw", "yaw_drift", "position")]
+        assert [found.delay, found.delay_error, *noise] == pytest.approx(others, rel=0.01)
+        assert found.vehicle.max_steer_rate == (None if vehicle is None else 0.5)
