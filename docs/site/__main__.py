@@ -22,6 +22,7 @@ from docs.site import forge, licences, pages
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PLAYGROUND = ROOT / "out" / "playground"
+_OBJECTS = 2  # level of the headings of classes and functions; members are below
 
 
 def _title(text: str) -> str:
@@ -83,6 +84,24 @@ def stage(folder: Path) -> None:
     (folder / "mkdocs.yml").write_text(configuration + nav, encoding="utf-8")
 
 
+def fold_members(file: Path) -> None:
+    """Let the search find members in their class, where they would come before the guide."""
+    index = json.loads(file.read_text(encoding="utf-8"))
+    found: list[dict[str, Any]] = []
+    for item in index["items"]:
+        if item["location"].startswith("api/") and item["level"] > _OBJECTS:
+            found[-1]["text"] += f"<p>{item['title']}</p>{item['text']}"
+        else:
+            found.append(item)
+    file.write_text(json.dumps(index | {"items": found}), encoding="utf-8")
+
+
+def linked_back(playground: str) -> str:
+    """Let the page of the playground, which elsewhere stands alone, lead back to the site."""
+    back = '<p><a href="../index.html">Documentation</a></p>'
+    return playground.replace("</header>", f"{back}\n</header>", 1)
+
+
 def main() -> None:
     """Stage the pages, build them, and put the site in its place as a whole."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -102,8 +121,10 @@ def main() -> None:
     said = built.stdout + built.stderr
     if built.returncode != 0 or "No issues found" not in said:
         sys.exit(f"the site was not built:\n{said}")
+    fold_members(folder / "site" / "search.json")
     if PLAYGROUND.is_dir():
-        shutil.copytree(PLAYGROUND, folder / "site" / "playground")
+        file = Path(shutil.copytree(PLAYGROUND, folder / "site" / "playground")) / "index.html"
+        file.write_text(linked_back(file.read_text(encoding="utf-8")), encoding="utf-8")
     shutil.rmtree(site, ignore_errors=True)
     (folder / "site").rename(site)
     shutil.rmtree(folder)

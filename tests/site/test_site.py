@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -10,6 +11,7 @@ from urllib.parse import unquote
 
 import pytest
 
+from docs.site.__main__ import linked_back
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -117,7 +119,26 @@ def test_licences_of_crates_and_packages_are_listed(site: Path) -> None:
         assert name in page
 
 
+def test_search_leads_to_the_guide_and_the_playground_back(site: Path) -> None:
+    items = json.loads((site / "search.json").read_text(encoding="utf-8"))["items"]
+    titled = [each["location"] for each in items if "dead" in each["title"].lower()]
+    assert "edges.html#dead-time" in titled
+    # Attributes are found in the text of their class.
+    assert not [each for each in titled if "Margins.dead_time" in each]
+    (margins,) = (each for each in items if each["location"].endswith("stability.Margins"))
+    assert "dead_time" in margins["text"]
+    source = (ROOT / "docs/playground/index.html").read_text(encoding="utf-8")
+    linked = Page(linked_back(source))
+    assert [each for each in linked.links if each] == ["../index.html"]
+
+
+def test_first_screen_says_how_to_install(site: Path) -> None:
+    page = (site / "index.html").read_text(encoding="utf-8").partition("<article")[2]
+    assert "pip install" in page.partition("<picture")[0]
+
+
 def test_mathematics_is_in_the_page_itself(site: Path) -> None:
     page = (site / "theory.html").read_text(encoding="utf-8")
     assert page.count("<math") > 50
+    assert page.count("<mtext>nbd</mtext>") == 5  # one word, not a product of three
     assert "$" not in page.partition("<article")[2].partition("</article")[0]
