@@ -71,6 +71,14 @@ const OVERRUN_TOLERANCE: f64 = 1.0 / 30.0;
 const AT_CUSP: f64 = 1.0 / 100.0;
 /// How far before a stop the braking ends, in wheelbases: brakes that respond late do not pass it.
 const MARGIN: f64 = 1.0 / 60.0;
+/// Room to brake in that counts as none [m]: in less, the deceleration that is needed counts as infinite.
+const NO_ROOM: f64 = 1e-3;
+/// Farther from the path than this, in wheelbases, the vehicle is searched for on the whole path.
+/// Less: a jump of the localisation may find another branch. More: it follows a wrong one for longer.
+const LOST: f64 = 10.0;
+/// Bound of the accelerations of a state [m/s²]: beyond every limit that a vehicle may have, extended
+/// by `reserve`, and small enough that a step computes finite numbers with it.
+const ACCELERATION_BOUND: f64 = 1e4;
 /// Once the plan brakes, the stop takes over if it needs this share of the largest deceleration; the
 /// vehicle then stops in its place even if the brakes are weaker than they were taken for.
 const STOP_SHARE: f64 = 0.8;
@@ -200,7 +208,7 @@ impl SpeedTracker {
             braking: defaults::comfort_braking(&car),
             brakes: defaults::strongest_braking(&car),
             follow: Follow {
-                lost_distance: 10.0 * car.wheelbase,
+                lost_distance: LOST * car.wheelbase,
                 arrival_distance: AT_CUSP * car.wheelbase,
                 ..Follow::of(&car, car.rear_axle, 0.0)
             },
@@ -479,7 +487,7 @@ impl SpeedTracker {
         let needed_for = |end: f64, remaining: f64| {
             if arriving <= end {
                 0.0
-            } else if remaining > 1e-3 {
+            } else if remaining > NO_ROOM {
                 (arriving * arriving - end * end) / (2.0 * remaining)
             } else {
                 f64::INFINITY
@@ -520,9 +528,9 @@ impl SpeedTracker {
         state: &SpeedTrackerState,
     ) -> Result<(), InputError> {
         path.check_waypoint("waypoint", state.waypoint)?;
-        input_within("acceleration", state.acceleration, MAX_SPEED)?;
-        input_within("drive", state.drive, MAX_SPEED)?;
-        input_within("slow_drive", state.slow_drive, MAX_SPEED)?;
+        input_within("acceleration", state.acceleration, ACCELERATION_BOUND)?;
+        input_within("drive", state.drive, ACCELERATION_BOUND)?;
+        input_within("slow_drive", state.slow_drive, ACCELERATION_BOUND)?;
         input_within("model_speed", state.model_speed.unwrap_or(0.0), MAX_SPEED)?;
         let to_stop = state.to_stop.unwrap_or(0.0);
         input_within("to_stop", to_stop, 4.0 * MAX_COORDINATE)?;
