@@ -187,3 +187,16 @@ def test_constant_speed_keeps_its_sign_and_refuses_beyond_its_ends() -> None:
     for speed in (-1e-9, 100.0 + 1e-9, math.nan):
         with pytest.raises(popsteer.ConfigError, match=r"constant_speed must be in \[0, 100\]"):
             sim.closed_loop.at_constant_speed(path, speed)
+
+
+def test_limits_along_a_path_only_lower_the_speeds_that_are_kept() -> None:
+    from popsteer.cli.plan import _bounds
+
+    path = popsteer.Path([(float(x), 0.0) for x in range(11)], speed=[2.0] * 5 + [-6.0] * 6)
+    assert _bounds(path, [], keep_speeds=False) is None
+    found = _bounds(path, ["3:8:4"], keep_speeds=True)
+    assert found is not None
+    assert found.tolist() == [2.0] * 5 + [4.0] * 4 + [6.0] * 2
+    found = _bounds(path, ["0:3:5", "2:4.5:3"], keep_speeds=False)
+    assert found is not None
+    assert found.tolist() == [5.0, 5.0, 3.0, 3.0, 3.0, 3.0, *[1e4] * 5]

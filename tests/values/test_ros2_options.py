@@ -128,3 +128,26 @@ def test_refused_path_says_since_when_and_another_one_ends_it() -> None:
     assert not intake.take_course(good, 7.3)
     assert "'map'" in intake.course_refused
     assert intake.take_course(good, 7.31)
+
+
+def test_bytes_of_a_trajectory_give_what_its_message_gives() -> None:
+    def point(x: float, speed: float) -> Any:
+        place = messages.make("geometry_msgs/msg/Point", x=x, y=-0.5 * x, z=9.0)
+        return messages.make(
+            "autoware_planning_msgs/msg/TrajectoryPoint",
+            pose=messages.make("geometry_msgs/msg/Pose", position=place),
+            longitudinal_velocity_mps=speed,
+            lateral_velocity_mps=speed + 3.0,
+        )
+
+    points = [point(0.0, 2.0), point(5.0, 1.5), point(9.0, 0.0)]
+    message = messages.make(messages.TRAJECTORY, points=points)
+    data = messages.encode(message)
+    for path, _ in (
+        conversions.path_of(message),
+        conversions.path_of_bytes(messages.TRAJECTORY, data),
+    ):
+        assert path.speed is not None
+        assert path.speed.tolist() == [2.0, 1.5, 0.0]
+        assert path.x.tolist() == [0.0, 5.0, 9.0]
+        assert path.y.tolist() == [0.0, -2.5, -4.5]
