@@ -146,7 +146,9 @@ for name in {_COMMANDS!r}:
 
 
 def test_completion_completes_commands_and_is_offered() -> None:
-    shown = command.run("--show-completion", "bash")
+    # Typer asks the process that called for its shell, which may be one without completion.
+    named = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    shown = command.run("--show-completion", "bash", environment=named)
     assert (shown.status, shown.err) == (0, "")
     assert "_POPSTEER_COMPLETE=complete_bash" in shown.out
     asked = {
