@@ -177,7 +177,9 @@ def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
 def _row(track: str, done: Run) -> EdgeRun:
     """Sum up a run."""
     statuses = done.records["status"]
-    counts = Counter({each: int(np.count_nonzero(statuses & each)) for each in Status if each})
+    # `saturated` says enough here: it is the angle that limits.
+    shown = [each for each in Status if each and each < Status.STEER_LIMIT]
+    counts = Counter({each: int(np.count_nonzero(statuses & each)) for each in shown})
     counts[Status.OK] = int(np.count_nonzero(statuses == Status.OK))
     return EdgeRun(
         track=track,

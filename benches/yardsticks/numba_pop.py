@@ -58,10 +58,12 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     step = compiled(car, PopParams(), path.closed, path.length)
 
     def make() -> Driver:
-        state = np.array([-1.0, 0.0])  # the last segment, -1 for none yet; the last angle
+        state = np.array(
+            [-1.0, 0.0, 0.0]
+        )  # the last segment, -1 for none yet; the last angle; speed
 
         def reset() -> None:
-            state[:] = -1.0, 0.0
+            state[:] = -1.0, 0.0, 0.0
 
         return Driver(partial(step, state, columns), reset)
 
@@ -112,7 +114,8 @@ def compiled(
         start = int(state[0])
         if start < 0:
             start = _relocalise(path, axle, heading, opposite)
-        reach = search + abs(speed) * dt
+        # Since the last step it may have driven faster than now.
+        reach = search + max(abs(speed), state[2]) * dt
         closest = _locate(path, start, position, heading, reach, opposite)
         if closest[2] > lost * lost:
             start = _relocalise(path, axle, heading, opposite)
@@ -123,7 +126,7 @@ def compiled(
         target = _cross(path, closest, position, min_lookahead + lookahead_gain * forward)
         seen = (target[0] - position[0], target[1] - position[1])
         steer = _choose(seen, yaw, forward, state[1], dt, (span, count, max_steer))
-        state[0], state[1] = closest[0], steer
+        state[0], state[1], state[2] = closest[0], steer, abs(speed)
         return steer
 
     return step

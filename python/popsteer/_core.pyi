@@ -673,9 +673,11 @@ class MonitorParams(_Params):
         cls,
         *,
         deviation_limit: float | None = None,
+        join_limit: float | None = None,
         turn_tolerance: float = 0.01,
     ) -> Self: ...
     deviation_limit: Final[float | None]
+    join_limit: Final[float | None]
     turn_tolerance: Final[float]
 
 @final

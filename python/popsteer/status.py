@@ -42,11 +42,24 @@ class Status(enum.IntFlag):
     DEVIATING = 64
     """Fault: the measured cross-track error is beyond `deviation_limit`, once it was within."""
     IMPLAUSIBLE = 128
-    """Fault: within the last 2 s the vehicle turned otherwise than the commands explain: a wrong
-    sign of the steering, stuck wheels, or an unknown dead time or lag."""
+    """Fault: what is measured does not belong together. Within the last 2 s the vehicle turned
+    otherwise than the commands explain (a wrong sign of the steering, stuck wheels, an unknown dead
+    time or lag), or its poses moved otherwise than its speed says, or not at all."""
     PLAN_CUT_SHORT = 256
     """Degraded: the best plan within the vehicle's limits was not found in the time that a step
     may take. The command is that of the best plan found, which keeps them."""
+    POSE_STALE = 512
+    """Degraded: the position repeats the last one, though the vehicle drives. The pose is rolled
+    forward; after 0.6 s that is `IMPLAUSIBLE`."""
+    OUTLIER = 1024
+    """Degraded: the pose is farther off than speed and wheels explain. The expected one takes its
+    place, until poses that agree with each other show that the localisation has jumped."""
+    STEER_LIMIT = 2048
+    """Degraded, with `SATURATED`: it is the largest angle of the wheels that limits."""
+    RATE_LIMIT = 4096
+    """Degraded, with `SATURATED`: it is the rate of the wheels."""
+    LATERAL_LIMIT = 8192
+    """Degraded, with `SATURATED`: it is the lateral acceleration."""
 
     @property
     def level(self) -> Literal["ok", "degraded", "fault"]:

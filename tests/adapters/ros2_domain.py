@@ -121,6 +121,7 @@ class Bench:
         """Send poses and cycle until something holds: what is sent takes a moment."""
         until = time.monotonic() + 5.0
         while time.monotonic() < until:
+            self.x += 0.08 if at is None else 0.0
             self.send_pose(at=at)
             self.cycle()
             if wanted():
@@ -141,7 +142,7 @@ class Bench:
     def run(self, cycles: int, **pose: Any) -> None:
         """DriveCommand on, with odometry."""
         for _ in range(cycles):
-            self.x += 0.08
+            self.x += 0.02 * pose.get("speed", 4.0)
             self.send_pose(**pose)
             self.cycle()
 

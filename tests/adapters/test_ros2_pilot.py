@@ -17,9 +17,9 @@ DT = 0.02
 def straight(speeds: list[float], spacing: float = 5.0) -> popsteer.Path:
     """A path along x, forth where the speeds are positive and back where they are not."""
     x, points = 0.0, []
-    for speed in speeds:
+    for speed, following in zip(speeds, [*speeds[1:], 0.0], strict=True):
         points.append((x, 0.0))
-        x += spacing if speed > 0.0 or (speed == 0.0 and min(speeds) >= 0.0) else -spacing
+        x += -spacing if speed < 0.0 or (speed == 0.0 and following < 0.0) else spacing
     return popsteer.Path(points, speed=speeds)
 
 
@@ -49,14 +49,14 @@ def driven(
         ([0, 5, 5, 5, 5, 5, 0], 30.0),
         ([0, 0, 5, 5, 5, 5, 5], 30.0),
         ([5, 5, 0, -5, 0, -5, -5], 0.0),
-        ([5, 5, 0, 0, -5, -5, -5], -10.0),
+        ([5, 5, 0, 0, -5, -5, -5], 0.0),
         ([0, 0, 0, 0, 0, 0, 0], 0.0),
     ],
 )
 def test_speed_of_zero_is_a_stop_but_for_a_start_a_cusp_and_the_end(
     speeds: list[float], stop: float
 ) -> None:
-    places, ends, _ = driven(straight([float(speed) for speed in speeds]), 25.0)
+    places, ends, _ = driven(straight([float(speed) for speed in speeds]), 45.0)
     assert places[-1] == pytest.approx(stop, abs=0.06)
     assert abs(ends[-1]) < 1e-9
 
@@ -169,8 +169,8 @@ def faulty() -> ros2.Pilot:
     monitor = popsteer.MonitorParams(deviation_limit=0.5)
     pilot = ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60), monitor=monitor))
     pilot.step(here(0.0, 5.0), 0.0, DT)
-    for _ in range(20):
-        pilot.step(ros2.Measured(0.0, 2.0, 0.0, 5.0, 0, "map", "base_link"), 0.0, DT)
+    for k in range(40):
+        pilot.step(ros2.Measured(5.0 * DT * k, 2.0, 0.0, 5.0, 0, "map", "base_link"), 0.0, DT)
     assert (pilot.state, pilot.reason) == (ros2.State.BRAKING, "deviating")
     return pilot
 

@@ -154,7 +154,8 @@ def test_page_shows_what_an_age_costs() -> None:
 
 def test_age_that_is_not_told_costs_more() -> None:
     given = mean_error(popsteer.PreviewPop, DELAYED, 0.2, given=True)
-    assert mean_error(popsteer.PreviewPop, DELAYED, 0.2, given=False) > 1.2 * given + 0.005
+    # Most of it is found as a dead time.
+    assert mean_error(popsteer.PreviewPop, DELAYED, 0.2, given=False) > 1.05 * given
 
 
 def test_errors_of_an_old_pose_are_those_of_now() -> None:

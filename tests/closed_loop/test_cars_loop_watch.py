@@ -225,15 +225,17 @@ def test_nothing_is_concluded_across_an_interruption(what: str) -> None:
         chain.advance(command.steer)
 
 
-def test_a_yaw_that_jumps_is_implausible() -> None:
+def test_a_yaw_that_jumps_is_an_outlier_and_believed_where_it_lasts() -> None:
     straight = popsteer.Path([(0.0, 0.0), (400.0, 0.0)])
     controller = popsteer.PreviewPop(straight, CAR)
     chain = Chain(CAR, (1.35, 0.0, 0.0), SPEED, DT)
-    for k in range(60):
+    for k in range(70):
         if k == 50:
             chain.yaw += 0.5
         command = controller.step(*chain.pose, SPEED, DT)
-        assert (Status.IMPLAUSIBLE in command.status) == (k >= 50)
+        assert Status.IMPLAUSIBLE not in command.status
+        if not 50 < k < 62:
+            assert (Status.OUTLIER in command.status) == (k == 50)
         chain.advance(command.steer)
 
 

@@ -42,9 +42,12 @@ def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
 @pytest.mark.parametrize("law", NAMES)
 def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
-    assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
-    # With no limit of the lateral acceleration preview POP, like POP, never comes back.
-    assert row.late.finished is (law not in ("pop", "preview-pop"))
+    # With no limit of the lateral acceleration POP never comes back.
+    assert row.late.finished is (law != "pop")
+    if law == "preview-pop":  # it finds the dead time by itself
+        assert row.ratio(row.late) <= 1.1
+    else:
+        assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
 
 
 def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> None:
@@ -94,4 +97,4 @@ def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
         track("slalom"), ["preview-pop"], plant=sim.KinematicBicycle(car), dead_time=0.15
     )
     assert row.ratio(row.predicted) <= 1.1
-    assert row.ratio(row.late) > 1.1
+    assert row.ratio(row.late) <= 1.1  # also where nobody tells it

@@ -182,7 +182,7 @@ def test_speed_tracker_goes_on_along_a_new_path() -> None:
     after = tracker.step(50.5, 0.0, 0.0, 10.0, 0.05)
     assert after.distance_to_stop == pytest.approx(109.5 - 49.2)
     assert abs(after.acceleration - before.acceleration) <= 20.0 * 0.05
-    # One that begins elsewhere is found anew.
+    # One that begins elsewhere too: waypoint 38 is at 49 m.
     tracker.set_path(Path([(a + 30.0, 0.1) for a in x[:220]]))
-    assert tracker.state.waypoint is None
+    assert tracker.state.waypoint == 37
     assert tracker.step(50.5, 0.0, 0.0, 10.0, 0.05).distance_to_stop == pytest.approx(139.5 - 49.2)

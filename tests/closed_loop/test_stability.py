@@ -104,12 +104,13 @@ def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
 def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
     dead_time: float, speed: float
 ) -> None:
-    """Late wheels look like wheels that turn the car too little: the gain comes out too low."""
+    """A dead time that nobody told may be learnt in part, so there is no critical one to find."""
     vehicle = CAR.replace(dead_time=dead_time)
     given = _given("preview-pop", vehicle)._replace(adapt="auto")
     computed = margins(given.params, vehicle, speed).dead_time
-    driven = critical_dead_time(given, Car.of(vehicle), speed, computed)
-    assert driven >= 0.85 * computed
+    car = Car.of(vehicle)
+    late = car._replace(dead_time=car.dead_time + 0.85 * computed)
+    assert not grows(given, late, speed, 20.0 + 40.0 * computed)
 
 
 @pytest.mark.parametrize("name", controllers.names())

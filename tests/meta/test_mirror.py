@@ -55,6 +55,8 @@ HELD = {
     "speed/tracker.rs": f"{_RUST}speed_equations.rs",
     "speed/disturbance.rs": f"{_RUST}speed_equations.rs",
     "speed/stops.rs": f"{_RUST}stopping.rs",
+    "path/carry.rs": f"{_RUST}new_path.rs",
+    "tracker/gate.rs": "tests/trust/test_poses.py",
     "tracker/hold.rs": f"{_RUST}tracker.rs",
     "tracker/intend.rs": f"{_RUST}new_path.rs",
     "tracker/monitor/mod.rs": f"{_RUST}monitor.rs",
@@ -66,6 +68,7 @@ HELD = {
     "vehicle/past.rs": f"{_RUST}past.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/timed/tests.rs",
     # The textbook's solution, by numpy.
+    "vehicle/regression.rs": "tests/closed_loop/test_least_squares.py",
     "vehicle/estimator.rs": "tests/closed_loop/test_least_squares.py",
     "speed/curvature.rs": f"{_RUST}planned_speeds.rs",
     "speed/limits.rs": "tests/unit/test_planning_numpy.py",

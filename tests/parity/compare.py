@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import PopsteerError, Status, paper, reference
+from popsteer import PopsteerError, paper, reference
 from popsteer.reference.path.view import PathView
 from popsteer.reference.vehicle.delay import InFlight
 from tests.parity import plans
@@ -234,11 +234,15 @@ class Controller(Pair):
         if hasattr(law, "terms"):
             law.terms = list(law.terms)
         in_flight = state.in_flight
+        if in_flight is not None:
+            acceleration = state.estimator.estimate.acceleration
+            self.twin.estimate = dataclasses.replace(self.twin.estimate, acceleration=acceleration)
         self.twin.state = reference.TrackerState(
             law,
             state.waypoint,
             state.measured_waypoint,
             state.steer,
+            0.0 if state.answer is None else state.answer.vehicle.speed,
             None if in_flight is None else InFlight(in_flight.commands, in_flight.wheel),
         )
 
@@ -277,11 +281,14 @@ class Controller(Pair):
             return Pair(self.name, command, command)
 
     def _reaches_limit(self, apart: Apart) -> bool:
-        """Whether the commands agree but for SATURATED, and just reach a limit of the wheels."""
+        """Whether only what limits them differs, as the commands just reach a limit."""
         if not isinstance(apart.theirs, reference.Command) or self._step is None:
             return False
         ours, theirs = (shown(side, apart.theirs) for side in (apart.ours, apart.theirs))
-        if ours["status"] ^ theirs["status"] != Status.SATURATED:
+        if (
+            ours["status"] == theirs["status"]
+            or (ours["status"] ^ theirs["status"]) & ~plans.LIMITS
+        ):
             return False
         if agree({**ours, "status": 0}, {**theirs, "status": 0}, self.within):
             return False

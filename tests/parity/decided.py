@@ -43,7 +43,9 @@ def decided(
             then, wheel = in_flight.predict(car, vehicle.ahead(car.no_slip), estimate)
             vehicle = then.bounded().ahead(-car.no_slip).bounded()
         estimate = _estimate(after, slip_of=after)
-    at = twin.follow.locate(path, before.waypoint, vehicle, dt)
+    faster = 0.0 if before.answer is None else abs(before.answer.vehicle.speed)
+    travelled = max(abs(speed), faster) * dt
+    at = twin.follow.locate(path, before.waypoint, vehicle, dt, travelled)
     state = twin.STATE()
     # What a buffer holds stands in the law itself here.
     own = before.law.as_dict()

@@ -22,6 +22,8 @@ from tests.parity import exact_plans
 from tests.parity.exact_plans import Planned
 from tests.parity.tolerances import agree
 
+LIMITS = Status.SATURATED | Status.STEER_LIMIT | Status.RATE_LIMIT | Status.LATERAL_LIMIT
+"""What limits a command: rounding decides at a limit."""
 PLANS = 1e-9
 """How near to the best a plan is that counts as the best, and an angle to its limit."""
 _LAST: list[Planned] = []
@@ -71,7 +73,7 @@ def tied(field: str, ours: Any, theirs: Any) -> bool:
     """Whether two values of a field that is decided by limits stand for the same last plan."""
     if field == "reached_limits":
         return _same_plan(ours, theirs)
-    return field == "status" and ours ^ theirs == Status.SATURATED and _touches()
+    return field == "status" and not (ours ^ theirs) & ~LIMITS and _touches()
 
 
 def _same_plan(ours: int, theirs: int) -> bool:

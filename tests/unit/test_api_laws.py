@@ -79,7 +79,7 @@ def test_command_shows_compares_and_is_frozen(law: Law) -> None:
         hash(command)
 
 
-@pytest.mark.parametrize("bits", [1 << 12, 1 << 31, -1, "ok", None, 1.0])
+@pytest.mark.parametrize("bits", [1 << 14, 1 << 31, -1, "ok", None, 1.0])
 def test_command_of_no_status_is_refused(bits: Any) -> None:
     command = popsteer.Pop(PATH).step(10.0, 1.0, 0.1, 5.0, 0.05)
     fields = command.__getnewargs_ex__()[1]
@@ -155,8 +155,9 @@ def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
         controller.step(10.0 + 0.25 * k, 0.1, 0.02 * math.sin(0.3 * k), 5.0, 0.05)
     estimate, state = controller.estimate, controller.state.estimator.estimate
     assert estimate != popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
+    # The gain is fitted anew from the sums, whose noise is known a little better by then.
     assert estimate.as_dict() == {
-        "gain": state.gain,
+        "gain": pytest.approx(state.gain, rel=1e-4),
         "steer_offset": 0.01 + state.steer_offset,
         "dead_time": 0.15 + state.longer_dead_time,
         "slip": state.slip,
@@ -282,16 +283,17 @@ def test_status_says_that_the_lookahead_point_is_lost() -> None:
 def test_status_says_that_the_angle_is_saturated(law: str) -> None:
     kind: Any = getattr(popsteer, law)
     controller = kind(PATH, popsteer.Vehicle(max_steer=0.1))
-    command = controller.step(10.0, 20.0, 0.0, 5.0, 0.05)
-    assert (command.steer, command.status) == (-0.1, Status.SATURATED)
+    command = controller.step(10.0, 8.0, 0.0, 5.0, 0.05)
+    assert (command.steer, command.status) == (-0.1, Status.SATURATED | Status.STEER_LIMIT)
 
 
 def test_pop_steps_to_its_limit_and_says_so() -> None:
     pop = popsteer.Pop(PATH, popsteer.Vehicle(max_steer=0.12))
-    angles = [pop.step(10.0, 2.0, 0.0, 5.0, 0.05) for _ in range(4)]
+    angles = [pop.step(10.0 + 0.25 * k, 2.0, 0.0, 5.0, 0.05) for k in range(4)]
     span = popsteer.PopParams().steer_span
     assert [command.steer for command in angles] == [-span, -2.0 * span, -0.12, -0.12]
-    assert [command.status for command in angles[1:3]] == [Status.OK, Status.SATURATED]
+    limited = Status.SATURATED | Status.STEER_LIMIT
+    assert [command.status for command in angles[1:3]] == [Status.OK, limited]
 
 
 def test_coupled_longitudinal_gives_the_papers_pedals() -> None:

@@ -282,7 +282,13 @@ def _check_status(
     at, decision = shown
     command, moved = answers
     differ = moved.status ^ command.status
-    assert differ in popsteer.Status.SATURATED | popsteer.Status.END_OF_PATH
+    limits = popsteer.Status.SATURATED | popsteer.Status.STEER_LIMIT
+    limits |= popsteer.Status.RATE_LIMIT | popsteer.Status.LATERAL_LIMIT
+    assert differ in limits | popsteer.Status.END_OF_PATH | popsteer.Status.DEVIATING
+    if popsteer.Status.DEVIATING in differ:
+        # At the very start rounding says whether the vehicle is before it, where none deviates.
+        off = abs(command.predicted_cross_track_error)
+        assert abs(math.dist(path.xy[0], at.position) - off) <= ANGLE_SLACK
     if popsteer.Status.END_OF_PATH in differ:
         # At the very end rounding says whether the vehicle is past it.
         off = abs(command.predicted_cross_track_error)

@@ -49,8 +49,18 @@ def _check_found(controller: Any, yaw: float, branch: int) -> None:
     assert (branch - after["waypoint"]) % 200 <= 2
     assert after["waypoint"] == CROSSING.relocalise(*pose)
     changed = {name for name, value in after.items() if value != before[name]}
-    assert changed <= {"waypoint", "measured_waypoint", "place", "estimator", "monitor"}
-    assert (after["measured_waypoint"], after["place"]) == (None, None)
+    assert changed <= {
+        "law",
+        "waypoint",
+        "measured_waypoint",
+        "place",
+        "estimator",
+        "monitor",
+        "gate",
+    }
+    # Measured and predicted vehicle are both looked for from there.
+    assert (after["measured_waypoint"], after["place"]) == (after["waypoint"], None)
+    assert after["gate"] is None
     assert after["estimator"]["last_measured"] is None
     controller.step(*pose, 5.0, 0.05)
     assert (controller.state.waypoint - branch + 1) % 200 <= 2
@@ -76,7 +86,7 @@ def test_law_whose_search_runs_out_of_its_budget_goes_on() -> None:
     lap = [math.tau * k / 600 for k in range(600)] * 117
     circle = popsteer.Path([(11e3 * math.cos(t), 11e3 * math.sin(t)) for t in whole], closed=True)
     laps = popsteer.Path([(95.0 * math.cos(t), 95.0 * math.sin(t)) for t in lap], closed=True)
-    controller = popsteer.Stanley(circle)
+    controller = popsteer.Stanley(circle, monitor=None)  # every pose is believed
     poses: Sequence[tuple[float, float, float]] = (
         (0.0, 0.0, 0.3),
         (4.0, -3.0, 2.0),
@@ -118,7 +128,8 @@ def test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of(
 
     def turned(last: int, rear: float, yaw: float, speed: float) -> bool:
         x, y = rear - rear_axle * math.cos(yaw), 0.2 - rear_axle * math.sin(yaw)
-        return follow.locate(path, last, VehicleState(x, y, yaw, speed), 0.05).direction_changed
+        vehicle = VehicleState(x, y, yaw, speed)
+        return follow.locate(path, last, vehicle, 0.05, 0.05 * abs(speed)).direction_changed
 
     for yaw in (-0.1, 0.0, 0.2):
         for rear, is_there in ((39.7, False), (39.84, False), (39.86, True)):

@@ -8,8 +8,7 @@ trajectory that a controller intends.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import copysign
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState
@@ -31,6 +30,8 @@ if TYPE_CHECKING:
 
 _AT_REST = 0.02
 """At rest: slower than this, in wheelbases a second."""
+_ESTIMATION_GAP = 0.25
+"""After a longer period the acceleration before it says nothing of now [s]."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,8 @@ class TrackerState(Generic[StateT]):
     """The same of the measured vehicle, where there is a dead time."""
     steer: float = 0.0
     """The angle last commanded [rad]."""
+    speed: float = 0.0
+    """The speed at the last step [m/s]."""
     in_flight: InFlight | None = None
     """Commands in flight, and the wheels; None where the vehicle is not modelled."""
 
@@ -97,19 +100,19 @@ class Tracker(Generic[StateT]):
         car = law.vehicle
         # Whether wheels and motion of the vehicle are modelled; else nothing is estimated.
         self._models = law.READS_BELIEF or car.dead_time > 0.0
-        self.estimate = estimate if estimate is not None and self._models else Estimate()
+        self._given = estimate if estimate is not None and self._models else Estimate()
         # Whether the controller's angle is the command as it is.
         self._bare = (
             not self._models
             and car.max_steer_rate is None
             and car.max_lateral_acceleration is None
             and car.steer_offset == 0.0
-            and copysign(1.0, car.steer_offset) > 0.0
         )
         self.reset()
 
     def reset(self) -> None:
         """Forget all steps."""
+        self.estimate = self._given
         self.state = TrackerState(self.law.STATE())
         if self._models:
             self.state.in_flight = InFlight.settled(self.law.vehicle, 0.0)
@@ -126,24 +129,29 @@ class Tracker(Generic[StateT]):
         """
         vehicle, dt = VehicleState(x, y, yaw, speed).checked(), checked_dt(dt)
         law, state, path = self.law, self.state, self.path
+        if dt > _ESTIMATION_GAP:
+            self.estimate = replace(self.estimate, acceleration=0.0)
         predicted, belief = self._predict(vehicle, dt)
 
-        at = here = law.follow.locate(path, state.waypoint, predicted, dt)
+        # Since the last step it may have driven faster than now.
+        travelled = max(abs(speed), abs(state.speed)) * dt
+        state.speed = speed
+        at = here = law.follow.locate(path, state.waypoint, predicted, dt, travelled)
         state.waypoint = at.closest.segment
         if law.vehicle.dead_time > 0.0:
-            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt)
+            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt, travelled)
             state.measured_waypoint = here.closest.segment
 
         if not self._bare:
             # The angle that the wheels were given.
             law.set_steer(state.law, law.vehicle.at_wheels(state.steer + self._offset))
-        decision = self._turn_at_rest(at) or law.decide(path, state.law, at, belief)
+        decision = self._rest(at) or law.decide(path, state.law, at, belief)
         wanted, status = at.mirror(decision.steer), decision.status
         if self._bare:
             state.steer = wanted
-        elif self._limit(wanted, at.vehicle.speed, dt):
-            status |= Status.SATURATED
-        if at.past_end:
+        else:
+            status |= self._limit(wanted, at.vehicle.speed, dt)
+        if here.past_end:
             status |= Status.END_OF_PATH
         if at.off_path:
             status |= Status.OFF_PATH
@@ -158,13 +166,24 @@ class Tracker(Generic[StateT]):
             status=status,
         )
 
-    def _turn_at_rest(self, at: Located) -> Decision | None:
-        """Return the angle for the path just ahead where the wheels turn at rest, else None."""
-        car = self.law.vehicle
-        if not car.steers_at_rest or abs(at.vehicle.speed) >= _AT_REST * car.wheelbase:
+    def _rest(self, at: Located) -> Decision | None:
+        """Return the angle of a vehicle at rest; None where it drives.
+
+        Wheels that turn at rest have the angle for the path just ahead; others keep theirs, since
+        no error changes.
+        """
+        state, car, closest = self.state, self.law.vehicle, at.closest
+        if abs(at.vehicle.speed) >= _AT_REST * car.wheelbase:
             return None
-        closest = at.closest
-        steer = wheel_at_rest(car, self.path, closest.segment, closest.arc_length(self.path))
+        if car.steers_at_rest:
+            arc = closest.arc_length(self.path)
+            steer = wheel_at_rest(car, self.path, closest.segment, arc)
+        elif self._bare:
+            return None
+        else:
+            steer = at.mirror(car.at_wheels(state.steer + self._offset))
+        if at.direction_changed or at.off_path:
+            state.law.leave_path()
         return Decision(steer, closest.point, Status.OK)
 
     @property
@@ -185,23 +204,35 @@ class Tracker(Generic[StateT]):
             return then.bounded().ahead(-car.no_slip).bounded(), Belief(wheel, estimate)
         return vehicle, Belief(state.in_flight.wheel, estimate)
 
-    def _limit(self, wanted: float, speed: float, dt: float) -> bool:
+    def _limit(self, wanted: float, speed: float, dt: float) -> Status:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
 
-        Returns whether that had to be limited.
+        Returns what limits it.
         """
         law, state, car, offset = self.law, self.state, self.law.vehicle, self._offset
         wanted = wanted - offset
-        wheel = car.at_wheels(wanted + offset)
-        wheel = _limit_lateral_acceleration(car, wheel, speed, self.estimate.gain)
-        steer = car.at_wheels(wheel - offset)
+        angle = car.at_wheels(wanted + offset)
+        wheel = _limit_lateral_acceleration(car, angle, speed, self.estimate.gain)
+        steer = command = car.at_wheels(wheel - offset)
         if car.max_steer_rate is not None:
             reach = car.max_steer_rate * dt
             steer = saturate(steer, state.steer - reach, state.steer + reach)
         state.steer = steer
         law.set_steer(state.law, car.at_wheels(steer + offset))
+        limits = {
+            Status.SATURATED: steer - wanted,
+            Status.RATE_LIMIT: steer - command,
+            Status.LATERAL_LIMIT: wheel - angle,
+            Status.STEER_LIMIT: max(
+                abs(angle - (wanted + offset)), abs(command - (wheel - offset))
+            ),
+        }
         # The offset is put off and on again, which rounds.
-        return abs(steer - wanted) > 1e-12
+        status = Status.OK
+        for limit, difference in limits.items():
+            if abs(difference) > 1e-12:
+                status |= limit
+        return status
 
 
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:

@@ -72,7 +72,8 @@
 #define POPSTEER_STATUS_DEVIATING 64
 
 /**
- * Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s.
+ * Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s, or
+ * its poses and its speed do not belong together.
  */
 #define POPSTEER_STATUS_IMPLAUSIBLE 128
 
@@ -81,6 +82,32 @@
  * take. The command is that of the best plan found.
  */
 #define POPSTEER_STATUS_PLAN_CUT_SHORT 256
+
+/**
+ * Degraded: the position repeats the last one, though the vehicle drives; it is rolled forward.
+ */
+#define POPSTEER_STATUS_POSE_STALE 512
+
+/**
+ * Degraded: the pose is farther off than speed and wheels explain; the expected one takes its
+ * place.
+ */
+#define POPSTEER_STATUS_OUTLIER 1024
+
+/**
+ * Degraded, with `POPSTEER_STATUS_SATURATED`: the largest angle of the wheels limits.
+ */
+#define POPSTEER_STATUS_STEER_LIMIT 2048
+
+/**
+ * Degraded, with `POPSTEER_STATUS_SATURATED`: the rate of the wheels limits.
+ */
+#define POPSTEER_STATUS_RATE_LIMIT 4096
+
+/**
+ * Degraded, with `POPSTEER_STATUS_SATURATED`: the lateral acceleration limits.
+ */
+#define POPSTEER_STATUS_LATERAL_LIMIT 8192
 
 /**
  * All faults: stop the vehicle where any of these bits is set.
@@ -464,6 +491,13 @@ typedef struct popsteer_options {
      */
     double deviation_limit;
     /**
+     * Cross-track error beyond which a vehicle that was never within `deviation_limit` is
+     * deviating too [m]: a path that jumps away. Less than that it may join a path from.
+     * Before the start of a path neither limit counts. 1e9 switches it off. NAN: `3.0 *
+     * wheelbase`, in [0.0, 1000000000.0].
+     */
+    double join_limit;
+    /**
      * Largest difference of the turn measured over a second to the turns that the commands
      * explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
      * false alarms are likelier. Default 0.01, in [0.0, 1000000000.0].
@@ -644,8 +678,8 @@ typedef struct popsteer_stanley_params {
      */
     double speed_gain;
     /**
-     * Softening constant `k_s` [m/s], which keeps the quotient finite at rest. NAN: `1e-5 /
-     * 3.0 * wheelbase`, in [1e-9, 1000000.0].
+     * Softening constant `k_s` [m/s], which keeps the quotient finite at rest. NAN: `1.0 / 3.0
+     * * wheelbase`, in [1e-9, 1000000.0].
      */
     double softening;
     /**
@@ -1078,7 +1112,7 @@ popsteer_error popsteer_path_free(struct popsteer_path *path);
 /**
  * Writes the names of the conditions that hold, such as "saturated|end-of-path", or "ok": at most
  * `size` bytes into `buffer`, the final NUL included. Returns the length of all of it without the
- * NUL, as snprintf does; 127 bytes are always enough. Bits that stand for no condition have no
+ * NUL, as snprintf does; 255 bytes are always enough. Bits that stand for no condition have no
  * name.
  *
  * Required of the caller:

@@ -48,6 +48,11 @@ inline constexpr std::uint32_t input_lost = POPSTEER_STATUS_INPUT_LOST;
 inline constexpr std::uint32_t deviating = POPSTEER_STATUS_DEVIATING;
 inline constexpr std::uint32_t implausible = POPSTEER_STATUS_IMPLAUSIBLE;
 inline constexpr std::uint32_t plan_cut_short = POPSTEER_STATUS_PLAN_CUT_SHORT;
+inline constexpr std::uint32_t pose_stale = POPSTEER_STATUS_POSE_STALE;
+inline constexpr std::uint32_t outlier = POPSTEER_STATUS_OUTLIER;
+inline constexpr std::uint32_t steer_limit = POPSTEER_STATUS_STEER_LIMIT;
+inline constexpr std::uint32_t rate_limit = POPSTEER_STATUS_RATE_LIMIT;
+inline constexpr std::uint32_t lateral_limit = POPSTEER_STATUS_LATERAL_LIMIT;
 /// Stop the vehicle where any of these holds.
 inline constexpr std::uint32_t faults = POPSTEER_STATUS_FAULTS;
 }  // namespace status

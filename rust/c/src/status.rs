@@ -22,15 +22,27 @@ pub const POPSTEER_STATUS_INPUT_HELD: u32 = 16;
 pub const POPSTEER_STATUS_INPUT_LOST: u32 = 32;
 /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
 pub const POPSTEER_STATUS_DEVIATING: u32 = 64;
-/// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s.
+/// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s, or
+/// its poses and its speed do not belong together.
 pub const POPSTEER_STATUS_IMPLAUSIBLE: u32 = 128;
 /// Degraded: the best plan within the vehicle's limits was not found in the time that a step may
 /// take. The command is that of the best plan found.
 pub const POPSTEER_STATUS_PLAN_CUT_SHORT: u32 = 256;
+/// Degraded: the position repeats the last one, though the vehicle drives; it is rolled forward.
+pub const POPSTEER_STATUS_POSE_STALE: u32 = 512;
+/// Degraded: the pose is farther off than speed and wheels explain; the expected one takes its
+/// place.
+pub const POPSTEER_STATUS_OUTLIER: u32 = 1024;
+/// Degraded, with `POPSTEER_STATUS_SATURATED`: the largest angle of the wheels limits.
+pub const POPSTEER_STATUS_STEER_LIMIT: u32 = 2048;
+/// Degraded, with `POPSTEER_STATUS_SATURATED`: the rate of the wheels limits.
+pub const POPSTEER_STATUS_RATE_LIMIT: u32 = 4096;
+/// Degraded, with `POPSTEER_STATUS_SATURATED`: the lateral acceleration limits.
+pub const POPSTEER_STATUS_LATERAL_LIMIT: u32 = 8192;
 /// All faults: stop the vehicle where any of these bits is set.
 pub const POPSTEER_STATUS_FAULTS: u32 = 224;
 
-const NAMED: [(u32, Status); 9] = [
+const NAMED: [(u32, Status); 14] = [
     (POPSTEER_STATUS_SATURATED, Status::SATURATED),
     (POPSTEER_STATUS_LOOKAHEAD_LOST, Status::LOOKAHEAD_LOST),
     (POPSTEER_STATUS_END_OF_PATH, Status::END_OF_PATH),
@@ -40,6 +52,11 @@ const NAMED: [(u32, Status); 9] = [
     (POPSTEER_STATUS_DEVIATING, Status::DEVIATING),
     (POPSTEER_STATUS_IMPLAUSIBLE, Status::IMPLAUSIBLE),
     (POPSTEER_STATUS_PLAN_CUT_SHORT, Status::PLAN_CUT_SHORT),
+    (POPSTEER_STATUS_POSE_STALE, Status::POSE_STALE),
+    (POPSTEER_STATUS_OUTLIER, Status::OUTLIER),
+    (POPSTEER_STATUS_STEER_LIMIT, Status::STEER_LIMIT),
+    (POPSTEER_STATUS_RATE_LIMIT, Status::RATE_LIMIT),
+    (POPSTEER_STATUS_LATERAL_LIMIT, Status::LATERAL_LIMIT),
 ];
 
 // The core's bits, each with a name, and its faults.
@@ -57,7 +74,7 @@ const _: () = {
 
 /// Writes the names of the conditions that hold, such as "saturated|end-of-path", or "ok": at most
 /// `size` bytes into `buffer`, the final NUL included. Returns the length of all of it without the
-/// NUL, as snprintf does; 127 bytes are always enough. Bits that stand for no condition have no
+/// NUL, as snprintf does; 255 bytes are always enough. Bits that stand for no condition have no
 /// name.
 ///
 /// # Safety

@@ -41,15 +41,30 @@ impl Status {
     pub const INPUT_LOST: Self = Self(1 << 5);
     /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
     pub const DEVIATING: Self = Self(1 << 6);
-    /// Fault: within the last 2 s the vehicle turned otherwise than the commands explain: a wrong
-    /// sign of the steering, stuck wheels, or an unknown dead time or lag.
+    /// Fault: what is measured does not belong together. Within the last 2 s the vehicle turned
+    /// otherwise than the commands explain (a wrong sign of the steering, stuck wheels, or an
+    /// unknown dead time or lag), or its poses moved otherwise than its speed says, or not at all.
     pub const IMPLAUSIBLE: Self = Self(1 << 7);
     /// Degraded: the best plan within the vehicle's limits was not found in the time that a step
     /// may take. The command is that of the best plan found, which keeps them.
     pub const PLAN_CUT_SHORT: Self = Self(1 << 8);
 
+    /// Degraded: the position repeats the last one, though the vehicle drives. The pose is rolled
+    /// forward; for longer than 0.6 s that is [`Self::IMPLAUSIBLE`].
+    pub const POSE_STALE: Self = Self(1 << 9);
+    /// Degraded: the pose is farther off than speed and wheels explain. The expected one takes its
+    /// place, until poses that agree with each other show that the localisation has jumped.
+    pub const OUTLIER: Self = Self(1 << 10);
+
+    /// Degraded, with [`Self::SATURATED`]: it is the largest angle of the wheels that limits.
+    pub const STEER_LIMIT: Self = Self(1 << 11);
+    /// Degraded, with [`Self::SATURATED`]: it is the rate of the wheels.
+    pub const RATE_LIMIT: Self = Self(1 << 12);
+    /// Degraded, with [`Self::SATURATED`]: it is the lateral acceleration.
+    pub const LATERAL_LIMIT: Self = Self(1 << 13);
+
     /// Every condition with its name, from the lowest bit up.
-    pub const NAMES: [(Self, &'static str); 9] = [
+    pub const NAMES: [(Self, &'static str); 14] = [
         (Self::SATURATED, "saturated"),
         (Self::LOOKAHEAD_LOST, "lookahead-lost"),
         (Self::END_OF_PATH, "end-of-path"),
@@ -59,8 +74,18 @@ impl Status {
         (Self::DEVIATING, "deviating"),
         (Self::IMPLAUSIBLE, "implausible"),
         (Self::PLAN_CUT_SHORT, "plan-cut-short"),
+        (Self::POSE_STALE, "pose-stale"),
+        (Self::OUTLIER, "outlier"),
+        (Self::STEER_LIMIT, "steer-limit"),
+        (Self::RATE_LIMIT, "rate-limit"),
+        (Self::LATERAL_LIMIT, "lateral-limit"),
     ];
     const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
+
+    /// These conditions and those of `other`.
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
 
     /// The bits.
     pub const fn bits(self) -> u32 {
@@ -169,6 +194,6 @@ mod tests {
             assert_eq!(all & each.bits(), 0);
             all | each.bits()
         });
-        assert_eq!(all.count_ones(), 9);
+        assert_eq!(all.count_ones(), 14);
     }
 }

@@ -1,5 +1,4 @@
-//! What the estimator makes of single motions: least squares over all of them at once, and the
-//! gradient steps of dead time and slip, written out.
+//! What the estimator makes of single motions: least squares over all of them at once, written out.
 
 mod dense;
 
@@ -44,6 +43,7 @@ fn periods() -> Vec<Period> {
                 reached: WheelIntegrals {
                     turn: dt * angle.tan(),
                     slope: dt * (1.0 + angle.tan().powi(2)),
+                    change: 0.03 * wave(k, 0.37) * dt,
                 },
                 measured: turn + 0.002 * wave(k * k, 0.9) + jump,
                 speeds: (speed(k), speed(k + 1)),
@@ -53,11 +53,16 @@ fn periods() -> Vec<Period> {
         .collect()
 }
 
-/// The expected turn, and its derivative by the steering offset.
-fn expected(car: &Vehicle, period: &Period) -> (f64, f64) {
+/// The expected turn, its derivative by the steering offset, and that by a shorter dead time.
+fn expected(car: &Vehicle, period: &Period) -> [f64; 3] {
     let speed = 0.5 * (period.speeds.0 + period.speeds.1);
     let share = speed / (car.wheelbase + car.understeer * speed * speed);
-    (share * period.reached.turn, share * period.reached.slope)
+    let WheelIntegrals {
+        turn,
+        slope,
+        change,
+    } = period.reached;
+    [share * turn, share * slope, share * change]
 }
 
 /// The estimator after each period, from the heading `yaw` on.
@@ -84,15 +89,16 @@ fn observed(car: &Vehicle, periods: &[Period]) -> Vec<Estimator> {
     all
 }
 
-/// The measured turns as they count: at most `2 (|a| + 0.15 |b|)` off the estimated one.
+/// The measured turns as they count: at most `2 (|a| + 0.15 |b|)` and six deviations of the noise
+/// off the estimated one.
 fn counted(car: &Vehicle, periods: &[Period], all: &[Estimator]) -> Vec<f64> {
     let one = |(period, before): (&Period, &Estimator)| {
-        let (a, b) = expected(car, period);
+        let [a, b, _] = expected(car, period);
         let Estimate {
             gain, steer_offset, ..
         } = before.estimate;
         let middle = gain * (a + steer_offset * b);
-        let most = 2.0 * (a.abs() + 0.15 * b.abs());
+        let most = 2.0 * (a.abs() + 0.15 * b.abs()) + 6.0 * before.turning.noise.sqrt();
         period.measured.clamp(middle - most, middle + most)
     };
     periods.iter().zip(all).map(one).collect()
@@ -104,10 +110,41 @@ fn assert_close(found: f64, wanted: f64) {
     assert!(off <= 1e-9 * wanted.abs().max(1.0), "{found}, not {wanted}");
 }
 
-/// `minimise sum exp(-age / turn_time) (y - g a - h b)^2 + 1e-4 (g - 1)^2 + 0.1 h^2` over all
-/// periods at once, with the gain `g` and the offset `h / g`.
+/// Sums of `rows` and their answers over the last 2 s, then `M` and `m` over all periods at once,
+/// as dense matrices.
+fn all_at_once(
+    rows: &[Vec<f64>],
+    answers: &[f64],
+    dts: &[f64],
+    time: f64,
+) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let size = rows[0].len();
+    let (mut m, mut y) = (vec![vec![0.0; size]; size], vec![0.0; size]);
+    let age = |from: usize, to: usize| dts[from + 1..=to].iter().sum::<f64>();
+    let last = rows.len() - 1;
+    for (k, dt) in dts.iter().enumerate().take(rows.len()) {
+        let kept = |i: usize| f64::exp(-age(i, k) / 2.0);
+        let sum = |column: usize| (0..=k).map(|i| kept(i) * rows[i][column]).sum::<f64>();
+        let sums: Vec<f64> = (0..size).map(sum).collect();
+        let answer: f64 = (0..=k).map(|i| kept(i) * answers[i]).sum();
+        let weight = dt * f64::exp(-age(k, last) / time);
+        for row in 0..size {
+            y[row] += weight * sums[row] * answer;
+            for column in 0..size {
+                m[row][column] += weight * sums[row] * sums[column];
+            }
+        }
+    }
+    (m, y)
+}
+
+/// The priors: a least weight, and the noise over 1 s against the doubt.
+fn prior(least: f64, noise: f64, doubt: f64) -> f64 {
+    least + noise / (doubt * doubt)
+}
+
 #[test]
-fn test_gain_and_offset_are_the_least_squares_over_all_periods() {
+fn test_gain_offset_and_dead_time_are_the_least_squares_over_all_periods() {
     let periods = periods();
     let blind = Vehicle {
         dead_time: 0.0,
@@ -117,58 +154,41 @@ fn test_gain_and_offset_are_the_least_squares_over_all_periods() {
         let all = observed(&car, &periods);
         let counted = counted(&car, &periods, &all);
         assert!(counted.iter().zip(&periods).any(|(y, p)| *y < p.measured));
+        let row = |(period, before): (&Period, &Estimator)| {
+            let [a, b, c] = expected(&car, period);
+            vec![a + before.estimate.longer_dead_time * c, b, -c]
+        };
+        let rows: Vec<Vec<f64>> = periods.iter().zip(&all).map(row).collect();
+        let dts: Vec<f64> = periods.iter().map(|period| period.dt).collect();
         for n in [1, 2, 7, 41, 60] {
-            let (mut aa, mut ab, mut bb, mut ay, mut by) = (1e-4, 0.0, 0.1, 1e-4, 0.0);
-            let mut age = 0.0;
-            for (period, y) in periods.iter().zip(&counted).take(n).rev() {
-                let (a, b) = expected(&car, period);
-                let weight = f64::exp(-age / PARAMS.turn_time);
-                aa += weight * a * a;
-                ab += weight * a * b;
-                bb += weight * b * b;
-                ay += weight * a * y;
-                by += weight * b * y;
-                age += period.dt;
-            }
-            let best = solve(vec![vec![aa, ab, ay], vec![ab, bb, by]]);
-            let found = &all[n];
-            assert_close(found.known().gain, best[0]);
-            if car.dead_time > 0.0 {
-                assert_close(found.estimate.gain, best[0]);
-                assert_close(found.estimate.steer_offset, best[1] / best[0]);
-            } else {
-                // Without a dead time controllers use the gain 1, and the offset that is best then.
-                assert_close(found.estimate.gain, 1.0);
-                assert_close(found.estimate.steer_offset, (by - ab) / bb);
-            }
+            let (m, y) = all_at_once(&rows[..n], &counted[..n], &dts[..n], PARAMS.turn_time);
+            let noise = all[n - 1].turning.noise;
+            // The gain with the others free, but for a thousandth of their least weights.
+            let weight = prior(3e-3, noise, 0.1);
+            let joint = solve(vec![
+                vec![m[0][0] + weight, m[0][1], m[0][2], y[0] + weight],
+                vec![m[1][0], m[1][1] + 1e-3, m[1][2], y[1]],
+                vec![m[2][0], m[2][1], m[2][2] + 2e-6, y[2]],
+            ]);
+            let fitted = joint[0].clamp(0.4, 2.5);
+            let found = all[n].estimate;
+            assert_close(found.gain, fitted);
+            let [by_offset, by_delay] = [prior(1.0, noise, 0.03), prior(2e-3, noise, 0.1)];
+            let others = solve(vec![
+                vec![m[1][1] + by_offset, m[1][2], y[1] / fitted - m[1][0]],
+                vec![m[2][1], m[2][2] + by_delay, y[2] / fitted - m[2][0]],
+            ]);
+            assert_close(found.steer_offset, others[0].clamp(-0.15, 0.15));
+            let (last, dt) = (all[n - 1].estimate.longer_dead_time, dts[n - 1]);
+            let longer = others[1].clamp(last - 0.2 * dt, last + 0.2 * dt);
+            let unseen = car.dead_time <= 0.0 && longer < 0.005;
+            let longer = if unseen { 0.0 } else { longer };
+            assert_close(
+                found.longer_dead_time,
+                longer.clamp(-car.dead_time, Estimator::MAX_LONGER),
+            );
         }
     }
-}
-
-/// What the fit leaves over, `r`, and the change `c` of the expected turn, per second: a step of
-/// `r c / (0.01 + sum exp(-age / turn_time) c^2)`, with `r` at most what half the dead time makes.
-#[test]
-fn test_dead_time_takes_the_step_of_its_gradient() {
-    let periods = periods();
-    let all = observed(&CAR, &periods);
-    let counted = counted(&CAR, &periods, &all);
-    let (mut sum, mut last) = (0.0, 0.0);
-    let mut longer: f64 = 0.0;
-    for ((period, y), after) in periods.iter().zip(&counted).zip(&all[1..]) {
-        let (a, b) = expected(&CAR, period);
-        let change = (last - a) / period.dt;
-        sum = sum * f64::exp(-period.dt / PARAMS.turn_time) + change * change;
-        let Estimate {
-            gain, steer_offset, ..
-        } = after.estimate;
-        let most = 0.15 * change.abs();
-        let rest = (y - gain * (a + steer_offset * b)).clamp(-most, most);
-        let step = rest * change / (sum + 0.01);
-        longer = (longer + step.clamp(-period.dt, period.dt)).clamp(-0.15, 0.15);
-        assert_close(after.estimate.longer_dead_time, longer);
-        last = a;
-    }
-    assert!(longer.abs() > 1e-4, "{longer}");
 }
 
 /// The acceleration is that of the speed, smoothed over a tenth of a second, up to 20 wheelbases.
@@ -187,61 +207,52 @@ fn test_acceleration_is_smoothed_over_a_tenth_of_a_second() {
     assert_close(found, -20.0 * 3.0);
 }
 
-/// `slip + slip_length bend` misses the sample by `m`: a normalised step of `dt / slip_time`
-/// towards it, shared by a bend of 0.03 per wheelbase.
 #[test]
-fn test_slip_takes_the_normalised_step_towards_its_sample() {
-    let before = VehicleState {
-        x: 7.0,
-        y: -3.0,
-        yaw: 3.1,
-        speed: 6.0,
-    };
-    for (slip, turn, bend, dt) in [
-        (0.05, 0.0, 0.0, 0.1),
-        (-0.08, 0.1, 0.04, 0.05),
-        (0.11, -0.06, -0.2, 0.1),
-        // The sample counts as at most 0.6, the slip as at most 0.15.
-        (1.2, 0.0, 0.01, 0.9),
-    ] {
-        for (known, known_length, way) in [(0.0, 0.0, 1.0), (0.03, -0.4, 1.0), (0.01, 0.2, -1.0)] {
-            // The vehicle moves 7 m/s in the mean, off its mean heading by the slip.
-            let (travel, speed) = (way * 7.0 * dt, way * 8.0);
-            let direction = before.yaw + 0.5 * turn;
-            let aside = travel * slip;
+fn test_slip_is_the_least_squares_over_all_periods() {
+    for way in [1.0, -1.0] {
+        let mut estimator = Estimator::default();
+        let mut here = VehicleState {
+            x: 7.0,
+            y: -3.0,
+            yaw: 3.1,
+            speed: way * 7.0,
+        };
+        let (mut rows, mut answers, mut dts) = (vec![], vec![], vec![]);
+        for k in 0..50_u32 {
+            let wave = |rate: f64| (rate * f64::from(k)).sin();
+            let (dt, bend, turn) = (0.06 + 0.03 * wave(1.3), 0.04 * wave(0.2), 0.02 * wave(0.2));
+            let speed = way * (7.0 + wave(0.1));
+            let travel = 0.5 * (here.speed + speed) * dt;
+            let aside = travel * (0.02 + 0.3 * bend) + 0.004 * wave(5.1);
+            let direction = here.yaw + 0.5 * turn;
             let now = VehicleState {
-                x: before.x + travel * direction.cos() - aside * direction.sin(),
-                y: before.y + travel * direction.sin() + aside * direction.cos(),
-                yaw: before.yaw + turn - std::f64::consts::TAU,
+                x: here.x + travel * direction.cos() - aside * direction.sin(),
+                y: here.y + travel * direction.sin() + aside * direction.cos(),
+                yaw: here.yaw + turn,
                 speed,
             };
-            let mut estimator = Estimator {
-                last_measured: Some(VehicleState {
-                    speed: way * before.speed,
-                    ..before
-                }),
-                estimate: Estimate {
-                    slip: known,
-                    slip_length: known_length,
-                    ..Estimate::DEFAULT
-                },
-                ..Estimator::default()
-            };
-            let looked = |asked: f64| {
-                assert_close(asked, travel);
-                bend
-            };
-            estimator.observe_slip(&PARAMS, &CAR, now, looked, dt);
-            let split = (0.03_f64 / 3.0).powi(2);
-            let missed = slip.clamp(-0.6, 0.6) - (known + known_length * bend);
-            let step = dt / 2.0 * missed / (split + bend * bend);
-            let found = estimator.estimate;
-            assert_close(found.slip, (known + step * split).clamp(-0.15, 0.15));
-            assert_close(
-                found.slip_length,
-                (known_length + step * bend).clamp(-3.0, 3.0),
-            );
+            let noise = estimator.sliding.noise;
+            estimator.last_measured = Some(here);
+            estimator.observe_slip(&PARAMS, &CAR, now, bend, dt);
+            here = now;
+            let square = (travel / dt) * (travel / dt) / CAR.wheelbase;
+            rows.push(vec![
+                travel / CAR.wheelbase,
+                travel / CAR.wheelbase * square * bend,
+            ]);
+            answers.push(aside / CAR.wheelbase);
+            dts.push(dt);
+            let (m, y) = all_at_once(&rows, &answers, &dts, PARAMS.slip_time);
+            let doubt = 0.1 * CAR.wheelbase / square;
+            let best = solve(vec![
+                vec![m[0][0] + prior(0.25, noise, 0.02), m[0][1], y[0]],
+                vec![m[1][0], m[1][1] + prior(0.04, noise, doubt), y[1]],
+            ]);
+            assert_close(estimator.estimate.slip, best[0].clamp(-0.15, 0.15));
+            let length = best[1] * speed * speed / CAR.wheelbase;
+            assert_close(estimator.estimate.slip_length, length.clamp(-3.0, 3.0));
         }
+        assert!((estimator.estimate.slip - 0.02).abs() < 0.01);
     }
 }
 
@@ -258,7 +269,7 @@ fn test_slip_is_not_taken_from_a_slow_vehicle() {
             last_measured: Some(at(0.0, speed)),
             ..Estimator::default()
         };
-        estimator.observe_slip(&PARAMS, &CAR, at(0.01, speed), |_| 0.0, 0.1);
+        estimator.observe_slip(&PARAMS, &CAR, at(0.01, speed), 0.0, 0.1);
         assert_eq!(estimator.estimate.slip.abs() > 0.0, learns, "{speed}");
     }
 }

@@ -162,7 +162,7 @@ fn test_plan_in_a_noisy_loop_takes_more_than_12_passes_in_a_thousandth_of_the_st
                 next = plan.first();
             }
             truth.commanded = next;
-            truth = instance.travel.after(&truth, 0.0, instance.drift);
+            truth = instance.travel.after(&truth, 0.0);
         }
     }
     let all: u32 = passes.iter().sum();

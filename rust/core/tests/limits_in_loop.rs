@@ -206,7 +206,7 @@ fn test_largest_curvature_is_reached_at_the_full_rate() {
         );
         let command = command.unwrap();
         assert!((command.steer - reached).abs() < 1e-9, "{dt} {command:?}");
-        assert_eq!(command.status, Status::SATURATED);
+        assert!(command.status.contains(Status::SATURATED));
     }
 }
 
@@ -299,7 +299,7 @@ fn test_wheels_at_their_stop_are_held_by_the_angle_whatever_the_last_plan_reache
             .step(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
             .unwrap();
         assert!((command.steer - 0.25).abs() < 1e-12, "{code} {command:?}");
-        assert_eq!(command.status, Status::SATURATED, "{code}");
+        assert!(command.status.contains(Status::SATURATED), "{code}");
     }
 }
 
@@ -321,10 +321,12 @@ fn test_wheels_turn_at_the_neighbourhoods_rate_in_every_control_period() {
     for dt in [0.05, 0.01] {
         let mut state = tracker.initial_state();
         let mut before = 0.0;
+        let mut x = 20.0;
         while before < 1.1 {
+            x += 1e-9;
             // Far to the right of the path and heading away from it.
             let vehicle = VehicleState {
-                x: 20.0,
+                x,
                 y: -3.0,
                 yaw: -1.5,
                 speed: 5.0,

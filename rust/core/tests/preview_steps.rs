@@ -187,10 +187,10 @@ impl Scene {
                 .filter(|&k| k < count)
                 .map(|_| 0.0)
                 .collect(),
-            drift: step * known.slip,
             start: ModelState {
                 error: self.error,
-                heading: self.heading,
+                // The direction in which the vehicle moves.
+                heading: self.heading + known.slip,
                 driven: wheel.tan() / length,
                 commanded: start,
             },

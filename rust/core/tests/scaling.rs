@@ -24,6 +24,7 @@ fn car(k: f64) -> Vehicle {
         max_steer: 0.6,
         max_steer_rate: Some(0.7),
         max_lateral_acceleration: Some(5.0 * k),
+        max_deceleration: Some(3.0 * k),
         ..Vehicle::DEFAULT
     }
 }
@@ -250,7 +251,7 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         let rate = PreviewPopParams::DEFAULT.resolved(&free).steer_span_rate;
         assert!((rate - 60.0_f64.to_radians()).abs() < 1e-12);
         let stanley = StanleyParams::DEFAULT.resolved(&car);
-        assert_is(stanley.softening, 1e-5 / 3.0);
+        assert_is(stanley.softening, 1.0 / 3.0);
         assert_is(stanley.smoothing_length, 1.0);
         let pid = PidParams::DEFAULT.resolved(&car);
         assert_is(pid.smoothing_length, 2.0);

@@ -30,7 +30,6 @@ pub fn check(data: &[u8]) {
         stage: CostToGo::stage(length, offset),
         move_cost: cost * cost,
         turns: &turns,
-        drift: step * bytes.within(-0.05, 0.05),
     };
     let mut guess = ReachedLimits::default();
     for _ in 0..4 {

@@ -2,6 +2,7 @@
 
 use crate::bytes::Bytes;
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
+use popsteer_core::vehicle::regression::Regression;
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
 use popsteer_core::{Path, PathError, PathView, Vehicle, VehicleState};
 use std::f64::consts::FRAC_PI_4;
@@ -238,15 +239,30 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
             yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
             speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
         }),
-        turn_turn: bytes.number([0.0, 1.0], [0.0, 1e100]),
-        turn_offset: symmetric(bytes, 1.0, 1e100),
-        offset_offset: bytes.number([0.0, 1.0], [0.0, 1e100]),
-        turn_measured: symmetric(bytes, 1.0, 1e100),
-        offset_measured: symmetric(bytes, 1.0, 1e100),
-        turn: symmetric(bytes, 0.1, 1e30),
-        change: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        turning: regression(bytes),
+        sliding: regression(bytes),
+        slip_compliance: symmetric(bytes, 0.01, 1e3),
         estimate: estimate(bytes, wheelbase, dead_time),
     }
+}
+
+/// Sums that a regression may or may not have.
+fn regression<const N: usize>(bytes: &mut Bytes) -> Regression<N> {
+    let mut drawn = Regression::new(bytes.number([0.0, 1e-3], [0.0, 1e90]));
+    for row in 0..N {
+        drawn.regressors[row] = symmetric(bytes, 1.0, 1e40);
+        drawn.moment[row] = symmetric(bytes, 1.0, 1e90);
+        for column in 0..row {
+            let square = symmetric(bytes, 0.1, 1e90);
+            drawn.information[(row, column)] = square;
+            drawn.information[(column, row)] = square;
+        }
+        drawn.information[(row, row)] = bytes.number([0.0, 10.0], [0.0, 1e90]);
+    }
+    drawn.measured = symmetric(bytes, 1.0, 1e40);
+    drawn.residual = symmetric(bytes, 0.1, 1e40);
+    drawn.noise_time = bytes.number([0.0, 5.0], [0.0, 10.0]);
+    drawn
 }
 
 /// A number of `[-most, most]`, mostly of `[-usual, usual]`.

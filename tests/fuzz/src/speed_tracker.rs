@@ -79,7 +79,7 @@ fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, V
         assert!(plan[view.len() - 1] <= 0.0, "it stops at the end");
     }
     let driving = car.max_acceleration.unwrap_or(UNSAID.1);
-    let braking = comfort_braking(car);
+    let braking = car.comfort_braking();
     for segment in 0..view.segments() {
         let next = (segment + 1) % view.len();
         let (from, to) = (plan[segment] * plan[segment], plan[next] * plan[next]);

@@ -175,8 +175,15 @@ impl Life {
         assert!(reached.slope >= 0.0 && reached.slope + 1e-12 * dt >= reached.turn.abs());
         self.estimator
             .observe_turn(&self.adapt, &self.car, now, reached, dt);
+        let before_speed = self.estimator.last_measured.map_or(0.0, |last| last.speed);
+        let travel = 0.5 * (before_speed + now.speed) * dt;
+        let bend = if travel.abs() > 0.0 {
+            turn / travel
+        } else {
+            0.0
+        };
         self.estimator
-            .observe_slip(&self.adapt, &self.car, now, |travel| turn / travel, dt);
+            .observe_slip(&self.adapt, &self.car, now, bend, dt);
         self.estimator.last_measured = Some(now);
         assert_eq!(self.estimator.checked(&self.car), Ok(self.estimator));
         let estimate = self.estimator.estimate;

@@ -5,7 +5,7 @@ that its wheels are commanded, a, the curvature that they have come to by its ow
 slip that it estimates. With b one period back, the gains g from the cost-to-go, and E the decay of
 the model's lag over a period::
 
-    c = b c - (g_e e + g_p ψ + g_a a + g_c b c + g_s s)      δ = (L + K v²) c
+    c = b c - (g_e e + g_p (ψ + s) + g_a a + g_c b c)      δ = (L + K v²) c
     a = (1 - E) b c / (1 - E b)
 
 Without a and c, δ is a ratio of polynomials of b.
@@ -34,13 +34,11 @@ class PreviewGains(NamedTuple):
     error: float
     """Of the cross-track error [1/m²]."""
     heading: float
-    """Of the heading error [1/m]."""
+    """Of the heading error, and of the slip that is estimated: the direction of motion [1/m]."""
     driven: float
     """Of the curvature that the wheels have come to [-]."""
     commanded: float
     """Of the curvature that was commanded [-]."""
-    slip: float
-    """Of the slip that is estimated [1/m]."""
 
 
 def decay(time: float, time_constant: float) -> float:
@@ -64,9 +62,9 @@ def preview_pop(
     lag = 1.0 - kept * _BACK
     driven = (1.0 - kept) * _BACK  # a · lag, for a unit of c
     steer = (1.0 - (1.0 - gains.commanded) * _BACK) * lag + gains.driven * driven
-    scaled = [length * gain * lag for gain in (gains.error, gains.heading, gains.slip)]
-    cross_track, heading, slip = (each.coef.tolist() for each in scaled)
-    return cross_track, heading, steer.coef.tolist(), slip
+    scaled = [length * gain * lag for gain in (gains.error, gains.heading)]
+    cross_track, heading = (each.coef.tolist() for each in scaled)
+    return cross_track, heading, steer.coef.tolist(), heading
 
 
 def preview_gains(
@@ -87,21 +85,20 @@ def preview_gains(
     move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
     lag = vehicle.steer_lag * speed
     gains = _first_gains(_straight(step, lag), heading_cost, move_cost, count)
-    error, heading, driven, commanded, slip = (dt / period * gains).tolist()
+    error, heading, driven, commanded = (dt / period * gains).tolist()
     return PreviewGains(
         # An error counts as far as a heading does, so not at all where that does not.
         error=error if heading > 0.0 else 0.0,
         heading=heading,
         driven=driven,
         commanded=commanded,
-        slip=slip,
     )
 
 
 def _straight(step: float, lag: float) -> NDArray[np.float64]:
-    """Return A of a step [m] of z = (e, ψ, a, c, s) along a straight, with a lag [m], exactly.
+    """Return A of a step [m] of z = (e, ψ, a, c) along a straight, with a lag [m], exactly.
 
-    e' = ψ + s, ψ' = a, a' = (c - a) / lag, each by the distance travelled.
+    e' = ψ, ψ' = a, a' = (c - a) / lag, each by the distance travelled.
     """
     kept = decay(step, lag)
     by_driven = lag * (1.0 - kept)
@@ -109,11 +106,10 @@ def _straight(step: float, lag: float) -> NDArray[np.float64]:
     lagging = lag * by_commanded
     return np.array(
         [
-            [1.0, step, lagging, 0.5 * step * step - lagging, step],
-            [0.0, 1.0, by_driven, by_commanded, 0.0],
-            [0.0, 0.0, kept, 1.0 - kept, 0.0],
-            [0.0, 0.0, 0.0, 1.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 1.0],
+            [1.0, step, lagging, 0.5 * step * step - lagging],
+            [0.0, 1.0, by_driven, by_commanded],
+            [0.0, 0.0, kept, 1.0 - kept],
+            [0.0, 0.0, 0.0, 1.0],
         ]
     )
 
@@ -125,8 +121,8 @@ def _first_gains(
 
     S = Aᵀ P A,  K = Bᵀ S / (R + Bᵀ S B),  P = Q + S - S B K, from P = Q, where B moves c.
     """
-    stage = np.diag([1.0, heading_cost**2, 0.0, 0.0, 0.0])
-    after, gain = stage, np.zeros(5)
+    stage = np.diag([1.0, heading_cost**2, 0.0, 0.0])
+    after, gain = stage, np.zeros(4)
     for _ in range(count):
         cost = model.T @ after @ model
         gain = cost[3] / (move_cost + cost[3, 3])

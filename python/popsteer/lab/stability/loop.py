@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 _Response: TypeAlias = "NDArray[np.complex128]"
 
+_SPAN = 2.0  # over which the estimator sums motions [s]
+_SLIP_PRIOR = 0.25  # its weight of no slip [s]
 _PREDICTION_STEP = 0.05  # the longest step of a controller's prediction [s]
 
 
@@ -81,7 +83,7 @@ class Loop:
         slip = slip + reach * cross_track * back
 
         # The weights of the measured offset of the vehicle's no-slip point, and of its heading.
-        estimated, by_heading = _slip_filter(speed, dt, slip_time, back)
+        estimated, by_heading = _slip_filter(believed, speed, dt, slip_time, back)
         ahead = law.tracked_point - no_slip(vehicle)
         beside = no_slip(believed) - no_slip(vehicle)
         self._cross_track = cross_track + slip * estimated
@@ -167,11 +169,18 @@ def _predicted(
 
 
 def _slip_filter(
-    speed: float, dt: float, time: float, back: _Response
+    vehicle: Vehicle, speed: float, dt: float, time: float, back: _Response
 ) -> tuple[_Response, _Response]:
-    """Slip that is estimated for a unit of offset of the no-slip point, and of heading."""
+    """Slip that is estimated for a unit of offset of the no-slip point, and of heading.
+
+    The core's least squares at a steady speed, without noise: sums over the last seconds of the
+    motion aside, in wheelbases, and the prior of no slip.
+    """
     if time <= 0.0:
         return np.zeros_like(back), np.zeros_like(back)
-    share = min(dt / time, 1.0)
-    smooth = share / (1.0 - (1.0 - share) * back)
+    kept, summed = math.exp(-dt / time), math.exp(-dt / _SPAN)
+    travel = speed * dt / vehicle.wheelbase
+    distance = travel / (1.0 - summed)
+    share = dt * distance / (_SLIP_PRIOR + dt * distance**2 / (1.0 - kept))
+    smooth = share * travel / ((1.0 - kept * back) * (1.0 - summed * back))
     return smooth * (1.0 - back) / (speed * dt), -0.5 * smooth * (1.0 + back)

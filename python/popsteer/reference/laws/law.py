@@ -53,6 +53,9 @@ class Belief:
 class LawState:
     """What a controller remembers from one step to the next."""
 
+    def leave_path(self) -> None:
+        """Forget what holds on the present path alone."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Params(Checked):
@@ -139,4 +142,6 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
     """Bring an angle [rad] within `max_steer`, and tell the status of that."""
     limited = vehicle.at_wheels(steer)
-    return limited, Status.OK if limited == steer else Status.SATURATED
+    if limited == steer:
+        return limited, Status.OK
+    return limited, Status.SATURATED | Status.STEER_LIMIT

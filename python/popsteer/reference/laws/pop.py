@@ -85,7 +85,7 @@ class Pop(LateralLaw[PopParams, PopState]):
         state.previous_steer = at.mirror(steer)
         status = Status.OK
         if abs(steer) >= self.vehicle.max_steer:
-            status |= Status.SATURATED
+            status |= Status.SATURATED | Status.STEER_LIMIT
         if not target.found:
             status |= Status.LOOKAHEAD_LOST
         return Decision(steer, target.point, status)

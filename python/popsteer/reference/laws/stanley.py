@@ -37,7 +37,7 @@ class StanleyParams(Params):
 
     def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         return super()._scaled(vehicle) | {
-            "softening": 1e-5 / 3.0 * vehicle.wheelbase,
+            "softening": 1.0 / 3.0 * vehicle.wheelbase,
             "smoothing_length": vehicle.wheelbase,
         }
 
@@ -58,7 +58,7 @@ class Stanley(LateralLaw[StanleyParams, StanleyState]):
     >>> from popsteer.reference import Path, Tracker
     >>> tracker = Tracker(Stanley(), Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
     >>> round(tracker.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
-    -0.114876
+    -0.099669
     """
 
     TRACKED = Tracked.FRONT_AXLE

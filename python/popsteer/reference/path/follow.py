@@ -87,30 +87,39 @@ class Follow:
         )
 
     def locate(
-        self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
+        self,
+        path: PathView,
+        waypoint: int | None,
+        vehicle: VehicleState,
+        dt: float,
+        travelled: float,
     ) -> Located:
         """Project the tracked point of a checked vehicle near segment `waypoint`.
 
-        On the whole path if that is None, or if the vehicle is lost.
+        From there it can have `travelled` so far [m] in the period `dt` [s]. On the whole path if
+        that is None, or if the vehicle is lost.
         """
         if waypoint is None:
-            start = self._first_segment(path, vehicle, dt)
+            start = self._first_segment(path, vehicle, dt, travelled)
         else:
             start = path.segment_at(waypoint)
-        at = self._locate_from(path, start, vehicle, dt)
+        at = self._locate_from(path, start, vehicle, dt, travelled)
         following = self._next_section(path, at, vehicle)
         if following is not None:
-            at = self._locate_from(path, following, vehicle, dt)
+            at = self._locate_from(path, following, vehicle, dt, travelled)
         squared_lost = self.lost_distance * self.lost_distance
         if at.closest.squared_distance > squared_lost:
-            anew = self._locate_from(path, self._find_anew(path, vehicle), vehicle, dt)
+            found = self._find_anew(path, vehicle)
+            anew = self._locate_from(path, found, vehicle, dt, travelled)
             if anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
         changed = waypoint is not None and at.reverse != path.is_reverse(start)
         return replace(at, direction_changed=changed)
 
-    def _first_segment(self, path: PathView, vehicle: VehicleState, dt: float) -> int:
+    def _first_segment(
+        self, path: PathView, vehicle: VehicleState, dt: float, travelled: float
+    ) -> int:
         """Find the segment of a vehicle that was on no path before.
 
         Where a path comes by its start again, a vehicle within noise of the start is there.
@@ -118,15 +127,15 @@ class Follow:
         found = self._find_anew(path, vehicle)
         if path.closed:
             return found
-        start = self._locate_from(path, 0, vehicle, dt).closest
-        end = self._locate_from(path, found, vehicle, dt).closest
+        start = self._locate_from(path, 0, vehicle, dt, travelled).closest
+        end = self._locate_from(path, found, vehicle, dt, travelled).closest
         ahead = start.along[0] * end.along[0] + start.along[1] * end.along[1] > 0.0
         same_way = ahead == (path.is_reverse(0) == path.is_reverse(found))
         farther = sqrt(start.squared_distance) - sqrt(end.squared_distance)
         return start.segment if same_way and farther <= self.arrival_distance else found
 
     def _locate_from(
-        self, path: PathView, segment: int, vehicle: VehicleState, dt: float
+        self, path: PathView, segment: int, vehicle: VehicleState, dt: float, travelled: float
     ) -> Located:
         """Find the point near a segment, in the direction in which that is driven."""
         reverse = path.is_reverse(segment)
@@ -136,7 +145,7 @@ class Follow:
         base = -self.base if reverse else self.base
         ahead = self.reference_offset + base
         position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
-        reach = self.search_distance + abs(vehicle.speed) * dt
+        reach = self.search_distance + travelled
         closest = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,

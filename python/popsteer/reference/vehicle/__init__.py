@@ -104,6 +104,19 @@ class Vehicle(Checked):
         base = self.wheelbase if self.turning_wheelbase is None else self.turning_wheelbase
         return base + self.understeer * speed * speed
 
+    @property
+    def comfort_braking(self) -> float:
+        """Largest braking deceleration of a plan for this vehicle [m/s²], one of comfort.
+
+        Examples
+        --------
+        >>> Vehicle().comfort_braking
+        3.0
+        """
+        comfort = 3.0 if self.max_deceleration is None else self.max_deceleration
+        brakes = self.brake_deceleration
+        return brakes if brakes is not None and brakes < comfort else comfort
+
     def at_wheels(self, angle: float) -> float:
         """Return the angle nearest to `angle` that the wheels can stand at [rad].
 

@@ -223,7 +223,9 @@ impl LateralLaw for Pop {
         Decision {
             steer,
             target: target.point,
-            status: Status::SATURATED.when(steer.abs() >= self.vehicle().max_steer)
+            status: Status::SATURATED
+                .with(Status::STEER_LIMIT)
+                .when(steer.abs() >= self.vehicle().max_steer)
                 | Status::LOOKAHEAD_LOST.when(!target.found),
         }
     }

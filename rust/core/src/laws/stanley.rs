@@ -19,7 +19,7 @@ law_params! {
         /// Velocity constant `k_v`.
         speed_gain: f64 = 1.3, in [0.0, 1e6];
         /// Softening constant `k_s` [m/s], which keeps the quotient finite at rest.
-        softening: Scaled = 1e-5 / 3.0 * wheelbase, in [1e-9, 1e6];
+        softening: Scaled = 1.0 / 3.0 * wheelbase, in [1e-9, 1e6];
         /// Whether the path's heading is that of the segment behind the nearest waypoint, as in the
         /// published code, instead of that at the closest point.
         heading_behind: bool = false;

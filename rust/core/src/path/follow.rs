@@ -63,6 +63,8 @@ pub struct Located {
     pub off_path: bool,
     /// Whether the point is past the last waypoint of an open path.
     pub past_end: bool,
+    /// Whether the point is before the first waypoint of an open path.
+    pub before_start: bool,
 }
 
 impl Follow {
@@ -82,34 +84,35 @@ impl Follow {
         }
     }
 
-    /// Projects the tracked point of a checked vehicle near segment `waypoint`; on the whole path
-    /// if that is none.
+    /// Projects the tracked point of a checked vehicle near segment `waypoint`, from which it can
+    /// have `travelled` so far [m] in the period `dt` [s]; on the whole path if that is none.
     ///
     /// The search of the whole path may run out of [`STEP_BUDGET`] and then gives the best place so
     /// far. A first step takes that place. A lost vehicle takes it only if it is no longer lost
     /// there, and else keeps its last place.
     #[inline]
-    pub fn locate(
+    pub fn locate_within(
         &self,
         path: &PathView<'_>,
         waypoint: Option<usize>,
         vehicle: VehicleState,
         dt: f64,
+        travelled: f64,
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => self.first_segment(path, vehicle, dt),
+            None => self.first_segment(path, vehicle, dt, travelled),
         };
-        let mut at = self.locate_from(path, start, vehicle, dt);
+        let mut at = self.locate_from(path, start, vehicle, dt, travelled);
         if path.reverse().is_some()
             && let Some(next) = self.next_section(path, &at, vehicle)
         {
-            at = self.locate_from(path, next, vehicle, dt);
+            at = self.locate_from(path, next, vehicle, dt, travelled);
         }
         let squared_lost = self.lost_distance * self.lost_distance;
         if at.closest.squared_distance > squared_lost {
             let found = self.find_anew(path, vehicle);
-            let anew = self.locate_from(path, found.segment, vehicle, dt);
+            let anew = self.locate_from(path, found.segment, vehicle, dt, travelled);
             let is_found = found.is_exact || anew.closest.squared_distance <= squared_lost;
             if is_found && anew.closest.squared_distance < at.closest.squared_distance {
                 at = anew;
@@ -122,12 +125,21 @@ impl Follow {
 
     /// The segment of a vehicle that was on no path before. Where an open path comes by its start again,
     /// as there and back, a vehicle within noise of the start is there.
-    fn first_segment(&self, path: &PathView<'_>, vehicle: VehicleState, dt: f64) -> usize {
+    fn first_segment(
+        &self,
+        path: &PathView<'_>,
+        vehicle: VehicleState,
+        dt: f64,
+        travelled: f64,
+    ) -> usize {
         let found = self.find_anew(path, vehicle).segment;
         if path.is_closed() {
             return found;
         }
-        let at = |segment| self.locate_from(path, segment, vehicle, dt).closest;
+        let at = |segment| {
+            self.locate_from(path, segment, vehicle, dt, travelled)
+                .closest
+        };
         let (start, end) = (at(0), at(found));
         let (one, other) = (start.along(), end.along());
         let ahead = one.x * other.x + one.y * other.y > 0.0;
@@ -141,6 +153,19 @@ impl Follow {
         }
     }
 
+    /// The same of a vehicle that has travelled at its present speed.
+    #[inline]
+    pub fn locate(
+        &self,
+        path: &PathView<'_>,
+        waypoint: Option<usize>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Located {
+        let travelled = vehicle.speed.abs() * dt;
+        self.locate_within(path, waypoint, vehicle, dt, travelled)
+    }
+
     #[inline]
     fn locate_from(
         &self,
@@ -148,6 +173,7 @@ impl Follow {
         segment: usize,
         vehicle: VehicleState,
         dt: f64,
+        travelled: f64,
     ) -> Located {
         let reverse = path.is_reverse(segment);
         let vehicle = if reverse {
@@ -163,7 +189,7 @@ impl Follow {
         let base = if reverse { -self.base } else { self.base };
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
-        let reach = self.search_distance + vehicle.speed.abs() * dt;
+        let reach = self.search_distance + travelled;
         let opposite = self.opposite_distance;
         let closest = locate(path, segment, position, heading, reach, opposite);
         Located {
@@ -176,6 +202,7 @@ impl Follow {
             direction_changed: false,
             off_path: false,
             past_end: closest.fraction > 1.0 && path.next_segment(closest.segment).is_none(),
+            before_start: closest.fraction < 0.0 && closest.segment == 0 && !path.is_closed(),
         }
     }
 

@@ -5,12 +5,14 @@
 //!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on
 //!   long paths.
 //! - [`follow`] takes a vehicle along the path in both directions.
+//! - [`carry`] takes a place over to a path that replaces another.
 //! - [`preview`] gives the path's turns ahead, [`stop`] distance and speed to the next stop.
 //! - [`resample`] makes the fine grid of the near neighbourhood and [`lookahead`] searches it, as
 //!   [`jump`] does faster.
 
 mod best;
 mod boxes;
+pub mod carry;
 #[cfg(test)]
 mod fixtures;
 pub mod follow;

@@ -1,7 +1,7 @@
 //! The limits of the speed that a plan takes where neither it nor the vehicle has one: brisk for an
 //! ordinary car, and far from the grip of a dry road.
 
-use crate::math::{larger, smaller, sqrt};
+use crate::math::{larger, sqrt};
 use crate::vehicle::Vehicle;
 
 /// Top speed [m/s].
@@ -11,7 +11,7 @@ pub const MAX_LATERAL_ACCELERATION: f64 = 4.0;
 /// Largest driving acceleration [m/s²].
 pub const MAX_ACCELERATION: f64 = 2.0;
 /// Largest braking deceleration [m/s²].
-pub const MAX_DECELERATION: f64 = 3.0;
+pub const MAX_DECELERATION: f64 = Vehicle::COMFORT_BRAKING;
 /// What the brakes can do [m/s²]: those of an ordinary car on a dry road do more.
 pub const BRAKE_DECELERATION: f64 = 6.0;
 /// Braking deceleration of a stop that no plan contains: of the simulated pedals at a cusp, and of a
@@ -35,16 +35,9 @@ pub fn gravity_along(grade: f64) -> f64 {
     -GRAVITY * grade / sqrt(1.0 + grade * grade)
 }
 
-/// Largest braking deceleration of a plan for this vehicle [m/s²], one of comfort.
-#[must_use]
-pub fn comfort_braking(vehicle: &Vehicle) -> f64 {
-    let comfort = vehicle.max_deceleration.unwrap_or(MAX_DECELERATION);
-    smaller(comfort, vehicle.brake_deceleration.unwrap_or(comfort))
-}
-
 /// What this vehicle's brakes can do [m/s²].
 #[must_use]
 pub fn strongest_braking(vehicle: &Vehicle) -> f64 {
-    let assumed = larger(BRAKE_DECELERATION, comfort_braking(vehicle));
+    let assumed = larger(BRAKE_DECELERATION, vehicle.comfort_braking());
     vehicle.brake_deceleration.unwrap_or(assumed)
 }

@@ -40,9 +40,10 @@ use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED};
 use crate::error::{ConfigError, InputError, input_in_range, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
 use crate::params;
+use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::follow::Located;
 use crate::path::preview::wheel_at_rest;
-use crate::path::{Follow, PathView};
+use crate::path::{Follow, PathView, STEP_BUDGET};
 use crate::speed::defaults::{self, gravity_along};
 use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
 use crate::speed::stops::Planned;
@@ -205,7 +206,7 @@ impl SpeedTracker {
             vehicle,
             params: params.checked()?,
             driving: car.max_acceleration.unwrap_or(defaults::MAX_ACCELERATION),
-            braking: defaults::comfort_braking(&car),
+            braking: car.comfort_braking(),
             brakes: defaults::strongest_braking(&car),
             follow: Follow {
                 lost_distance: LOST * car.wheelbase,
@@ -505,16 +506,24 @@ impl SpeedTracker {
 
     /// The path `new` replaces `old`; its own plan replaces the old one.
     ///
-    /// The command and the estimate continue. So does the location, if the segment beside the
-    /// vehicle is the same; otherwise the next step searches the whole new path.
+    /// The command and the estimate continue, and so does the place, as in [`carry_over`].
     pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
-        let goes_on = |last: usize| {
-            let segment = old.segment_at(last);
-            segment < new.segments()
-                && new.segment(segment) == old.segment(segment)
-                && new.is_reverse(segment) == old.is_reverse(segment)
+        let Some(last) = state.waypoint.map(|last| old.segment_at(last)) else {
+            return;
         };
-        state.waypoint = state.waypoint.filter(|&last| goes_on(last));
+        if goes_on(old, new, last) {
+            return;
+        }
+        let (point, _) = old.segment(last);
+        let progress = Progress {
+            segment: last,
+            point,
+            reach: self.follow.search_distance + old.segment_length(last),
+        };
+        let opposite = self.follow.opposite_distance;
+        let tolerance = 0.1 * self.vehicle.wheelbase;
+        let found = carry_over(old, new, progress, opposite, tolerance, STEP_BUDGET);
+        state.waypoint = Some(found.segment);
     }
 
     /// Whether `state` is one that this controller could have on `path`.

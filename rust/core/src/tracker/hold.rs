@@ -63,6 +63,8 @@ impl<S: LateralState> TrackerState<S> {
         self.period = elapsed;
         if elapsed > ESTIMATION_GAP {
             self.estimator.last_measured = None;
+            // What it was before the gap says nothing of now.
+            self.estimator.estimate.acceleration = 0.0;
         }
         elapsed
     }

@@ -2,13 +2,14 @@
 
 use crate::laws::{LateralLaw, LateralState};
 use crate::math::{atan, saturate};
+use crate::status::Status;
 use crate::tracker::state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};
 use crate::tracker::step::Tracker;
 use crate::vehicle::{Estimate, Vehicle};
 
 impl<L: LateralLaw> Tracker<L> {
-    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows; returns
-    /// whether it was limited.
+    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows; says what
+    /// limited it.
     pub(super) fn limit(
         &self,
         state: &mut TrackerState<L::State>,
@@ -16,7 +17,7 @@ impl<L: LateralLaw> Tracker<L> {
         speed: f64,
         dt: f64,
         estimate: &Estimate,
-    ) -> bool {
+    ) -> Status {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
         let widest = widest_offset(car);
@@ -27,8 +28,8 @@ impl<L: LateralLaw> Tracker<L> {
             dt,
             widest,
         );
-        let wheel = car.at_wheels(wanted + offset);
-        let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
+        let angle = car.at_wheels(wanted + offset);
+        let wheel = car.limit_lateral_acceleration(angle, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
         let steer = match car.max_steer_rate {
             None => command,
@@ -37,7 +38,12 @@ impl<L: LateralLaw> Tracker<L> {
         state.steer = steer;
         state.law.set_steer(car.at_wheels(steer + offset));
         // The offset is put off and on again, which rounds.
-        (steer - wanted).abs() > 1e-12
+        let differs = |a: f64, b: f64| (a - b).abs() > 1e-12;
+        Status::SATURATED.when(differs(steer, wanted))
+            | Status::RATE_LIMIT.when(differs(steer, command))
+            | Status::LATERAL_LIMIT.when(differs(wheel, angle))
+            | Status::STEER_LIMIT
+                .when(differs(angle, wanted + offset) || differs(command, wheel - offset))
     }
 }
 

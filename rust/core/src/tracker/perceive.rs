@@ -1,16 +1,14 @@
 //! Measured and predicted vehicle of a step, from the pose, its age and the applied angle.
 
 use crate::bounds::MIN_DT;
-use crate::laws::{Belief, LateralLaw, LateralState};
-use crate::math::saturate;
+use crate::laws::{Belief, LateralLaw};
+use crate::math::{saturate, tan};
 use crate::path::follow::Located;
-use crate::path::preview::Preview;
-use crate::path::view::PathView;
 use crate::tracker::reported::Reported;
 use crate::tracker::state::TrackerState;
 use crate::tracker::step::Tracker;
 use crate::vehicle::past::Past;
-use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// The vehicle at a step: as it is measured, and as it is predicted for the controller.
 pub(super) struct Perception {
@@ -21,8 +19,8 @@ pub(super) struct Perception {
     pub(super) belief: Belief,
     /// Time between the last pose and this one [s]; 0 or less for a pose that was given before.
     pub(super) observed: f64,
-    /// Distance travelled since the pose was measured [m].
-    pub(super) travel: f64,
+    /// Curvature [1/m] by the wheels when the period began that ends with the pose.
+    pub(super) bend: f64,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -35,21 +33,20 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Perception {
-        if let Some(applied) = reported.applied_steer {
-            // The angle that was applied takes the place of the last command.
-            state.steer = applied;
-            state.law.set_steer(applied);
-        }
         if reported.pose_age > 0.0 || state.past.is_some() {
             return self.perceive_aged(state, vehicle, dt, reported.pose_age);
         }
+        let bend = match &state.in_flight {
+            Some(in_flight) => self.bend(in_flight.wheel(), vehicle.speed, &state.estimator),
+            None => 0.0,
+        };
         let (predicted, belief) = self.predict_now(state, vehicle, dt);
         Perception {
             here: vehicle,
             predicted,
             belief,
             observed: dt,
-            travel: 0.0,
+            bend,
         }
     }
 
@@ -72,6 +69,7 @@ impl<L: LateralLaw> Tracker<L> {
             Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
         });
         remember(car, past, in_flight.as_deref(), steer, dt);
+        let bend = self.bend(past.wheel_before(), vehicle.speed, estimator);
         let observed = past.since() - age;
         let old = vehicle.ahead(car.no_slip());
         let before = estimator.estimate.longer_dead_time;
@@ -109,7 +107,7 @@ impl<L: LateralLaw> Tracker<L> {
             predicted,
             belief: Belief { wheel, estimate },
             observed,
-            travel: vehicle.speed * age,
+            bend,
         }
     }
 
@@ -144,18 +142,25 @@ impl<L: LateralLaw> Tracker<L> {
         (predicted, Belief { wheel, estimate })
     }
 
-    /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one;
-    /// `here` is the vehicle now, `travelled` [m] from that pose. A change of the driving direction
-    /// interrupts the estimation.
+    /// Curvature [1/m] of a vehicle whose wheels are at the angle `wheel` [rad].
+    #[inline]
+    pub(super) fn bend(&self, wheel: f64, speed: f64, estimator: &Estimator) -> f64 {
+        let (car, estimate) = (self.law.vehicle(), &estimator.estimate);
+        let angle = car.at_wheels(wheel + estimate.steer_offset);
+        estimate.gain * tan(angle) / car.turning_length(speed)
+    }
+
+    /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one, and
+    /// `bend` its curvature [1/m] before. A change of the driving direction interrupts the
+    /// estimation.
     #[inline]
     pub(super) fn observe_slip(
         &self,
-        path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
         adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
-        (dt, travelled): (f64, f64),
+        (dt, bend): (f64, f64),
     ) {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
@@ -163,19 +168,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.estimator.last_measured = Some(now);
             return;
         }
-        let curvature = |travel: f64| {
-            let travel = travel.abs();
-            let mut turn = [0.0];
-            // The tracked point lies ahead of the no-slip point by about `reference_offset`.
-            let start = here.closest.arc_length(path) - self.follow().reference_offset - travel;
-            let start = start - travelled.abs();
-            let smoothing = 2.0 / 3.0 * car.wheelbase;
-            Preview::new(path, smoothing, here.closest.segment, start, travel)
-                .turns(start, travel, &mut turn);
-            let [turn] = turn;
-            here.mirror(turn / travel)
-        };
-        state.estimator.observe_slip(adapt, car, now, curvature, dt);
+        state.estimator.observe_slip(adapt, car, now, bend, dt);
         state.estimator.last_measured = Some(now);
     }
 }
@@ -190,7 +183,7 @@ fn arrival(
     now: VehicleState,
     estimate: &Estimate,
 ) -> (VehicleState, f64) {
-    if car.dead_time > 0.0 {
+    if estimate.delays(car) {
         let (predicted, wheel) = in_flight.predict(car, now, estimate);
         // The input was valid, so its prediction is put within the bounds and not refused.
         let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();

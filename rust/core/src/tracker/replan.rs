@@ -7,11 +7,11 @@
 use crate::bounds::MIN_DT;
 use crate::geometry::{Point, get_distance};
 use crate::laws::{LateralLaw, LateralState};
-use crate::math::{PI, atan2, saturate, sqrt};
+use crate::math::{saturate, sqrt};
+use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::index::STEP_BUDGET;
 use crate::path::locate::locate;
 use crate::path::projection::ClosestPoint;
-use crate::path::relocalise::relocalise_within;
 use crate::path::view::PathView;
 use crate::tracker::state::{HANDOVER_TIME, Handover, Place, TrackerState};
 use crate::tracker::step::Tracker;
@@ -52,15 +52,17 @@ impl<L: LateralLaw> Tracker<L> {
             return state.hand_over();
         };
         let last = old.segment_at(last);
+        let is_reverse = old.is_reverse(last);
+        let opposite = self.follow().opposite_distance;
+        let limit = ELSEWHERE * self.vehicle().wheelbase;
+        let progress = Progress {
+            segment: last,
+            point: place.predicted,
+            reach: self.follow().search_distance,
+        };
+        let closest = carry_over(old, new, progress, opposite, limit, STEP_BUDGET);
         let (start, end) = old.segment(last);
         let along = end - start;
-        let yaw = atan2(along.y, along.x);
-        let is_reverse = old.is_reverse(last);
-        // Where the vehicle looks.
-        let heading = if is_reverse { yaw + PI } else { yaw };
-        let opposite = self.follow().opposite_distance;
-        let found = relocalise_within(new, place.predicted, heading, opposite, STEP_BUDGET);
-        let closest = ClosestPoint::new(new, found.segment, place.predicted);
 
         if state.measured_waypoint.is_some() {
             let length = sqrt(along.x * along.x + along.y * along.y);
@@ -137,13 +139,4 @@ impl<S: LateralState> TrackerState<S> {
             })
         };
     }
-}
-
-/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction.
-fn goes_on(old: &PathView<'_>, new: &PathView<'_>, waypoint: usize) -> bool {
-    let segment = old.segment_at(waypoint);
-    waypoint < new.len()
-        && segment == new.segment_at(waypoint)
-        && old.segment(segment) == new.segment(segment)
-        && old.is_reverse(segment) == new.is_reverse(segment)
 }

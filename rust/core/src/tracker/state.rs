@@ -7,6 +7,7 @@ use crate::laws::LateralState;
 use crate::math::{atan2, wrap};
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
+use crate::tracker::gate::Gate;
 use crate::tracker::monitor::state::MonitorState;
 use crate::vehicle::past::Past;
 use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
@@ -232,6 +233,8 @@ states! {
         estimator: Estimator,
         /// What the monitor remembers; None before the first step.
         monitor: Option<MonitorState>,
+        /// The poses that are believed; None before the first step, and without a gate.
+        gate: Option<Gate>,
     }
 }
 
@@ -239,9 +242,12 @@ impl<S: LateralState> TrackerState<S> {
     /// Sets the place on the path after a jump. The motion until then is not used for estimates.
     pub fn set_waypoint(&mut self, waypoint: usize) {
         self.waypoint = Some(waypoint);
-        self.measured_waypoint = None;
+        self.measured_waypoint = Some(waypoint);
         self.place = None;
+        // What was measured against the path before says nothing of the errors from here on.
+        self.law.change_path(None);
         self.estimator.last_measured = None;
+        self.gate = None;
         if let Some(monitor) = &mut self.monitor {
             monitor.interrupt();
             monitor.within = false;

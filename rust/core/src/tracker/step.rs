@@ -6,9 +6,10 @@
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
-use crate::geometry::Point;
+use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
 use crate::laws::{Decision, LateralLaw, LateralState};
+use crate::math::larger;
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::wheel_at_rest;
 use crate::path::relocalise::relocalise;
@@ -16,6 +17,7 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::{Command, command};
+use crate::tracker::gate::Gate;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
@@ -24,7 +26,8 @@ use crate::tracker::state::{
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
-/// At rest: slower than this, in wheelbases a second.
+/// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
+/// smaller: noise of the speed turns the wheels of a standing one.
 const AT_REST: f64 = 0.02;
 
 /// A controller, and how it adapts to its vehicle.
@@ -71,7 +74,7 @@ impl<L: LateralLaw> Tracker<L> {
         let bare = !models
             && vehicle.max_steer_rate.is_none()
             && vehicle.max_lateral_acceleration.is_none()
-            && vehicle.steer_offset.to_bits() == 0;
+            && vehicle.steer_offset.abs().to_bits() == 0;
         Self {
             law,
             adapt,
@@ -137,6 +140,7 @@ impl<L: LateralLaw> Tracker<L> {
             past: None,
             estimator: Estimator::default(),
             monitor: None,
+            gate: None,
         }
     }
 
@@ -222,6 +226,9 @@ impl<L: LateralLaw> Tracker<L> {
         if let Some(monitor) = state.monitor {
             monitor.checked()?;
         }
+        if let Some(gate) = state.gate {
+            gate.checked()?;
+        }
         match (self.models, &state.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
@@ -236,9 +243,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The present estimates, with the fitted gain even if the controller does not use it.
+    /// The present estimates.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
-        state.estimator.known()
+        state.estimator.estimate
     }
 
     /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
@@ -293,24 +300,46 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
+        if let Some(applied) = reported.applied_steer {
+            // The angle that was applied takes the place of the last command.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        let (vehicle, pose) = self.believe(state, vehicle, dt, reported.pose_age);
         let perception = self.perceive(state, vehicle, dt, reported);
         let mut belief = perception.belief;
 
         let follow = self.law.follow();
-        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
+        let (here, predicted) = (perception.here, perception.predicted);
+        // Since the last step it may have driven faster than now. After a jump both are looked for
+        // from the place of the measured vehicle.
+        let last = state.answer.as_ref();
+        let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
+        let travelled = larger(here.speed.abs(), faster) * dt;
+        let ahead = if state.place.is_none() && state.waypoint.is_some() {
+            let from = Point::new(here.x, here.y);
+            get_distance(from, Point::new(predicted.x, predicted.y))
+        } else {
+            0.0
+        };
+        let at = follow.locate_within(path, state.waypoint, predicted, dt, travelled + ahead);
         state.waypoint = Some(at.closest.segment);
-        let measured = self.locate_measured(path, state, perception.here, dt);
-        let here = measured.as_ref().unwrap_or(&at);
+        let measured = self.locate_measured(path, state, here, belief.estimate, dt, travelled);
+        let located = measured.as_ref().unwrap_or(&at);
         if let Some(adapt) = &self.adapt {
             // A pose that was given before carries no new information.
             if perception.observed >= MIN_DT {
-                let since = (perception.observed, perception.travel);
-                self.observe_slip(path, state, adapt, here, vehicle, since);
+                let since = (perception.observed, perception.bend);
+                self.observe_slip(state, adapt, located, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
-        let fault = self.find_faults(state, here, perception.here, dt);
+        let fault = self.find_faults(state, located, here, dt);
+        if fault.contains(Status::IMPLAUSIBLE) {
+            // Wheels that do not obey are no late wheels: nothing is learnt from them.
+            state.estimator.last_measured = None;
+        }
 
         if !self.bare {
             // The angle of the last command, with the present estimate of the offset.
@@ -318,37 +347,33 @@ impl<L: LateralLaw> Tracker<L> {
             let wheel = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(wheel);
         }
-        let turned = self.turn_at_rest(path, &at);
-        let decision =
-            turned.unwrap_or_else(|| self.law.decide(path, &mut state.law, &at, &belief));
+        let decision = if at.vehicle.speed.abs() < AT_REST * self.law.vehicle().wheelbase
+            && let Some(rest) = self.rest(path, state.steer, &at, &belief.estimate)
+        {
+            if at.direction_changed || at.off_path {
+                state.law.leave_path();
+            }
+            rest
+        } else {
+            self.law.decide(path, &mut state.law, &at, &belief)
+        };
         let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;
-            false
+            Status::OK
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let ahead = Ahead::of(path, follow, here);
-        state.remember(&at, here, decision.target, ahead, perception.here);
+        let ahead = Ahead::of(path, follow, located);
+        state.remember(&at, located, decision.target, ahead, here);
         let status = decision.status
             | fault
-            | Status::SATURATED.when(limited)
-            | Status::END_OF_PATH.when(at.past_end)
+            | pose
+            | limited
+            | Status::END_OF_PATH.when(located.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
-    }
-
-    /// The angle for the path just ahead, where the vehicle stands and its wheels turn all the same.
-    #[inline]
-    fn turn_at_rest(&self, path: &PathView<'_>, at: &Located) -> Option<Decision> {
-        let car = self.law.vehicle();
-        let rests = at.vehicle.speed.abs() < AT_REST * car.wheelbase;
-        (car.steers_at_rest && rests).then(|| Decision {
-            steer: wheel_at_rest(car, path, at.closest.segment, at.closest.arc_length(path)),
-            target: at.closest.point,
-            status: Status::OK,
-        })
     }
 
     /// Where on the path the measured vehicle is; None if the predicted one is the same.
@@ -358,11 +383,13 @@ impl<L: LateralLaw> Tracker<L> {
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
+        estimate: Estimate,
         dt: f64,
+        travelled: f64,
     ) -> Option<Located> {
-        if self.law.vehicle().dead_time > 0.0 {
-            let follow = self.law.follow();
-            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
+        if self.models && estimate.delays(self.law.vehicle()) {
+            let (follow, start) = (self.law.follow(), state.measured_waypoint);
+            let measured = follow.locate_within(path, start, vehicle, dt, travelled);
             state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
@@ -388,6 +415,69 @@ impl<L: LateralLaw> Tracker<L> {
     /// The thresholds of its monitor; None without a monitor.
     pub fn monitor(&self) -> Option<&MonitorParams> {
         self.monitor.as_ref().map(Monitor::params)
+    }
+
+    /// The angle of a vehicle that stands, or will when the command reaches the wheels. Wheels that
+    /// turn at rest have the angle for the path just ahead; others keep theirs, since no error
+    /// changes, however long it is looked at. None where the controller's angle is the command.
+    #[inline]
+    fn rest(
+        &self,
+        path: &PathView<'_>,
+        steer: f64,
+        at: &Located,
+        estimate: &Estimate,
+    ) -> Option<Decision> {
+        let car = self.law.vehicle();
+        let steer = if car.steers_at_rest {
+            wheel_at_rest(car, path, at.closest.segment, at.closest.arc_length(path))
+        } else if self.bare {
+            return None;
+        } else {
+            at.mirror(car.at_wheels(steer + car.steer_offset + estimate.steer_offset))
+        };
+        Some(Decision {
+            steer,
+            target: at.closest.point,
+            status: Status::OK,
+        })
+    }
+
+    /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
+    /// where nothing of the vehicle is modelled.
+    #[inline]
+    fn believe(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        age: f64,
+    ) -> (VehicleState, Status) {
+        if self.bare || self.monitor.is_none() {
+            return (vehicle, Status::OK);
+        }
+        let car = self.law.vehicle();
+        let wheel = match &state.in_flight {
+            Some(in_flight) if self.models => in_flight.wheel(),
+            _ => state.steer + car.steer_offset,
+        };
+        let curvature = self.bend(wheel, vehicle.speed, &state.estimator);
+        let Some(gate) = &mut state.gate else {
+            state.gate = Some(Gate::new(vehicle, car, age));
+            return (vehicle, Status::OK);
+        };
+        let believed = gate.pass(car, vehicle, curvature, dt, age);
+        if believed.jumped {
+            state.estimator.last_measured = None;
+            state.waypoint = None;
+            state.measured_waypoint = None;
+            state.place = None;
+            state.law.change_path(None);
+            if let Some(monitor) = &mut state.monitor {
+                monitor.interrupt();
+            }
+        }
+        (believed.vehicle, believed.status)
     }
 
     /// Compares the measured motion with the last commands, and returns the faults.

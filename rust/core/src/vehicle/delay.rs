@@ -9,7 +9,7 @@ use super::timed::{Timed, clipped};
 use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{from_count, saturate};
+use crate::math::{from_count, saturate, tan};
 
 /// The commands that are given but have not reached the wheels, oldest first, and the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +110,7 @@ impl InFlight {
             reached.add(moved.mean, time);
             wheel = moved.wheel;
         }
+        reached.change = tan(wheel) - tan(self.wheel);
         reached
     }
 
@@ -150,7 +151,6 @@ impl InFlight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::tan;
     use crate::vehicle::bicycle::advance;
     use alloc::vec::Vec;
 

@@ -51,6 +51,12 @@ impl Estimate {
         acceleration: 0.0,
     };
 
+    /// Whether commands reach the wheels of `vehicle` later than they are given.
+    #[inline]
+    pub fn delays(&self, vehicle: &Vehicle) -> bool {
+        vehicle.dead_time + self.longer_dead_time > 0.0
+    }
+
     /// The speed [m/s] after `time` [s] at the estimated acceleration; a braking vehicle stops at
     /// 0.
     #[inline]

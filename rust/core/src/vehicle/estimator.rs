@@ -1,105 +1,116 @@
 //! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! # Turning gain and steering offset
+//! Two least squares that forget ([`Regression`]) have what is measured in the same form,
+//! `y = φᵀ θ` for each period.
 //!
-//! Recursive least squares with exponential forgetting (Åström and Wittenmark, *Adaptive Control*,
-//! section 2.2), written with the information matrix M. The turn `y` of the vehicle in one period is
-//! modelled as
-//!
-//! ```text
-//! y = gain (a + steer_offset b) = φᵀ θ,    φ = (a, b)ᵀ,    θ = (gain, gain steer_offset)ᵀ
-//! ```
-//!
-//! where `a` is the turn that the vehicle's parameters predict, and `b` its derivative by the
-//! steering offset. Each period of length `dt` updates
+//! # Turning: gain, steering offset and dead time
 //!
 //! ```text
-//! M = λ M + φ φᵀ,    m = λ m + φ y,    λ = exp(-dt / turn_time)
+//! y = gain (a + t c) + gain steer_offset b - gain t' c
 //!
-//! M = ⎡ turn_turn    turn_offset   ⎤    m = ⎡ turn_measured   ⎤    W = ⎡ GAIN_PRIOR       0       ⎤
-//!     ⎣ turn_offset  offset_offset ⎦        ⎣ offset_measured ⎦        ⎣     0       OFFSET_PRIOR ⎦
+//! φ = (a + t c, b, -c)ᵀ,    θ = (gain, gain steer_offset, gain t')ᵀ
+//!
+//! a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ 1 + tan(wheel)² dt,
+//! c = v / L(v) (tan(wheel at the end) - tan(wheel at the start))
 //! ```
 //!
-//! and solves `(M + W) θ = m + W θ_0`. The prior `θ_0 = (1, 0)` with the weights W stands for the
-//! vehicle's own parameters; it is not forgotten.
+//! `y` is the measured turn, `a` the one by the vehicle's parameters, with the mean speed `v` and
+//! the turning length `L`. `b` is its derivative by the steering offset. A dead time that is longer
+//! by `t'` shifts the wheels' motion, so that the vehicle turns by `t' c` less in the period. The
+//! wheels that `a` is computed with are shifted by the present estimate `t` already.
 //!
-//! # Dead time
-//!
-//! A normalised gradient step. If the dead time is too short by `t`, the wheels are where the model
-//! had them `t` earlier, so the measured turn differs from the expected one by
-//!
-//! ```text
-//! r = y - φᵀ θ = t d,    d = -da/dt
-//! ```
-//!
-//! Each period adds `r d / D` to the estimate, with the forgotten sum `D = λ D + d²` (`change`) and a
-//! prior weight in the denominator.
+//! On a straight, an offset and a low gain look alike, and in a steady bend so do all three. So the
+//! gain is fitted with the other two free: only turns that neither of them explains tell it. Then
+//! the other two are fitted for that gain. Assumed: the speed signal and the lag are right; a lag
+//! that is longer than given is mostly taken for dead time.
 //!
 //! # Slip
 //!
-//! Normalised least mean squares. The slip angle, from the heading to the direction of motion of
-//! the no-slip point, is modelled as
-//!
 //! ```text
-//! sample = slip + slip_length k = (c, k) (slip / c, slip_length)ᵀ
+//! y = slip s + compliance s v² k / L,    φ = (s, s v² k / L)ᵀ,    in wheelbases L
 //! ```
 //!
-//! with the curvature `k` of the path and a constant scale `c` (`SLIP_SPLIT` over the wheelbase).
-//! With the error `r` of a sample and the share `μ = dt / slip_time`, the step along the regressor
-//! `(c, k)`, divided by the square of its length, is
-//!
-//! ```text
-//! slip        = slip + μ r c² / (c² + k²)
-//! slip_length = slip_length + μ r k / (c² + k²)
-//! ```
-//!
-//! On a straight only `slip` changes, in a sharp bend mostly `slip_length`. Only a path with both
-//! shows which part of the slip grows with the curvature.
+//! `y` is the motion aside of the heading, `s` the distance, `k` the curvature by the wheels at the
+//! start of the period. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
+//! learnt at one speed holds at another with the square of the speed; a wrong `no_slip_point`, whose
+//! slip does not grow with the speed, is found right at one speed only.
 
+use super::regression::{Regression, solve};
 use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{cos, exp, saturate, sin, smaller, wrap};
+use crate::math::{cos, exp, saturate, sin, sqrt, wrap};
+use nalgebra::SVector;
 
-/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give. The
-/// symbols are those of the [module](self).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
+///
+/// `a` and `b` are those of the module's model: expected turn, and its derivative by the offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimator {
-    /// State of the no-slip point when it was last measured; None if the motion since then must
-    /// not be used.
+    /// State of the no-slip point when it was last measured; none if the motion since then must not
+    /// be used.
     pub last_measured: Option<VehicleState>,
-    /// `M_11`, the sum of `a²` [rad²].
-    pub turn_turn: f64,
-    /// `M_12` = `M_21`, the sum of `a b` [rad].
-    pub turn_offset: f64,
-    /// `M_22`, the sum of `b²`.
-    pub offset_offset: f64,
-    /// `m_1`, the sum of `a y` [rad²].
-    pub turn_measured: f64,
-    /// `m_2`, the sum of `b y` [rad].
-    pub offset_measured: f64,
-    /// `a` of the last period [rad].
-    pub turn: f64,
-    /// `D`, the sum of the squares of `d = -da/dt` [rad²/s²].
-    pub change: f64,
+    /// The yaw by the turn that is expected, its derivative by the steering offset, and that by the
+    /// dead time: gain, gain times offset, gain times what the dead time is longer.
+    pub turning: Regression<3>,
+    /// The position aside of the heading by the distance, and by distance times lateral
+    /// acceleration: slip, and slip per lateral acceleration.
+    pub sliding: Regression<2>,
+    /// Slip per lateral acceleration, in wheelbases [rad s^2].
+    pub slip_compliance: f64,
     /// The present estimates.
     pub estimate: Estimate,
 }
 
+impl Default for Estimator {
+    fn default() -> Self {
+        Self {
+            last_measured: None,
+            turning: Regression::new(Self::FIRST_YAW_NOISE),
+            sliding: Regression::new(Self::FIRST_POSITION_NOISE),
+            slip_compliance: 0.0,
+            estimate: Estimate::DEFAULT,
+        }
+    }
+}
+
 impl Estimator {
+    /// Variances of the noise before any was seen: of the yaw [rad^2], and of the position in
+    /// wheelbases.
+    const FIRST_YAW_NOISE: f64 = 2.5e-5;
+    const FIRST_POSITION_NOISE: f64 = 1.4e-5;
     /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
-    /// `W_11`: weight of the gain 1, that of the vehicle's parameters [rad²]. Larger values make the
-    /// estimate slower and steadier; 1e-4 weighs as much as one measured turn of 0.6 degrees.
-    const GAIN_PRIOR: f64 = 1e-4;
-    /// `W_22`: weight of the vehicle's given steering offset. Larger values make the estimate slower
-    /// and steadier; 0.1 weighs as much as three periods with `b` = 0.18.
-    const OFFSET_PRIOR: f64 = 0.1;
-    /// Weight of the vehicle's given dead time, added to `D` [rad²/s²]; it is not forgotten. Larger
-    /// values make the estimate slower.
-    const CHANGE_PRIOR: f64 = 1e-2;
+    /// Weights of the gain 1 [rad^2 s], of the given steering offset [s] and of the given dead time
+    /// [rad^2/s]: not forgotten. Larger values make the estimates slower and steadier.
+    const GAIN_PRIOR: f64 = 3e-3;
+    const OFFSET_PRIOR: f64 = 1.0;
+    const DELAY_PRIOR: f64 = 2e-3;
+    /// How far the gain may be from 1 [-], the offset from the given one [rad], and the dead time
+    /// from the given one [s]: standard deviations that the noise of the yaw is weighed against.
+    const GAIN_DOUBT: f64 = 0.1;
+    const OFFSET_DOUBT: f64 = 0.03;
+    const DELAY_DOUBT: f64 = 0.1;
+    /// Share of their weights that offset and dead time have where they are free: what keeps a
+    /// vehicle that has not turned yet from a division by 0.
+    const FREE: f64 = 1e-3;
+    /// Weights of no slip [s] and of no slip by the lateral acceleration [1/s^3], in wheelbases.
+    const SLIP_PRIOR: f64 = 0.25;
+    const COMPLIANCE_PRIOR: f64 = 0.04;
+    /// Standard deviations of the slip [rad] and, in wheelbases, of the slip per curvature.
+    const SLIP_DOUBT: f64 = 0.02;
+    const LENGTH_DOUBT: f64 = 0.1;
+    /// Standard deviations of the yaw's noise from which on a turn counts as an outlier.
+    const OUTLIER: f64 = 6.0;
+    /// How fast the dead time changes [s/s]. Faster: one that nobody told costs less; slower: wheels
+    /// that stick are not taken for late ones before the monitor sees them.
+    const DELAY_RATE: f64 = 0.2;
+    /// Shortest dead time that counts where none was given [s].
+    const LEAST_DEAD_TIME: f64 = 0.005;
+    /// How much longer than given the dead time may turn out [s].
+    pub const MAX_LONGER: f64 = 0.25;
     /// Least gain: a lesser one would mean that the parameters are those of another vehicle.
     pub const MIN_GAIN: f64 = 0.4;
     /// Largest gain: a larger one would mean that the parameters are those of another vehicle.
@@ -108,61 +119,53 @@ impl Estimator {
     pub const MAX_STEER_OFFSET: f64 = 0.15;
     /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
-    /// `c` times wheelbase: a slip sample at this curvature updates `slip` and `c` times
-    /// `slip_length` equally. A path of much less curvature counts as straight.
-    const SLIP_SPLIT: f64 = 0.03;
     /// Shortest distance from which a slip is estimated [m]: over a shorter one, the path's turn
     /// divided by the distance could overflow. The slowest vehicle at its default `min_speed`
     /// travels more in the shortest period.
     const LEAST_TRAVEL: f64 = 1e-9;
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
-    /// Bound of the sums, which no valid input reaches.
-    const MAX_SUM: f64 = 1e100;
-    /// Bound of a turn, which no valid input reaches; the squares of its changes keep to `MAX_SUM`.
-    const MAX_TURN: f64 = 1e30;
+    /// Bound of the slip per lateral acceleration, which no valid input reaches.
+    const MAX_COMPLIANCE: f64 = 1e30;
 
-    /// Bound of the magnitude of `longer_dead_time` [s].
+    /// Bounds of `longer_dead_time` [s]: from no dead time to [`Self::MAX_LONGER`] more.
     #[inline]
-    fn most_longer(vehicle: &Vehicle) -> f64 {
-        0.5 * vehicle.dead_time
+    fn longer_range(vehicle: &Vehicle) -> (f64, f64) {
+        (-vehicle.dead_time, Self::MAX_LONGER)
     }
 
     /// Updates gain, steering offset, dead time and acceleration from the motion in the last `dt`
-    /// [s]. `now` is the state of the no-slip point, `wheels` what the wheels did in that time.
-    ///
-    /// ```text
-    /// a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ 1 + tan(wheel)² dt
-    /// ```
-    ///
-    /// with the mean speed `v` of the period and the turning length `L`.
+    /// [s]. `now` is the state of the no-slip point, `reached` what the wheels did in that time.
     #[inline]
     pub fn observe_turn(
         &mut self,
         params: &AdaptParams,
         vehicle: &Vehicle,
         now: VehicleState,
-        wheels: WheelIntegrals,
+        reached: WheelIntegrals,
         dt: f64,
     ) {
         let Some(before) = self.last_measured else {
-            self.turn = 0.0;
+            self.turning.interrupt();
+            self.sliding.interrupt();
             return;
         };
         let speed = 0.5 * (before.speed + now.speed);
         let share = speed / vehicle.turning_length(speed);
-        let (turn, by_offset) = (share * wheels.turn, share * wheels.slope);
+        let reached = WheelIntegrals {
+            turn: share * reached.turn,
+            slope: share * reached.slope,
+            change: share * reached.change,
+        };
         let estimate = self.estimate;
+        self.find_slip_length(vehicle, now.speed);
         self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
         if params.turn_time > 0.0 {
             let measured = wrap(now.yaw - before.yaw);
-            self.fit_turning(params.turn_time, vehicle, turn, by_offset, measured, dt);
+            self.fit_turning(params.turn_time, vehicle, reached, measured, dt);
         }
-        self.turn = turn;
     }
 
-    /// The acceleration as a first-order low-pass filter of the measured one, with the time constant
-    /// `ACCELERATION_TIME` [m/s²].
     #[inline]
     fn acceleration(
         vehicle: &Vehicle,
@@ -177,99 +180,101 @@ impl Estimator {
         saturate(estimate.acceleration + weight * gained, -most, most)
     }
 
-    /// Updates gain, steering offset and dead time from one `measured` turn `y`; `turn` is `a`,
-    /// `by_offset` is `b`.
+    /// Updates gain, steering offset and dead time from one `measured` turn.
     ///
     /// A measured turn counts as at most `2 (|a| + MAX_STEER_OFFSET |b|)` away from the estimated
-    /// one, so a jump of the localisation changes little.
+    /// one, so a jump of the localisation changes little. `turn` is `a`, `by_offset` is `b`.
     #[inline]
     fn fit_turning(
         &mut self,
         time: f64,
         vehicle: &Vehicle,
-        turn: f64,
-        by_offset: f64,
+        reached: WheelIntegrals,
         measured: f64,
         dt: f64,
     ) {
-        let expected =
-            |estimate: &Estimate| estimate.gain * (turn + estimate.steer_offset * by_offset);
-        let most = 2.0 * (turn.abs() + Self::MAX_STEER_OFFSET * by_offset.abs());
-        let before = expected(&self.estimate);
-        let measured = before + saturate(measured - before, -most, most);
-        let kept = exp(-dt / time);
-        self.turn_turn = self.turn_turn * kept + turn * turn;
-        self.turn_offset = self.turn_offset * kept + turn * by_offset;
-        self.offset_offset = self.offset_offset * kept + by_offset * by_offset;
-        self.turn_measured = self.turn_measured * kept + turn * measured;
-        self.offset_measured = self.offset_measured * kept + by_offset * measured;
+        let Estimate {
+            gain,
+            steer_offset,
+            longer_dead_time: longer,
+            ..
+        } = self.estimate;
+        let WheelIntegrals {
+            turn,
+            slope,
+            change,
+        } = reached;
+        let expected = gain * (turn + steer_offset * slope);
+        let most = 2.0 * (turn.abs() + Self::MAX_STEER_OFFSET * slope.abs())
+            + Self::OUTLIER * sqrt(self.turning.noise);
+        let measured = expected + saturate(measured - expected, -most, most);
+        // The wheels are those of a dead time that is `longer` already: in the terms of the given
+        // one, they would have turned the vehicle by so much more.
+        let regressors = SVector::<f64, 3>::new(turn + longer * change, slope, -change);
+        self.turning.observe(regressors, measured, time, dt);
 
-        if let Some(fitted) = self.fitted_gain() {
-            // Without a dead time nothing is predicted, and feedback corrects a wrong gain. There
-            // an estimate, which a wrong `steer_lag` disturbs, would only cost gain margin.
-            let gain = if vehicle.dead_time > 0.0 { fitted } else { 1.0 };
-            // The second row of the equations for this gain, which may be 1 or clamped:
-            // M_12 gain + (M_22 + W_22) gain steer_offset = m_2.
-            let offset = (self.offset_measured - self.turn_offset * gain)
-                / (self.offset_offset + Self::OFFSET_PRIOR)
-                / gain;
-            self.estimate.gain = gain;
-            let most = Self::MAX_STEER_OFFSET;
-            self.estimate.steer_offset = saturate(offset, -most, most);
-        }
-
-        // d, r and the step r d / (D + prior), each bounded: no period shows a dead time that is
-        // off by more than the longest allowed, or changes it by more than its own length.
-        let change = (self.turn - turn) / dt;
-        let most_longer = Self::most_longer(vehicle);
-        let residual = measured - expected(&self.estimate);
-        let most = change.abs() * most_longer;
-        self.change = self.change * kept + change * change;
-        let residual = saturate(residual, -most, most);
-        let correction = residual * change / (self.change + Self::CHANGE_PRIOR);
-        let correction = saturate(correction, -dt, dt);
-        let longer = self.estimate.longer_dead_time + correction;
-        self.estimate.longer_dead_time = saturate(longer, -most_longer, most_longer);
+        let fitted_gain = self.fitted_gain();
+        // A wrong gain is neither an offset nor a dead time.
+        let (offset, fitted) = self.fitted_others(fitted_gain);
+        let most = Self::MAX_STEER_OFFSET;
+        self.estimate.gain = fitted_gain;
+        self.estimate.steer_offset = saturate(offset, -most, most);
+        let most = Self::DELAY_RATE * dt;
+        let fitted = saturate(fitted, longer - most, longer + most);
+        // A vehicle that was given without a dead time is predicted only where it shows one.
+        let is_less = vehicle.dead_time <= 0.0 && fitted < Self::LEAST_DEAD_TIME;
+        let fitted = if is_less { 0.0 } else { fitted };
+        let (least, most) = Self::longer_range(vehicle);
+        self.estimate.longer_dead_time = saturate(fitted, least, most);
+        let estimate = &self.estimate;
+        let found = SVector::<f64, 3>::new(1.0, estimate.steer_offset, estimate.longer_dead_time);
+        self.turning.observe_noise(found * fitted_gain, dt);
     }
 
-    /// The gain `θ_1` of the normal equations `(M + W) θ = m + W θ_0`, by Cramer's rule; None where
-    /// rounding leaves no positive determinant. Two equations are solved in closed form: nalgebra's
-    /// solvers need `std` or `libm`.
+    /// The gain that explains the turns best, where offset and dead time are free: only turns that
+    /// neither of them explains tell it. (On a straight an offset and a gain are the same.)
     #[inline]
-    fn fitted_gain(&self) -> Option<f64> {
-        let (aa, ab, bb) = (
-            self.turn_turn + Self::GAIN_PRIOR,
-            self.turn_offset,
-            self.offset_offset + Self::OFFSET_PRIOR,
-        );
-        let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
-        let determinant = aa * bb - ab * ab;
-        let gain = (ay * bb - ab * by) / determinant;
-        (determinant > 0.0).then(|| saturate(gain, Self::MIN_GAIN, Self::MAX_GAIN))
+    fn fitted_gain(&self) -> f64 {
+        let (m, y) = (&self.turning.information, &self.turning.moment);
+        let (ab, ac, bb, bc, cc) = (m.m12, m.m13, m.m22, m.m23, m.m33);
+        let bb = bb + Self::FREE * Self::OFFSET_PRIOR;
+        let cc = cc + Self::FREE * Self::DELAY_PRIOR;
+        // Row of the gain times the inverse of the block of the others.
+        let (by_b, by_c) = solve(bb, bc, cc, ab, ac);
+        let square = m.m11 - by_b * ab - by_c * ac;
+        let product = y.x - by_b * y.y - by_c * y.z;
+        // Rounding alone makes a sum of squares negative.
+        let square = if square > 0.0 { square } else { 0.0 };
+        let prior = self.turning.prior(Self::GAIN_PRIOR, Self::GAIN_DOUBT);
+        saturate(
+            (product + prior) / (square + prior),
+            Self::MIN_GAIN,
+            Self::MAX_GAIN,
+        )
     }
 
-    /// The present estimates, with the fitted gain also where controllers use 1.
-    pub fn known(&self) -> Estimate {
-        Estimate {
-            gain: self.fitted_gain().unwrap_or(self.estimate.gain),
-            ..self.estimate
-        }
+    /// The steering offset [rad], and what the dead time is longer [s], that explain the turns best
+    /// with this gain.
+    #[inline]
+    fn fitted_others(&self, gain: f64) -> (f64, f64) {
+        let (m, y) = (&self.turning.information, &self.turning.moment);
+        let bb = m.m22 + self.turning.prior(Self::OFFSET_PRIOR, Self::OFFSET_DOUBT);
+        let cc = m.m33 + self.turning.prior(Self::DELAY_PRIOR, Self::DELAY_DOUBT);
+        solve(bb, m.m23, cc, y.y / gain - m.m12, y.z / gain - m.m13)
     }
 
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
     ///
-    /// The sample is the displacement across the heading in the middle of the period, over the
-    /// distance travelled. `curvature` gives `k`, the path's mean curvature [1/m] over a distance
-    /// travelled [m]. Its sign is that of the steering angle: where the path is driven backwards,
-    /// opposite to the path's own. The vehicle's curvature would not do: the vehicle steers by the
-    /// measured position, so its curvature is correlated with the noise of the sample.
+    /// `bend` is the vehicle's curvature [1/m] by the angle of its wheels when the period began.
+    /// That angle answers poses before it, so that its noise is not that of the sample; the path's
+    /// curvature would be noisy wherever its waypoints are.
     #[inline]
     pub fn observe_slip(
         &mut self,
         params: &AdaptParams,
         vehicle: &Vehicle,
         now: VehicleState,
-        curvature: impl FnOnce(f64) -> f64,
+        bend: f64,
         dt: f64,
     ) {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
@@ -283,17 +288,36 @@ impl Estimator {
         }
         let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
         let aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
-        let bend = curvature(travel);
-        let sample = saturate(aside / travel, -4.0 * Self::MAX_SLIP, 4.0 * Self::MAX_SLIP);
-        let split = Self::SLIP_SPLIT / vehicle.wheelbase;
-        let estimate = &mut self.estimate;
-        let missed = sample - (estimate.slip + estimate.slip_length * bend);
-        let share = smaller(dt / params.slip_time, 1.0);
-        let step = share * missed / (split * split + bend * bend);
-        let (slip, most) = (estimate.slip + step * (split * split), Self::MAX_SLIP);
-        estimate.slip = saturate(slip, -most, most);
-        let (length, most) = (estimate.slip_length + step * bend, vehicle.wheelbase);
-        estimate.slip_length = saturate(length, -most, most);
+        let most = 4.0 * Self::MAX_SLIP * travel.abs()
+            + Self::OUTLIER * sqrt(self.sliding.noise) * vehicle.wheelbase;
+        let aside = saturate(aside, -most, most) / vehicle.wheelbase;
+        // In wheelbases, so that vehicles of every size learn alike.
+        let (share, square) = (
+            travel / vehicle.wheelbase,
+            speed * speed / vehicle.wheelbase,
+        );
+        let regressors = SVector::<f64, 2>::new(share, share * square * bend);
+        self.sliding
+            .observe(regressors, aside, params.slip_time, dt);
+        let (m, y) = (&self.sliding.information, &self.sliding.moment);
+        let doubt = Self::LENGTH_DOUBT * vehicle.wheelbase / square;
+        let aa = m.m11 + self.sliding.prior(Self::SLIP_PRIOR, Self::SLIP_DOUBT);
+        let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
+        let (slip, compliance) = solve(aa, m.m12, bb, y.x, y.y);
+        self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
+        let most = vehicle.wheelbase / square;
+        self.slip_compliance = saturate(compliance, -most, most);
+        let found = SVector::<f64, 2>::new(self.estimate.slip, self.slip_compliance);
+        self.sliding.observe_noise(found, dt);
+        self.find_slip_length(vehicle, now.speed);
+    }
+
+    /// Tyres slip in proportion to the lateral acceleration: what is learnt at one speed is taken
+    /// for another with the ratio of their squares.
+    #[inline]
+    fn find_slip_length(&mut self, vehicle: &Vehicle, speed: f64) {
+        let length = self.slip_compliance * (speed * speed / vehicle.wheelbase);
+        self.estimate.slip_length = saturate(length, -vehicle.wheelbase, vehicle.wheelbase);
     }
 
     /// Returns the estimator if it is one that `vehicle` could have.
@@ -308,25 +332,21 @@ impl Estimator {
             input_within("last_measured", last_measured.yaw, MAX_YAW)?;
             input_within("last_measured", last_measured.speed, MAX_SPEED)?;
         }
-        for (field, value, low) in [
-            ("turn_turn", self.turn_turn, 0.0),
-            ("turn_offset", self.turn_offset, -Self::MAX_SUM),
-            ("offset_offset", self.offset_offset, 0.0),
-            ("turn_measured", self.turn_measured, -Self::MAX_SUM),
-            ("offset_measured", self.offset_measured, -Self::MAX_SUM),
-            ("change", self.change, 0.0),
-        ] {
-            input_in_range(field, value, low, Self::MAX_SUM)?;
-        }
-        input_within("turn", self.turn, Self::MAX_TURN)?;
+        self.turning.checked("turning")?;
+        self.sliding.checked("sliding")?;
+        input_within(
+            "slip_compliance",
+            self.slip_compliance,
+            Self::MAX_COMPLIANCE,
+        )?;
         let estimate = self.estimate;
-        let longer = Self::most_longer(vehicle);
+        let (least, most) = Self::longer_range(vehicle);
+        input_in_range("longer_dead_time", estimate.longer_dead_time, least, most)?;
         let acceleration = Self::MAX_ACCELERATION * vehicle.wheelbase;
         let offset = Self::MAX_STEER_OFFSET;
         input_in_range("gain", estimate.gain, Self::MIN_GAIN, Self::MAX_GAIN)?;
         for (field, value, most) in [
             ("steer_offset", estimate.steer_offset, offset),
-            ("longer_dead_time", estimate.longer_dead_time, longer),
             ("slip", estimate.slip, Self::MAX_SLIP),
             ("slip_length", estimate.slip_length, vehicle.wheelbase),
             ("acceleration", estimate.acceleration, acceleration),

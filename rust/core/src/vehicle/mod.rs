@@ -5,6 +5,7 @@ pub mod delay;
 pub mod estimate;
 pub mod estimator;
 pub mod past;
+pub mod regression;
 pub mod state;
 pub mod timed;
 pub mod wheels;
@@ -15,7 +16,7 @@ pub use estimator::Estimator;
 pub use past::Past;
 pub use state::VehicleState;
 
-use crate::math::saturate;
+use crate::math::{saturate, smaller};
 use crate::params;
 
 params! {
@@ -101,6 +102,17 @@ impl Vehicle {
     #[inline]
     pub fn turning_length(&self, speed: f64) -> f64 {
         self.turning_wheelbase.unwrap_or(self.wheelbase) + self.understeer * speed * speed
+    }
+
+    /// Largest braking deceleration of a plan that does not say one [m/s^2]: brisk for an ordinary
+    /// car, and far from the grip of a dry road.
+    pub const COMFORT_BRAKING: f64 = 3.0;
+
+    /// Largest braking deceleration of a plan for this vehicle [m/s^2], one of comfort.
+    #[inline]
+    pub fn comfort_braking(&self) -> f64 {
+        let comfort = self.max_deceleration.unwrap_or(Self::COMFORT_BRAKING);
+        smaller(comfort, self.brake_deceleration.unwrap_or(comfort))
     }
 
     /// An angle that the wheels can have [rad].

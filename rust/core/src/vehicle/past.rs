@@ -8,7 +8,7 @@ use super::timed::{Timed, clipped};
 use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{from_count, saturate};
+use crate::math::{from_count, saturate, tan};
 
 /// The oldest pose that a step takes [s].
 pub const MAX_POSE_AGE: f64 = 1.0;
@@ -91,6 +91,12 @@ impl Past {
         self.wheel
     }
 
+    /// Angle of the wheels when the last pose that was taken in was measured [rad].
+    pub fn wheel_before(&self) -> f64 {
+        let mut angles = self.between(self.since, 0.0);
+        angles.next().map_or(self.wheel, |(angle, _)| angle)
+    }
+
     /// How long ago the last pose that was taken in was measured [s].
     pub fn since(&self) -> f64 {
         self.since
@@ -127,6 +133,13 @@ impl Past {
         for (angle, time) in self.between(self.since, age) {
             reached.add(angle, time);
         }
+        // Angles are means of pieces: those at the ends are taken from the pieces there.
+        let (mut first, mut last) = (None, 0.0);
+        for (angle, _) in self.between(self.since, age) {
+            first = first.or(Some(angle));
+            last = angle;
+        }
+        reached.change = first.map_or(0.0, |first| tan(last) - tan(first));
         reached
     }
 

@@ -61,13 +61,16 @@ impl Vehicle {
 }
 
 /// What the wheels did in a period. Times `speed / turning length`, the integrals are the turn of
-/// the vehicle and its derivative by a steering offset.
+/// the vehicle and its derivative by a steering offset, and `change` that of the yaw rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelIntegrals {
     /// Integral of `tan(wheel)` over the time [s].
     pub turn: f64,
     /// Integral of its derivative by the angle, `1 + tan(wheel)^2`, over the time [s].
     pub slope: f64,
+    /// `tan(wheel)` at the end less that at the beginning. Wheels that move `t` [s] later turn the
+    /// vehicle by `t change` less in this period.
+    pub change: f64,
 }
 
 impl WheelIntegrals {

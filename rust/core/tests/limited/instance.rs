@@ -35,7 +35,6 @@ pub(crate) struct Instance {
     pub(crate) stage: CostToGo,
     pub(crate) move_cost: f64,
     pub(crate) turns: Vec<f64>,
-    pub(crate) drift: f64,
     pub(crate) start: ModelState,
     pub(crate) limits: PlanLimits,
     /// Of the vehicle: what makes an angle of a curvature [m].
@@ -89,12 +88,14 @@ impl Instance {
             stage: CostToGo::stage(length * random.of(&[1.0, 1.0, 0.3, 3.0]), offset),
             move_cost: rate_cost * rate_cost,
             turns,
-            drift: step * random.of(&[0.0, 0.01]),
-            start: ModelState {
-                error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
-                heading: random.uniform(-0.4, 0.4),
-                driven: commanded + random.uniform(-0.04, 0.04) / length,
-                commanded,
+            start: {
+                let slip = random.of(&[0.0, 0.01]);
+                ModelState {
+                    error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
+                    heading: slip + random.uniform(-0.4, 0.4),
+                    driven: commanded + random.uniform(-0.04, 0.04) / length,
+                    commanded,
+                }
             },
             limits: PlanLimits {
                 first: (-first * random.of(&[1.0, 0.99]), first),
@@ -112,7 +113,6 @@ impl Instance {
             stage: self.stage,
             move_cost: self.move_cost,
             turns: &self.turns,
-            drift: self.drift,
         }
     }
 
@@ -130,12 +130,8 @@ impl Instance {
             if moved == Some(k) {
                 state.commanded += 1.0;
             }
-            let (turn, drift) = if moved.is_some() {
-                (0.0, 0.0)
-            } else {
-                (turn, self.drift)
-            };
-            state = self.travel.after(&state, turn, drift);
+            let turn = if moved.is_some() { 0.0 } else { turn };
+            state = self.travel.after(&state, turn);
             all.push([state.error, state.heading, state.driven]);
         }
         all

@@ -109,7 +109,7 @@ controller! {
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
         /// >>> round(popsteer.Stanley(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
-        /// -0.1149
+        /// -0.0997
     }
 }
 

@@ -110,7 +110,7 @@ columns! {
         /// >>> x, y = np.array([5.0, 99.0]), np.array([0.5, -0.5])
         /// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
         /// >>> commands.steer.round(4), (commands.status & popsteer.Status.END_OF_PATH) > 0
-        /// (array([-0.1149,  0.1149]), array([False,  True]))
+        /// (array([-0.0997,  0.0997]), array([False,  True]))
     }
 }
 

@@ -67,6 +67,7 @@ impl<L: Subject> Life<L> {
             answer,
             in_flight: self.draw_in_flight(bytes, &estimator.estimate),
             past: None,
+            gate: self.state.gate,
             estimator,
             monitor: draw_monitor(bytes).or(self.state.monitor),
         })

@@ -215,6 +215,7 @@ fn follow_plainly(
             direction_changed: false,
             off_path: false,
             past_end: is_last && closest.fraction > 1.0,
+            before_start: !view.is_closed() && closest.segment == 0 && closest.fraction < 0.0,
         }
     };
     let start = last.map_or_else(anew, |last| last.min(view.segments() - 1));

@@ -8,7 +8,7 @@ tracker converts.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +36,15 @@ if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimate import Estimate
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
+
+BRAKING = 1.0 / 6.0
+"""A vehicle that brakes by more than this share of its comfortable braking slows for what is
+ahead."""
+FARTHEST = 4
+"""How many horizons ahead sharp bends are looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,14 +138,16 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         speed, min_speed = at.vehicle.forward_speed(), self.resolved.min_speed
         pace = speed if speed > min_speed else min_speed
         length = vehicle.turning_length(speed) / estimate.gain
-        count, period = steps(approach.horizon_at(pace), at.dt)
+        sharp = self._sharp_bend_ahead(path, at, estimate, pace, length)
+        count, period = steps(approach.horizon_at(pace) * sharp, at.dt)
         horizon, path_yaw = self._predict(path, at, belief, pace * period, count, length / period)
 
         rate, span = approach.rate_and_span(speed, at.dt)
         tangent = tan(previous_steer)
         commanded = tangent / length
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
-        heading_error = wrap(at.vehicle.yaw - path_yaw)
+        # That of the direction in which the vehicle moves.
+        heading_error = wrap(at.vehicle.yaw + estimate.slip - path_yaw)
         # A large error counts as the one whose pull is that of the approach angle, or of the
         # steepest heading that the vehicle can still straighten before the path.
         by_error, by_heading = horizon.best.cost[COMMANDED, :2].tolist()
@@ -189,8 +198,41 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         # counts; being held back by `steer_span_rate`, which is a choice, does not.
         arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
         is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
-        limits = arrives or (reached is not MoveLimit.NOTHING and is_the_vehicles)
-        return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
+        status = Status.OK
+        if reached.of_curvature() and (arrives or is_the_vehicles):
+            most, steered = vehicle.max_lateral_acceleration, tan(vehicle.max_steer) / length
+            is_lateral = most is not None and most <= steered * (speed * speed)
+            limit = Status.LATERAL_LIMIT if is_lateral else Status.STEER_LIMIT
+            status = Status.SATURATED | limit
+        elif reached is not MoveLimit.NOTHING and is_the_vehicles:
+            status = Status.SATURATED | Status.RATE_LIMIT
+        return saturate(angle, low, high), status
+
+    def _sharp_bend_ahead(
+        self, path: PathView, at: Located, estimate: Estimate, pace: float, length: float
+    ) -> float:
+        """Return how many times as far as usual to look ahead: past a bend sharper than allowed.
+
+        At a speed that the vehicle can no longer leave before it, so that it turns in early.
+        """
+        braking, limit = self.vehicle.comfort_braking, self.vehicle.max_lateral_acceleration
+        if limit is None or estimate.acceleration < -BRAKING * braking:
+            return 1.0
+        approach = Approach.of(self.vehicle, self.resolved)
+        stretch = pace * self.resolved.horizon
+        here = at.closest.arc_length(path)
+        smoothing, distance = self.resolved.smoothing_length, FARTHEST * stretch
+        preview = Preview(path, smoothing, at.closest.segment, here, distance)
+        _, turns = preview.turns(here, stretch, FARTHEST)
+        slowest = self.resolved.min_speed * self.resolved.min_speed
+        squared = pace * pace
+        for stretches, turn in enumerate(turns):
+            if abs(turn) > stretch * approach.widest(sqrt(squared), length):
+                return float(min(stretches + 2, FARTHEST))
+            squared -= 2.0 * braking * stretch
+            if squared < slowest:
+                squared = slowest
+        return 1.0
 
     def _predict(
         self,
@@ -210,12 +252,11 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         # A slip of `slip_length` times the curvature acts as if the tracked point lay
         # `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
         offset = at.mirror(belief.estimate.slip_length)
-        drift = step * belief.estimate.slip
         here = at.closest.arc_length(path)
         segment, smoothing = at.closest.segment, self.resolved.smoothing_length
         preview = Preview(path, smoothing, segment, here, count * step)
         path_yaw, turns = preview.turns(here, step, count)
-        models = [transition(step, lag, kept, offset, turn, drift) for turn in turns]
+        models = [transition(step, lag, kept, offset, turn) for turn in turns]
         move_cost = (self.resolved.steer_rate_cost * length_per_time) ** 2
         best = regulator(models, stage(self.resolved.heading_cost, offset), move_cost)
         return Horizon(models, best), path_yaw

@@ -6,8 +6,8 @@ is the same at any speed; only the steering lag becomes a distance, lag times sp
 
     e' = p + offset a,    p' = a - path curvature,    a' = (c - a) / lag distance
 
-A step moves the wheels by u and travels; the path's turn and the drift are in the last column of
-the matrix A. It costs R u² for the move and a quadratic form of the state that it leads to::
+A step moves the wheels by u and travels; the path's turn is in the last column of the
+matrix A. It costs R u² for the move and a quadratic form of the state that it leads to::
 
     z⁺ = A (z + B u),    cost = R u² + z⁺ᵀ Q z⁺,    B = (0, 0, 0, 1, 0)ᵀ
 """
@@ -29,14 +29,12 @@ COMMANDED = 3
 """Place of the commanded curvature in the state."""
 
 
-def transition(
-    step: float, lag: float, kept: float, offset: float, turn: float = 0.0, drift: float = 0.0
-) -> Array:
+def transition(step: float, lag: float, kept: float, offset: float, turn: float = 0.0) -> Array:
     """Return A, the model solved exactly over `step` [m].
 
     The curvature responds with a first-order lag over `lag` [m]; `kept` is exp(-step / lag);
     errors are those of a point `offset` [m] ahead of the no-slip point. Within the step the path
-    turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
+    turns by `turn` [rad].
     """
     by_driven = lag * (1.0 - kept)
     by_commanded = step - by_driven
@@ -46,7 +44,7 @@ def transition(
         [
             [
                 *(1.0, step, lagging + offset * by_driven, ahead + offset * by_commanded),
-                drift - 0.5 * step * turn,
+                -0.5 * step * turn,
             ],
             [0.0, 1.0, by_driven, by_commanded, -turn],
             [0.0, 0.0, kept, 1.0 - kept, 0.0],

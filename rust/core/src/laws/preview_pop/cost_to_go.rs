@@ -18,13 +18,13 @@
 //! ```text
 //! x⁺ = F (x + b u) + g
 //!
-//!     ⎡ 1  h  F_ea  F_ec ⎤        ⎡ 0 ⎤        ⎡ drift - h turn / 2 ⎤
-//! F = ⎢ 0  1  F_pa  F_pc ⎥    b = ⎢ 0 ⎥    g = ⎢       - turn       ⎥
-//!     ⎢ 0  0  F_aa  F_ac ⎥        ⎢ 0 ⎥        ⎢         0          ⎥
-//!     ⎣ 0  0   0     1   ⎦        ⎣ 1 ⎦        ⎣         0          ⎦
+//!     ⎡ 1  h  F_ea  F_ec ⎤        ⎡ 0 ⎤        ⎡ - h turn / 2 ⎤
+//! F = ⎢ 0  1  F_pa  F_pc ⎥    b = ⎢ 0 ⎥    g = ⎢    - turn    ⎥
+//!     ⎢ 0  0  F_aa  F_ac ⎥        ⎢ 0 ⎥        ⎢      0       ⎥
+//!     ⎣ 0  0   0     1   ⎦        ⎣ 1 ⎦        ⎣      0       ⎦
 //! ```
 //!
-//! The path turns by `turn` in the step, and the vehicle drifts to the left by `drift`.
+//! The path turns by `turn` in the step.
 //!
 //! # Cost
 //!
@@ -129,10 +129,10 @@ pub struct ModelState {
 
 impl Travel {
     /// `F x + g`: the state after this step of travel from `state`, whose move is made. Within the
-    /// step the path turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
+    /// step the path turns by `turn` [rad].
     #[inline]
-    pub fn after(&self, state: &ModelState, turn: f64, drift: f64) -> ModelState {
-        let moved = drift - 0.5 * self.step * turn;
+    pub fn after(&self, state: &ModelState, turn: f64) -> ModelState {
+        let moved = -0.5 * self.step * turn;
         let ModelState {
             error,
             heading,
@@ -154,13 +154,8 @@ impl Travel {
     /// is known last; so this can be computed before it is. `commanded` is passed on as it is: it is
     /// the last one, and not to be read.
     #[inline]
-    pub(super) fn without_commanded(
-        &self,
-        state: &ModelState,
-        turn: f64,
-        drift: f64,
-    ) -> ModelState {
-        let moved = drift - 0.5 * self.step * turn;
+    pub(super) fn without_commanded(&self, state: &ModelState, turn: f64) -> ModelState {
+        let moved = -0.5 * self.step * turn;
         let ModelState {
             error,
             heading,
@@ -284,10 +279,9 @@ impl CostToGo {
     }
 
     /// `S = Fᵀ P F`, `s = Fᵀ (P g + q)`: this cost P, q of the state after a step of travel, as a
-    /// cost of the state before it. Within the step the path turns by `turn` [rad], and the vehicle
-    /// drifts to the left by `drift` [m].
+    /// cost of the state before it. Within the step the path turns by `turn` [rad].
     #[inline]
-    pub fn before(&self, travel: &Travel, turn: f64, drift: f64) -> Self {
+    pub fn before(&self, travel: &Travel, turn: f64) -> Self {
         let Travel {
             step,
             error_by_driven,
@@ -324,7 +318,7 @@ impl CostToGo {
                 + self.cc,
         );
         // P g + q.
-        let moved = drift - 0.5 * step * turn;
+        let moved = -0.5 * step * turn;
         let e = moved * self.ee - turn * self.ep + self.e;
         let p = moved * self.ep - turn * self.pp + self.p;
         let a = moved * self.ea - turn * self.pa + self.a;

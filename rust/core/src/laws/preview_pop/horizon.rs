@@ -29,8 +29,6 @@ pub struct Horizon<'a> {
     pub move_cost: f64,
     /// How far the path turns in each step [rad]; at most [`MAX_STEPS`].
     pub turns: &'a [f64],
-    /// How far the vehicle drifts to the left in a step [m].
-    pub drift: f64,
 }
 
 /// The limits of a plan: of its moves `u_k = c_{k+1} - c_k`, and of its curvatures.
@@ -87,7 +85,7 @@ impl Horizon<'_> {
         let mut after = self.stage;
         let mut cost = self.stage;
         for (&turn, best) in self.turns.iter().zip(moves).rev() {
-            cost = after.before(&self.travel, turn, self.drift);
+            cost = after.before(&self.travel, turn);
             *best = cost.best_move(self.move_cost);
             after = cost.before_best_move(self.move_cost, &self.stage);
         }
@@ -116,7 +114,7 @@ impl Horizon<'_> {
             return true;
         };
         let travel = &self.travel;
-        let mut state = travel.without_commanded(&start, *turn, self.drift);
+        let mut state = travel.without_commanded(&start, *turn);
         let mut present = first.commanded(&start);
         let mut kept = within(present);
         let added = travel.added();
@@ -124,7 +122,7 @@ impl Horizon<'_> {
             let next = best.remaining_after(travel) * present - best.pull(&state);
             kept &= (next - present).abs() <= limits.later;
             kept &= within(next);
-            state = travel.without_commanded(&state, turn, self.drift);
+            state = travel.without_commanded(&state, turn);
             state.error += added.error * present;
             state.heading += added.heading * present;
             state.driven += added.driven * present;
@@ -137,7 +135,7 @@ impl Horizon<'_> {
     pub(super) fn advance(&self, state: &mut ModelState, curvature: f64, turn: f64) -> f64 {
         let moved = curvature - state.commanded;
         state.commanded = curvature;
-        *state = self.travel.after(state, turn, self.drift);
+        *state = self.travel.after(state, turn);
         self.move_cost * moved * moved + self.stage.stage_cost(state)
     }
 }
@@ -227,7 +225,7 @@ mod tests {
             }
             (low, high) = (low.min(next), high.max(next));
             state.commanded = next;
-            state = horizon.travel.after(&state, turn, horizon.drift);
+            state = horizon.travel.after(&state, turn);
         }
         let slack = 1e-9 * (low.abs() + high.abs() + most);
         let wide = PlanLimits {
@@ -264,7 +262,6 @@ mod tests {
                         stage: CostToGo::stage(2.7, offset),
                         move_cost: 12.0,
                         turns: &bends,
-                        drift: 0.01,
                     };
                     let start = ModelState {
                         error,

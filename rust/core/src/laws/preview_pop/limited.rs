@@ -153,7 +153,7 @@ impl Horizon<'_> {
         let mut after = self.stage;
         let mut landing = None;
         for step in steps.iter_mut().rev() {
-            let cost = after.before(&self.travel, step.turn, self.drift);
+            let cost = after.before(&self.travel, step.turn);
             step.policy = cost.best_move(self.move_cost);
             step.target = step.held_curvature().or(landing);
             // Where a held move has to arrive at a curvature, the step before has to bring the
@@ -175,7 +175,7 @@ impl Horizon<'_> {
         }
         let mut after = self.stage;
         for step in steps.iter_mut().rev() {
-            let cost = after.before(&self.travel, step.turn, self.drift);
+            let cost = after.before(&self.travel, step.turn);
             step.policy = cost.best_move(self.move_cost);
             let wanted = step.policy.commanded(&step.state);
             step.held = step.cut(step.state.commanded, wanted).held;
@@ -357,7 +357,6 @@ mod tests {
             stage: CostToGo::stage(2.7, 0.0),
             move_cost: 150.0,
             turns: &turns,
-            drift: 0.0,
         };
         let start = ModelState {
             error: 1.0,
@@ -408,7 +407,6 @@ mod tests {
                         stage: CostToGo::stage(2.7, 0.0),
                         move_cost,
                         turns,
-                        drift: 0.0,
                     };
                     // The curvature begins at its limit, a move spans the whole range, or the first
                     // move has no freedom at all: limits that coincide.

@@ -28,13 +28,18 @@ use crate::laws::preview_pop::approach::{Approach, FULL_RATE, Straightening};
 use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use crate::laws::preview_pop::limited::{Horizon, MoveLimit, PlanLimits, ReachedLimits};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
-use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, sqrt, tan, wrap};
 use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
+
+/// A vehicle that brakes by more than this share of its comfortable braking slows for what is ahead.
+const BRAKING: f64 = 1.0 / 6.0;
+/// How many horizons ahead sharp bends are looked for.
+const FARTHEST: usize = 4;
 
 law_params! {
     /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
@@ -221,14 +226,17 @@ impl PreviewPop {
         let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
         let pace = larger(speed, self.approach.min_speed);
-        let (count, period) = steps(self.approach.horizon_at(vehicle, pace), at.dt);
+        let length = vehicle.turning_length(speed) / estimate.gain;
+        let horizon = self.approach.horizon_at(vehicle, pace);
+        let horizon =
+            horizon * self.sharp_bend_ahead(path, at, pace, length, estimate.acceleration);
+        let (count, period) = steps(horizon, at.dt);
         // The model runs over distance: that of a step, and that travelled in the lag.
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         // A slip of `slip_length` times the curvature acts as if the tracked point lay
         // `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
         let offset = at.mirror(estimate.slip_length);
-        let length = vehicle.turning_length(speed) / estimate.gain;
         let move_cost = self.params.steer_rate_cost * length / period;
 
         let turns = turns.get_mut(..count).unwrap_or_default();
@@ -243,7 +251,6 @@ impl PreviewPop {
                 stage: CostToGo::stage(self.params.heading_cost, offset),
                 move_cost: move_cost * move_cost,
                 turns,
-                drift: step * estimate.slip,
             },
             path_yaw,
             length,
@@ -251,6 +258,42 @@ impl PreviewPop {
             pace,
             lag,
         }
+    }
+
+    /// How many times as far as usual to look ahead: past a bend that is sharper than the lateral
+    /// acceleration allows, at a speed that the vehicle can no longer leave before it, so that it
+    /// turns in early.
+    #[inline]
+    fn sharp_bend_ahead(
+        &self,
+        path: &PathView<'_>,
+        at: &Located,
+        pace: f64,
+        length: f64,
+        acceleration: f64,
+    ) -> f64 {
+        let vehicle = self.vehicle();
+        let braking = vehicle.comfort_braking();
+        if vehicle.max_lateral_acceleration.is_none() || acceleration < -BRAKING * braking {
+            return 1.0;
+        }
+        let stretch = pace * self.params.horizon;
+        let mut turns = [0.0; FARTHEST];
+        let arc = at.closest.arc_length(path);
+        let smoothing = self.params.smoothing_length;
+        let distance = stretch * from_count(FARTHEST);
+        Preview::new(path, smoothing, at.closest.segment, arc, distance)
+            .turns(arc, stretch, &mut turns);
+        let slowest = self.approach.min_speed * self.approach.min_speed;
+        let mut squared = pace * pace;
+        for (stretches, turn) in turns.iter().enumerate() {
+            let widest = self.approach.widest(vehicle, sqrt(squared), length);
+            if turn.abs() > stretch * widest {
+                return smaller(from_count(stretches + 2), from_count(FARTHEST));
+            }
+            squared = larger(squared - 2.0 * braking * stretch, slowest);
+        }
+        1.0
     }
 
     /// The state that the plan starts from, and half the slope of its cost by the commanded
@@ -289,7 +332,7 @@ impl PreviewPop {
             } else {
                 error
             },
-            heading: wrap(at.vehicle.yaw - prediction.path_yaw),
+            heading: wrap(at.vehicle.yaw + belief.estimate.slip - prediction.path_yaw),
             driven: tan(at.mirror(wheel)) / length,
             commanded: tangent / length,
         };
@@ -345,11 +388,22 @@ impl PreviewPop {
         let rate_is_the_vehicles = self.approach.rate_is_the_vehicles
             && at.vehicle.forward_speed() >= FULL_RATE * self.approach.min_speed;
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
-        let status = Status::SATURATED.when(match plan.reached {
-            MoveLimit::Nothing => false,
-            MoveLimit::Rate => rate_is_the_vehicles,
-            MoveLimit::Curvature => arrives || rate_is_the_vehicles,
-        });
+        let limit = match plan.reached {
+            MoveLimit::Rate => rate_is_the_vehicles.then_some(Status::RATE_LIMIT),
+            MoveLimit::Curvature if arrives || rate_is_the_vehicles => {
+                let pace = at.vehicle.speed;
+                let steered = self.approach.max_tangent / length * (pace * pace);
+                let lateral = self.vehicle().max_lateral_acceleration;
+                let is_lateral = lateral.is_some_and(|most| most <= steered);
+                Some(if is_lateral {
+                    Status::LATERAL_LIMIT
+                } else {
+                    Status::STEER_LIMIT
+                })
+            }
+            MoveLimit::Nothing | MoveLimit::Curvature => None,
+        };
+        let status = limit.map_or(Status::OK, |limit| Status::SATURATED.with(limit));
         (
             saturate(angle, low, high),
             status | Status::PLAN_CUT_SHORT.when(plan.cut_short),

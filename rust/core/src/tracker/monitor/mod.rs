@@ -24,6 +24,10 @@ params! {
         /// Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
         /// it off.
         deviation_limit: Scaled = 0.5 * wheelbase, in [0.0, 1e9];
+        /// Cross-track error beyond which a vehicle that was never within `deviation_limit` is
+        /// deviating too [m]: a path that jumps away. Less than that it may join a path from.
+        /// Before the start of a path neither limit counts. 1e9 switches it off.
+        join_limit: Scaled = 3.0 * wheelbase, in [0.0, 1e9];
         /// Largest difference of the turn measured over a second to the turns that the commands
         /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
         /// false alarms are likelier.
@@ -49,6 +53,7 @@ pub(super) struct Measured<'a> {
 pub(super) struct Monitor {
     params: MonitorParams,
     deviation_limit: f64,
+    join_limit: f64,
 }
 
 impl Monitor {
@@ -70,6 +75,7 @@ impl Monitor {
         Self {
             params,
             deviation_limit: params.resolved(vehicle).deviation_limit,
+            join_limit: params.resolved(vehicle).join_limit,
         }
     }
 
@@ -111,9 +117,17 @@ impl Monitor {
         {
             monitored.within = false;
         }
+        if now.here.before_start {
+            return false;
+        }
         let is_within = error.abs() <= self.deviation_limit;
         monitored.within |= is_within;
-        monitored.within && !is_within
+        let limit = if monitored.within {
+            self.deviation_limit
+        } else {
+            self.join_limit
+        };
+        error.abs() > limit
     }
 
     /// Whether the vehicle turns otherwise than the commands explain, now or within the alarm time.

@@ -15,6 +15,17 @@ fn car(wheelbase: f64, dead_time: f64, steer_offset: f64) -> Vehicle {
 /// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
 /// 0.1 s in 60 s of bends at 10 m/s and more, where `given` is believed.
 fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+    estimated_in(&[0.05], given, steer_offset, acceleration, jump)
+}
+
+/// The same in periods that take turns.
+fn estimated_in(
+    periods: &[f64],
+    given: Vehicle,
+    steer_offset: f64,
+    acceleration: f64,
+    jump: f64,
+) -> Estimator {
     let real = car(3.0, 0.2, steer_offset);
     let (mut there, mut known) = (
         InFlight::settled(&real, 0.0),
@@ -27,23 +38,30 @@ fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) ->
         yaw: 0.0,
         speed: 10.0,
     };
-    for step in 0..1200 {
-        let command = 0.1 * sin(0.05 * f64::from(step));
+    let (mut time, mut jumps) = (0.0, true);
+    for &dt in periods.iter().cycle() {
+        if time > 60.0 {
+            break;
+        }
+        let command = 0.1 * sin(time);
         for _ in 0..10 {
-            there.elapse(&real, command, 0.005, 0.0);
+            let step = 0.1 * dt;
+            there.elapse(&real, command, step, 0.0);
             let curvature = tan(there.wheel()) / 3.0;
-            vehicle = advance(vehicle, vehicle.speed * 0.005, curvature, 0.0);
-            vehicle.speed += acceleration * 0.005;
+            vehicle = advance(vehicle, vehicle.speed * step, curvature, 0.0);
+            vehicle.speed += acceleration * step;
         }
-        if step == 900 {
+        time += dt;
+        if jumps && time > 45.0 {
             vehicle.yaw += jump;
+            jumps = false;
         }
-        let reached = known.wheel_integrals(&given, command, 0.05);
+        let reached = known.wheel_integrals(&given, command, dt);
         let before = estimator.estimate.longer_dead_time;
-        estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
+        estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, dt);
         let longer = estimator.estimate.longer_dead_time - before;
         estimator.last_measured = Some(vehicle);
-        known.elapse(&given, command, 0.05, longer);
+        known.elapse(&given, command, dt, longer);
     }
     estimator
 }
@@ -66,7 +84,7 @@ fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
             last_measured: Some(state(0.0)),
             ..Estimator::default()
         };
-        estimator.observe_slip(&params, &given, state(0.1), |travel| 1e-16 / travel, 0.05);
+        estimator.observe_slip(&params, &given, state(0.1), 1e300, 0.05);
         assert!(estimator.checked(&given).is_ok(), "{estimator:?}");
     }
 }
@@ -82,6 +100,58 @@ fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
             assert!((known - 0.2).abs() < 0.011, "{found:?}");
             assert!((found.acceleration - 0.2).abs() < 1e-6, "{found:?}");
         }
+    }
+}
+
+#[test]
+fn test_estimator_learns_the_same_in_unequal_periods_and_at_every_rate() {
+    let given = car(2.7, 0.12, 0.0);
+    let equal = estimated(given, 0.02, 0.0, 0.0).estimate;
+    for periods in [
+        &[0.02, 0.03][..],
+        &[0.04, 0.06],
+        &[0.025, 0.075, 0.05],
+        &[0.05, 0.05, 0.05, 0.2],
+        &[0.1],
+        &[0.02],
+        &[0.01],
+        &[0.005],
+    ] {
+        let found = estimated_in(periods, given, 0.02, 0.0, 0.0).estimate;
+        let apart = found.longer_dead_time - equal.longer_dead_time;
+        assert!(apart.abs() < 6e-3, "{periods:?} {found:?} {equal:?}");
+        assert!(
+            (found.gain - equal.gain).abs() < 5e-3,
+            "{periods:?} {found:?}"
+        );
+        let apart = found.steer_offset / equal.steer_offset - 1.0;
+        assert!(apart.abs() < 0.02, "{periods:?} {found:?}");
+    }
+}
+
+#[test]
+fn test_estimator_takes_no_offset_for_a_gain_on_a_straight() {
+    // The driver holds the car straight against the offset of its wheels: nothing turns.
+    let given = car(3.0, 0.2, 0.0);
+    for offset in [0.02, 0.05, -0.05] {
+        let mut line = InFlight::settled(&given, -offset);
+        let mut estimator = Estimator::default();
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 20.0,
+        };
+        for _ in 0..800 {
+            let reached = line.wheel_integrals(&given, -offset, 0.05);
+            estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
+            estimator.last_measured = Some(vehicle);
+            line.elapse(&given, -offset, 0.05, 0.0);
+            vehicle.x += 1.0;
+        }
+        let found = estimator.estimate;
+        assert!((found.gain - 1.0).abs() < 0.01, "{found:?}");
+        assert!((found.steer_offset - offset).abs() < 1e-3, "{found:?}");
     }
 }
 
@@ -110,15 +180,20 @@ fn test_estimator_keeps_within_its_bounds() {
     );
     let given = car(3.0, 0.1, 0.0);
     let found = estimated(given, 0.0, 0.0, 0.0);
-    assert_eq!(found.estimate.longer_dead_time, 0.05);
+    assert!((found.estimate.longer_dead_time - 0.1).abs() < 4e-3);
     assert!(found.checked(&given).is_ok());
-    let refused = found.checked(&car(3.0, 0.09, 0.0)).unwrap_err();
+    let mut shorter = found;
+    shorter.estimate.longer_dead_time = -0.11;
+    let refused = shorter.checked(&given).unwrap_err();
     assert_eq!(refused.field, "longer_dead_time");
-    let turned = Estimator {
-        turn: 1e31,
+    let slipping = Estimator {
+        slip_compliance: 1e31,
         ..found
     };
-    assert_eq!(turned.checked(&given).unwrap_err().value, 1e31);
+    assert_eq!(slipping.checked(&given).unwrap_err().value, 1e31);
+    let mut noisy = found;
+    noisy.turning.noise = -1.0;
+    assert_eq!(noisy.checked(&given).unwrap_err().field, "turning");
 }
 
 #[test]
@@ -142,7 +217,7 @@ fn test_slip_is_found_from_the_position_whichever_way_the_vehicle_drives() {
             let slip = 0.01 - 0.4 * curvature;
             vehicle = advance(vehicle, speed * 0.05, curvature, slip);
             let params = AdaptParams::DEFAULT;
-            estimator.observe_slip(&params, &given, vehicle, |_| curvature, 0.05);
+            estimator.observe_slip(&params, &given, vehicle, curvature, 0.05);
         }
         let found = estimator.estimate;
         assert!((found.slip - 0.01).abs() < 1e-3, "{found:?}");

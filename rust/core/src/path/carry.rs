@@ -1,0 +1,94 @@
+//! Where a vehicle is on a path that replaces another.
+//!
+//! A planner sends a path many times a second: the same one, one that begins or ends elsewhere, or
+//! one shifted a little. Position and heading alone do not say where the vehicle was on it: a path
+//! that leads out and back along one line, or round several laps, passes there more than once. So
+//! the place is looked for where the progress says: as far from the start as on the old path, or
+//! as far from the end. Only where the new path is elsewhere there, the whole of it is searched.
+
+use super::locate::locate;
+use super::projection::ClosestPoint;
+use super::relocalise::relocalise_within;
+use super::view::PathView;
+use crate::geometry::Point;
+use crate::math::{PI, atan2, sqrt};
+
+/// The place on a path: what [`carry_over`] takes along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The segment.
+    pub segment: usize,
+    /// The point on it [m].
+    pub point: Point,
+    /// How far along the path the place can be off [m].
+    pub reach: f64,
+}
+
+/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction.
+pub fn goes_on(old: &PathView<'_>, new: &PathView<'_>, waypoint: usize) -> bool {
+    let segment = old.segment_at(waypoint);
+    waypoint < new.len()
+        && segment == new.segment_at(waypoint)
+        && old.segment(segment) == new.segment(segment)
+        && old.is_reverse(segment) == new.is_reverse(segment)
+}
+
+/// The closest point of `new` to a place on `old`: of those at the same distance from the start
+/// and from the end, driven the same way, the better one, unless one elsewhere is better by more
+/// than `tolerance` [m]; by distance, and by heading as [`relocalise_within`] weighs it. At most
+/// `budget` boxes of the path's index are visited.
+pub fn carry_over(
+    old: &PathView<'_>,
+    new: &PathView<'_>,
+    place: Progress,
+    opposite_distance: f64,
+    tolerance: f64,
+    budget: usize,
+) -> ClosestPoint {
+    let here = ClosestPoint::new(old, place.segment, place.point);
+    let along = here.along();
+    let length = sqrt(along.x * along.x + along.y * along.y);
+    let along = Point::new(along.x / length, along.y / length);
+    let is_reverse = old.is_reverse(here.segment);
+    // Where the vehicle looks.
+    let yaw = atan2(along.y, along.x);
+    let looks = if is_reverse { yaw + PI } else { yaw };
+    let found = relocalise_within(new, place.point, looks, opposite_distance, budget);
+    let anywhere = ClosestPoint::new(new, found.segment, place.point);
+    let cost = |at: &ClosestPoint| at.cost(along, opposite_distance);
+
+    let arc = here.arc_length(old);
+    let from_start = arc;
+    let from_end = new.length() - (old.length() - arc);
+    let mut best: Option<ClosestPoint> = None;
+    for anchor in [from_end, from_start] {
+        // Beyond either end there is no such place.
+        if anchor < -place.reach || anchor > new.length() + place.reach {
+            continue;
+        }
+        let near = new.segment_by_arc(anchor, 0);
+        if new.is_reverse(near) != is_reverse {
+            continue;
+        }
+        let at = locate(
+            new,
+            near,
+            place.point,
+            along,
+            place.reach,
+            opposite_distance,
+        );
+        if best.is_none_or(|best| cost(&at) < cost(&best)) {
+            best = Some(at);
+        }
+    }
+    let turned = new.is_reverse(anywhere.segment) != is_reverse;
+    match best {
+        // A place that is driven the other way may lie as near.
+        Some(best) if turned || cost(&best) <= cost(&anywhere) + tolerance => {
+            let is_far = cost(&best) > cost(&anywhere) + opposite_distance;
+            if is_far { anywhere } else { best }
+        }
+        _ => anywhere,
+    }
+}

@@ -1,0 +1,311 @@
+//! Which poses are believed: the gate before a step.
+//!
+//! Between two poses the vehicle can only have gone where its speed and its wheels took it. The
+//! believed pose is rolled forward with them, and a measured one is compared with it:
+//!
+//! - One that repeats the last position to the bit, while the vehicle drives, is an old one
+//!   ([`Status::POSE_STALE`]). It is rolled forward; after [`Gate::STALE_LIMIT`] that is a fault.
+//! - One farther off than speed, wheels and noise explain is an outlier ([`Status::OUTLIER`]); the
+//!   pose that was expected takes its place. Outliers that agree with each other for a while, the
+//!   longer the farther they are off, are a jump of the localisation: it is believed from then on.
+//!
+//! The distance between believed poses is compared with the speed, summed over a second: a speed
+//! signal that is dead, of another unit or of the wrong sign is a fault, and so is a position that
+//! stands still while the heading turns.
+//!
+//! What the poses alone cannot show: a position that drifts no faster than noise and slip
+//! explain, some 0.3 m/s.
+
+use crate::bounds::MIN_DT;
+use crate::error::{InputError, input_in_range, input_within};
+use crate::geometry::Point;
+use crate::math::{cos, exp, larger, sin, smaller, sqrt, wrap};
+use crate::status::Status;
+use crate::vehicle::bicycle::advance;
+use crate::vehicle::{Vehicle, VehicleState};
+
+/// What the gate remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Gate {
+    /// The believed pose of the vehicle's point, and its speed.
+    pub believed: VehicleState,
+    /// The last measured pose, believed or not.
+    pub measured: VehicleState,
+    /// The last measured pose that was believed.
+    pub seen: VehicleState,
+    /// How long ago that one was measured [s].
+    pub since: f64,
+    /// For how long the position has repeated itself [s].
+    pub stale: f64,
+    /// How far off the last outlier was [m], [rad].
+    pub jump: (Point, f64),
+    /// For how long outliers have agreed with each other [s]; 0 without one.
+    pub agreed: f64,
+    /// How far the vehicle went by its poses, less by its speed, over the last second [m].
+    pub ahead: f64,
+    /// How far it went, by the greater of both [m].
+    pub gone: f64,
+    /// For how long the two have differed by more than noise [s].
+    pub differing: f64,
+    /// Variances of the noise: of the position aside [m^2] and of the yaw [rad^2].
+    pub noise: (f64, f64),
+    /// Age of the last pose [s].
+    pub age: f64,
+}
+
+/// What of a step's pose is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Believed {
+    /// Pose and speed that the step goes on with.
+    pub vehicle: VehicleState,
+    pub status: Status,
+    /// Whether the localisation has jumped: the motion since the last step tells nothing.
+    pub jumped: bool,
+}
+
+impl Gate {
+    /// How far off a position is believed in any case, in wheelbases, and a yaw [rad].
+    const POSITION: f64 = 0.25;
+    const YAW: f64 = 0.12;
+    /// Besides, this share of the distance and of the turn since the last pose: what the speed
+    /// signal and the vehicle's parameters may be wrong by.
+    const SHARE: f64 = 0.35;
+    /// Besides, so many standard deviations of the noise.
+    const DEVIATIONS: f64 = 6.0;
+    /// Outliers that agree for so long are believed [s], and so much longer for each wheelbase that
+    /// they are off; at most `AGREE_MOST`.
+    const AGREE: f64 = 0.15;
+    const AGREE_PER_WHEELBASE: f64 = 0.35;
+    const AGREE_MOST: f64 = 0.8;
+    /// A pose that has repeated for so long, while the vehicle drives, is a fault [s].
+    pub const STALE_LIMIT: f64 = 0.6;
+    /// Outliers that do not agree for so long are a fault [s].
+    const DOUBT_LIMIT: f64 = 1.0;
+    /// After a gap as long as this any pose is believed [s].
+    const GAP: f64 = 1.0;
+    /// Travel in a period below which a repeated pose is no sign of anything, in wheelbases.
+    const STILL: f64 = 1e-3;
+    /// Time constants of the noise, and of the comparison with the speed [s].
+    const NOISE_TIME: f64 = 2.0;
+    const DISTANCE_TIME: f64 = 1.0;
+    /// How much distance by poses and by speed may differ: a share, and in wheelbases.
+    const DISTANCE_SHARE: f64 = 0.3;
+    const DISTANCE: f64 = 0.05;
+    /// For how long before it is a fault [s].
+    const DIFFERING: f64 = 0.15;
+
+    /// A first pose is believed.
+    pub fn new(vehicle: VehicleState, car: &Vehicle, age: f64) -> Self {
+        let position = 0.005 * car.wheelbase;
+        Self {
+            believed: vehicle,
+            measured: vehicle,
+            seen: vehicle,
+            since: 0.0,
+            stale: 0.0,
+            jump: (Point::new(0.0, 0.0), 0.0),
+            agreed: 0.0,
+            ahead: 0.0,
+            gone: 0.0,
+            differing: 0.0,
+            noise: (position * position, 1e-6),
+            age,
+        }
+    }
+
+    /// What is believed of a pose `dt` [s] after the last one, which is `age` [s] old. The wheels
+    /// give the vehicle the `curvature` [1/m] meanwhile.
+    #[inline]
+    pub(super) fn pass(
+        &mut self,
+        car: &Vehicle,
+        vehicle: VehicleState,
+        curvature: f64,
+        dt: f64,
+        age: f64,
+    ) -> Believed {
+        let elapsed = dt + self.age - age;
+        self.age = age;
+        if elapsed < MIN_DT {
+            // The same pose again, or an older one, as its age says.
+            return Believed {
+                vehicle: if self.agreed > 0.0 {
+                    self.believed
+                } else {
+                    vehicle
+                },
+                status: Status::OUTLIER.when(self.agreed > 0.0),
+                jumped: false,
+            };
+        }
+        if elapsed > Self::GAP {
+            *self = Self {
+                noise: self.noise,
+                ..Self::new(vehicle, car, age)
+            };
+            return Believed {
+                vehicle,
+                status: Status::OK,
+                jumped: false,
+            };
+        }
+        let before = self.believed;
+        let travel = 0.5 * (before.speed + vehicle.speed) * elapsed;
+        let point = car.no_slip();
+        let expected = advance(before.ahead(point), travel, curvature, 0.0);
+        let expected = expected.ahead(-point).bounded();
+        let expected = VehicleState {
+            speed: vehicle.speed,
+            ..expected
+        };
+        self.since += elapsed;
+        let repeats = vehicle.x.to_bits() == self.measured.x.to_bits()
+            && vehicle.y.to_bits() == self.measured.y.to_bits();
+        if repeats && travel.abs() > Self::STILL * car.wheelbase {
+            return self.hold_stale(vehicle, expected, elapsed);
+        }
+        self.stale = 0.0;
+        let off = Point::new(vehicle.x - expected.x, vehicle.y - expected.y);
+        let turned = wrap(vehicle.yaw - expected.yaw);
+        self.measured = vehicle;
+        let (far, askew) = self.limits(car, travel, curvature);
+        if off.x * off.x + off.y * off.y <= far * far && turned.abs() <= askew {
+            self.agreed = 0.0;
+            return self.believe(car, vehicle, off, turned, elapsed);
+        }
+        let (last, last_turned) = self.jump;
+        let apart = Point::new(off.x - last.x, off.y - last.y);
+        let agrees = self.agreed > 0.0
+            && apart.x * apart.x + apart.y * apart.y <= far * far
+            && (turned - last_turned).abs() <= askew;
+        self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
+        self.jump = (off, turned);
+        let wheelbases = sqrt(off.x * off.x + off.y * off.y) / car.wheelbase;
+        let patience = smaller(
+            Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases,
+            Self::AGREE_MOST,
+        );
+        if self.agreed > patience {
+            *self = Self {
+                noise: self.noise,
+                ..Self::new(vehicle, car, age)
+            };
+            return Believed {
+                vehicle,
+                status: Status::OUTLIER,
+                jumped: true,
+            };
+        }
+        self.believed = expected;
+        let doubt = Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
+        Believed {
+            vehicle: expected,
+            status: Status::OUTLIER | doubt,
+            jumped: false,
+        }
+    }
+
+    /// A position that repeats: the expected one, with the heading where that is alive.
+    fn hold_stale(
+        &mut self,
+        vehicle: VehicleState,
+        expected: VehicleState,
+        elapsed: f64,
+    ) -> Believed {
+        let is_alive = vehicle.yaw.to_bits() != self.measured.yaw.to_bits();
+        self.stale += elapsed;
+        self.measured = vehicle;
+        let yaw = if is_alive { vehicle.yaw } else { expected.yaw };
+        self.believed = VehicleState { yaw, ..expected };
+        let fault = Status::IMPLAUSIBLE.when(self.stale > Self::STALE_LIMIT);
+        Believed {
+            vehicle: self.believed,
+            status: Status::POSE_STALE | fault,
+            jumped: false,
+        }
+    }
+
+    /// How far off position [m] and yaw [rad] may be.
+    #[inline]
+    fn limits(&self, car: &Vehicle, travel: f64, curvature: f64) -> (f64, f64) {
+        let (position, yaw) = self.noise;
+        (
+            Self::POSITION * car.wheelbase
+                + Self::SHARE * travel.abs()
+                + Self::DEVIATIONS * sqrt(position),
+            Self::YAW + Self::SHARE * (travel * curvature).abs() + Self::DEVIATIONS * sqrt(yaw),
+        )
+    }
+
+    /// Takes a pose that is believed, and compares its distance from the last one with the speed.
+    #[inline]
+    fn believe(
+        &mut self,
+        car: &Vehicle,
+        vehicle: VehicleState,
+        off: Point,
+        turned: f64,
+        elapsed: f64,
+    ) -> Believed {
+        let (c, s) = (cos(vehicle.yaw), sin(vehicle.yaw));
+        let weight = smaller(elapsed / Self::NOISE_TIME, 1.0);
+        // Aside: along the heading a wrong speed would count as noise. Two poses are in it.
+        let aside = off.y * c - off.x * s;
+        self.noise.0 += weight * (0.5 * aside * aside - self.noise.0);
+        self.noise.1 += weight * (0.5 * turned * turned - self.noise.1);
+
+        let moved = Point::new(vehicle.x - self.seen.x, vehicle.y - self.seen.y);
+        let along = moved.x * c + moved.y * s;
+        let driven = 0.5 * (self.seen.speed + vehicle.speed) * self.since;
+        let kept = exp(-self.since / Self::DISTANCE_TIME);
+        self.ahead = self.ahead * kept + along - driven;
+        self.gone = self.gone * kept + larger(along.abs(), driven.abs());
+        let most = Self::DISTANCE_SHARE * self.gone
+            + Self::DISTANCE * car.wheelbase
+            + Self::DEVIATIONS * sqrt(self.noise.0);
+        self.differing = if self.ahead.abs() > most {
+            self.differing + self.since
+        } else {
+            0.0
+        };
+        self.seen = vehicle;
+        self.since = 0.0;
+        self.believed = vehicle;
+        Believed {
+            vehicle,
+            status: Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING),
+            jumped: false,
+        }
+    }
+
+    /// The gate itself, where its numbers are ones that poses can have given.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn checked(self) -> Result<Self, InputError> {
+        const MOST: f64 = 1e20;
+        for vehicle in [self.believed, self.measured, self.seen] {
+            for number in [vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed] {
+                input_within("gate", number, MOST)?;
+            }
+        }
+        for number in [self.jump.0.x, self.jump.0.y, self.jump.1, self.ahead] {
+            input_within("gate", number, MOST)?;
+        }
+        for number in [
+            self.since,
+            self.stale,
+            self.agreed,
+            self.gone,
+            self.differing,
+            self.noise.0,
+            self.noise.1,
+            self.age,
+        ] {
+            input_in_range("gate", number, 0.0, MOST)?;
+        }
+        Ok(self)
+    }
+}

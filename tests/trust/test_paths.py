@@ -1,0 +1,143 @@
+"""A new path is entered where the vehicle was going; and what binds is said."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+import popsteer
+from tests.trust.car import TOLD, Car, bends, drive
+
+LAWS = (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit, popsteer.Pid)
+
+
+def out_and_back(spacing: float) -> popsteer.Path:
+    """Lead 20 m out and back on one line, backwards."""
+    there = np.arange(0.0, 20.0 + 1e-9, spacing)
+    x = np.append(there, there[-2::-1])
+    back = np.arange(len(x)) >= len(there) - 1
+    return popsteer.Path(np.column_stack((x, np.zeros(len(x)))), reverse=back)
+
+
+def flips(every: int | None, controller: type) -> tuple[int, float]:
+    """Drive out and back; how often the direction changes, and when the car is back."""
+    car = Car(x=2.0)
+    steering = controller(out_and_back(0.5), TOLD)
+    reverses, speed = [], 2.0
+    for k in range(600):
+        if every and k and k % every == 0:
+            steering.set_path(out_and_back(0.4 if k // every % 2 else 0.5))
+        command = steering.step(*car.pose(), 0.05)
+        reverses.append(command.reverse)
+        speed = -2.0 if command.reverse else 2.0
+        car.command(command.steer)
+        car.advance(0.05, speed)
+        if command.reverse and car.x < 2.0:
+            break
+    return int(np.sum(np.diff(reverses) != 0)), car.time
+
+
+def test_path_out_and_back_sent_again_is_driven_as_without() -> None:
+    for law in LAWS:
+        once, again = flips(None, law), flips(10, law)
+        assert once[0] == again[0] == 1, (law, once, again)
+        assert abs(once[1] - again[1]) < 0.5, (law, once, again)
+
+
+def test_speed_tracker_keeps_its_direction_through_new_paths() -> None:
+    paths = [out_and_back(0.5), out_and_back(0.4)]
+    tracker = popsteer.SpeedTracker(paths[0], TOLD)
+    x, speed, reverses = 2.0, 0.0, []
+    for k in range(1200):
+        if k and k % 10 == 0:
+            tracker.set_path(paths[k // 10 % 2])
+        command = tracker.step(x + 1.35, 0.0, 0.0, speed, 0.05)
+        reverses.append(command.reverse)
+        ahead = -1.0 if command.reverse else 1.0
+        forward = max(0.0, ahead * speed + 0.05 * command.acceleration)
+        speed = ahead * forward
+        x += 0.05 * speed
+    assert int(np.sum(np.diff(reverses) != 0)) == 1
+    assert reverses[-1]
+
+
+def test_laps_of_an_open_path_do_not_jump() -> None:
+    # Three laps of one circle as an open path, sent again every half second from another place on.
+    angle = np.linspace(0.0, 6.0 * math.pi, 900)
+    course = 20.0 * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
+    steering = popsteer.PreviewPop(popsteer.Path(course), TOLD)
+    car, remaining = Car(), []
+    for k in range(600):
+        if k and k % 10 == 0:
+            steering.set_path(popsteer.Path(course[k % 3 :]))
+        command = steering.step(*car.pose(), 0.05)
+        remaining.append(command.distance_to_stop)
+        car.command(command.steer)
+        car.advance(0.05, 6.0)
+    assert np.max(np.abs(np.diff(remaining))) < 2.0
+
+
+def test_dead_end_of_a_gap_finds_the_place_it_can_have_reached() -> None:
+    # Held inputs for 1.5 s while the car brakes from 15 to 3 m/s.
+    def gap(k: int, _: object) -> float:
+        return 1.5 if k == 100 else 0.05
+
+    def speed(time: float) -> float:
+        return 15.0 - 8.0 * min(max(time - 5.0, 0.0), 1.5)
+
+    course = np.column_stack((np.arange(0.0, 300.0), np.zeros(300)))
+    for law in (popsteer.Stanley, popsteer.Pid):
+        drove = drive(law, course=course, speed=speed, periods=gap, seconds=10.0)
+        assert drove.first_fault() == math.inf
+        assert max(abs(steer) for _, steer in drove.steers) < 0.05
+
+
+def test_standing_beside_the_path_turns_no_wheels() -> None:
+    for law in (*LAWS, popsteer.Pop):
+        steering = law(popsteer.Path(bends()), TOLD)
+        steers = {steering.step(20.0, 4.5, 0.3, 0.0, 0.05).steer for _ in range(100)}
+        assert len(steers) == 1, law
+
+
+def test_stop_and_go_stays_on_the_path() -> None:
+    def speed(time: float) -> float:
+        return 5.0 * (1.0 - math.cos(0.5 * time))
+
+    for law in LAWS:
+        drove = drive(law, speed=speed, seconds=40.0)
+        assert drove.largest() < 0.35, law
+        assert drove.first_fault() == math.inf, law
+
+
+def test_sharp_corners_are_turned_into_before_them() -> None:
+    def zigzag(along: float, aside: float) -> np.ndarray:
+        corners = [(along * k, aside * (k % 2)) for k in range(7)]
+        points = []
+        for (x, y), (to_x, to_y) in itertools.pairwise(corners):
+            count = int(math.hypot(to_x - x, to_y - y))
+            share = np.arange(count) / count
+            points.append(np.column_stack((x + share * (to_x - x), y + share * (to_y - y))))
+        return np.vstack(points)
+
+    told = TOLD.replace(max_lateral_acceleration=4.0)
+    wide = drive(told=told, course=zigzag(50.0, 30.0), speed=10.0, seconds=60.0)
+    narrow = drive(told=told, course=zigzag(30.0, 10.0), speed=10.0, seconds=60.0)
+    assert wide.largest(0.0) < 3.5
+    assert narrow.mean(0.0) < 0.42
+
+
+def test_status_names_the_limit_that_binds() -> None:
+    status = popsteer.Status
+    path = popsteer.Path(np.column_stack((np.arange(0.0, 100.0), np.zeros(100))))
+    free = {"max_steer_rate": None, "max_lateral_acceleration": None}
+    cars = {
+        status.RATE_LIMIT: TOLD.replace(max_steer_rate=0.05, max_lateral_acceleration=None),
+        status.LATERAL_LIMIT: TOLD.replace(**{**free, "max_lateral_acceleration": 0.2}),
+        status.STEER_LIMIT: TOLD.replace(**{**free, "max_steer": 0.01}),
+    }
+    for limit, car in cars.items():
+        command = popsteer.Stanley(path, car).step(20.0, 3.0, 0.0, 8.0, 0.05)
+        assert limit in command.status, (limit, command.status)
+        assert status.SATURATED in command.status

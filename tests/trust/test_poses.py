@@ -1,0 +1,177 @@
+"""Sensors that fail: what is reported, how soon, and what is never called a fault."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import popsteer
+from tests.trust.car import TOLD, Car, bends, drive, jitter, straight
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.trust.car import Pose
+
+    Sense = Callable[[float, Pose], Pose]
+
+START = 10.0
+STALE, OUTLIER = popsteer.Status.POSE_STALE, popsteer.Status.OUTLIER
+
+
+def freezing(seconds: float, *, yaw_alive: bool = False) -> Sense:
+    """A localisation that repeats its last pose from `START` on; the speed stays alive."""
+    held: list[Pose] = []
+
+    def sense(time: float, pose: Pose) -> Pose:
+        if not START <= time < START + seconds:
+            return pose
+        if not held:
+            held.append(pose)
+        x, y, yaw, _ = held[0]
+        return x, y, pose[2] if yaw_alive else yaw, pose[3]
+
+    return sense
+
+
+def glitching(times: list[float], aside: float = 0.0, turned: float = 0.0) -> Sense:
+    """Single poses that are off."""
+
+    def sense(time: float, pose: Pose) -> Pose:
+        x, y, yaw, speed = pose
+        if any(abs(time - each) < 0.01 for each in times):
+            return x - aside * math.sin(yaw), y + aside * math.cos(yaw), yaw + turned, speed
+        return pose
+
+    return sense
+
+
+@pytest.mark.parametrize("course", [bends(), straight()], ids=["bends", "straight"])
+def test_frozen_pose_is_rolled_forward_and_then_a_fault(course: object) -> None:
+    healthy = drive(course=course, fresh=True)
+    short = drive(course=course, fresh=True, sense=freezing(0.5))
+    assert short.largest() < healthy.largest() + 0.15
+    assert short.first(STALE) == pytest.approx(START + 0.05, abs=0.06)
+    assert short.first_fault() == math.inf
+    long = drive(course=course, fresh=True, sense=freezing(3.0))
+    assert long.first_fault() < START + 1.0
+    assert long.error_at(long.first_fault()) < 0.5
+
+
+def test_frozen_position_is_a_fault_in_every_car() -> None:
+    for seed in range(25):
+        rng = random.Random(seed)
+        share = [rng.uniform(0.9, 1.1) for _ in range(4)]
+        car = Car(2.7 * share[0], 0.15 * share[1], 0.15 * share[2], 0.4 * share[3])
+        speed = rng.uniform(3.0, 15.0)
+        course = bends() if speed < 9.0 else straight()
+        sense = freezing(100.0, yaw_alive=True)
+        noise = (0.02, 0.003, 0.02)
+        drove = drive(
+            car=car, course=course, speed=speed, fresh=True, sense=sense, noise=noise, seconds=14.0
+        )
+        fault = drove.first_fault()
+        assert fault >= START < START + 1.0, (seed, fault)
+        assert drove.error_at(fault) < 0.5, seed
+
+
+def test_wrong_speed_signal_is_a_fault() -> None:
+    for course in (bends(), straight()):
+        for speed in (3.0, 8.0):
+            for factor in (0.0, 0.5, -1.0):
+
+                def sense(time: float, pose: Pose, factor: float = factor) -> Pose:
+                    return pose if time < START else (*pose[:3], factor * pose[3])
+
+                drove = drive(course=course, speed=speed, fresh=True, sense=sense, seconds=14.0)
+                fault = drove.first_fault()
+                assert fault >= START, (speed, factor, fault)
+                late, off = fault - START, drove.error_at(min(fault, 13.9))
+                assert late < 1.0 or off < 0.5, (speed, factor, late, off)
+
+
+def test_glitches_are_outliers_and_no_faults() -> None:
+    healthy = drive(fresh=True)
+    for times, aside, turned in (
+        ([10.0], 2.0, 0.0),
+        ([10.0], 0.0, 0.3),
+        ([10.0, 10.05, 10.1], 2.0, 0.0),
+    ):
+        drove = drive(fresh=True, sense=glitching(times, aside, turned))
+        assert drove.first_fault() == math.inf
+        assert drove.first(OUTLIER) == pytest.approx(10.0, abs=0.01)
+        assert drove.largest() < healthy.largest() + 0.01
+        steps = zip(drove.steers, healthy.steers, strict=False)
+        assert max(abs(one[1] - other[1]) for one, other in steps) < 0.02
+    rng = random.Random(3)
+
+    def sometimes(_: float, pose: Pose) -> Pose:
+        if rng.random() < 0.01:
+            x, y, yaw, speed = pose
+            return x + rng.uniform(-5, 5), y + rng.uniform(-5, 5), yaw + rng.uniform(-1, 1), speed
+        return pose
+
+    drove = drive(fresh=True, sense=sometimes, noise=(0.05, 0.01, 0.05))
+    assert drove.first_fault() == math.inf
+    assert drove.largest() < 0.15
+
+
+@pytest.mark.parametrize(("jump", "within"), [(0.5, 0.3), (2.0, 0.6), (5.0, 1.0)])
+def test_lasting_jump_is_believed(jump: float, within: float) -> None:
+    def sense(time: float, pose: Pose) -> Pose:
+        return pose if time < START else (pose[0], pose[1] + jump, *pose[2:])
+
+    drove = drive(course=straight(), sense=sense, seconds=20.0)
+    doubted = [time for time, status in drove.statuses if OUTLIER in status]
+    assert all(START - 0.01 <= time < START + within for time in doubted)
+    # By its poses the car drives along the road in the end, `jump` beside where it was.
+    assert drove.errors[-1][1] == pytest.approx(-jump, abs=0.05)
+
+
+def test_healthy_cars_have_no_fault() -> None:
+    for seed in range(25):
+        rng = random.Random(seed)
+        share = [rng.uniform(0.9, 1.1) for _ in range(4)]
+        car = Car(2.7 * share[0], 0.15 * share[1], 0.15 * share[2], 0.4 * share[3])
+        drove = drive(
+            car=car,
+            speed=rng.uniform(3.0, 9.0),
+            fresh=True,
+            noise=(0.05, 0.01, 0.05),
+            loss=0.2,
+            periods=jitter(0.5),
+            seed=seed,
+        )
+        assert drove.first_fault() == math.inf, seed
+        assert drove.first(OUTLIER) == math.inf, seed
+
+
+@pytest.mark.parametrize("degrees", [1.0, 2.0, 3.0])
+def test_play_of_the_steering_is_no_fault(degrees: float) -> None:
+    for law in (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit):
+        drove = drive(law, car=Car(play=math.radians(degrees)), fresh=True)
+        assert drove.first_fault() == math.inf, law
+
+
+def test_path_that_jumps_away_is_reported_and_one_that_begins_ahead_is_not() -> None:
+    course = straight()
+
+    def deviates(aside: float, begin: int) -> bool:
+        steering = popsteer.PreviewPop(popsteer.Path(course), TOLD)
+        steering.step(50.0, 0.0, 0.0, 8.0, 0.05)
+        steering.set_path(popsteer.Path(course[begin:] + np.array((0.0, aside))))
+        status = steering.step(50.4, 0.0, 0.0, 8.0, 0.05).status
+        return popsteer.Status.DEVIATING in status
+
+    assert deviates(12.0, 0)
+    assert not deviates(2.0, 0)
+    assert not deviates(12.0, 58)
+    limit = popsteer.MonitorParams(join_limit=20.0)
+    steering = popsteer.PreviewPop(
+        popsteer.Path(course + np.array((0.0, 12.0))), TOLD, monitor=limit
+    )
+    assert steering.step(50.0, 0.0, 0.0, 8.0, 0.05).status.level != "fault"

@@ -1,0 +1,141 @@
+"""A state with all that may be absent, and the range of each of its numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from popsteer import State
+
+# Of the default vehicle, with all that may be absent: where, from, to, and the field that the error
+# names where that is not the place.
+DEVIATION = State(cross_track_error=0.5, yaw=0.1, along=(1.0, 0.0))
+POSE = State(x=0.0, y=0.0, yaw=0.0, speed=1.0)
+WHOLE: dict[str, Any] = {
+    "place": State(predicted=(0.0, 0.0), measured=(0.0, 1.0)),
+    "handover": State(offset=0.1, remaining=0.5),
+    "past": State(angles=((0.0, 0.1), (0.1, 0.1)), wheel=0.0, since=0.0),
+    "answer": State(
+        measured=DEVIATION,
+        predicted=DEVIATION,
+        target=(1.0, 2.0),
+        reverse=True,
+        ahead=State(reference_speed=1.0, distance_to_stop=3.0),
+        vehicle=POSE,
+    ),
+    "monitor": State(
+        wheel=0.1,
+        yaw=0.2,
+        residual=0.01,
+        measured=0.1,
+        expected=0.2,
+        delayed=0.1,
+        rate=0.3,
+        reach=2.0,
+        excess=0.0,
+        time=1.0,
+        noise=1e-6,
+        offset_square=9.0,
+        offset_sum=0.1,
+        alarm=0.5,
+        within=True,
+    ),
+}
+WHOLE["gate"] = State(
+    **dict.fromkeys(("believed", "measured", "seen"), POSE),
+    **dict.fromkeys(("since", "stale", "agreed", "ahead", "gone", "differing", "age"), 0.0),
+    jump=((0.0, 0.0), 0.0),
+    noise=(1e-4, 1e-6),
+)
+QUARTER = 0.5 * math.pi
+RANGES: list[tuple[str, float, float, str]] = [
+    ("steer", -1.22, 1.22, ""),
+    ("handover.offset", -2.59, 2.59, ""),
+    ("handover.remaining", 0.0, 1.0, ""),
+    ("held_time", 0.0, 1e3, ""),
+    ("period", 0.0, 1e3, ""),
+    *(
+        (f"place.{vehicle}.{axis}", -4e9, 4e9, "place")
+        for vehicle in ("predicted", "measured")
+        for axis in (0, 1)
+    ),
+    *(
+        (f"estimator.last_measured.{name}", -most, most, "last_measured")
+        for name, most in (("x", 2e9), ("y", 2e9), ("yaw", 1e6), ("speed", 1e4))
+    ),
+    *(
+        (f"estimator.{name}.{field}", least, most, name)
+        for name in ("turning", "sliding")
+        for field, least, most in (
+            *((sums, -1e40, 1e40) for sums in ("regressors.1", "measured")),
+            *((sums, -1e90, 1e90) for sums in ("information.1", "moment.1")),
+            *(("information.0", 0.0, 1e90), ("residual", -1e45, 1e45)),
+            *(("noise", 0.0, 1e90), ("noise_time", 0.0, 1e3)),
+        )
+    ),
+    ("estimator.slip_compliance", -1e30, 1e30, "slip_compliance"),
+    *(
+        (f"estimator.estimate.{name}", low, high, name)
+        for name, low, high in (
+            ("gain", 0.4, 2.5),
+            ("steer_offset", -0.15, 0.15),
+            ("slip", -0.15, 0.15),
+            ("slip_length", -3.0, 3.0),
+            ("acceleration", -60.0, 60.0),
+        )
+    ),
+    *(
+        (f"answer.{vehicle}.{name}", -most, most, "answer")
+        for vehicle in ("measured", "predicted")
+        for name, most in (
+            *(("cross_track_error", 4e9), ("yaw", 2e6)),
+            *(("along.0", 4e9), ("along.1", 4e9)),
+        )
+    ),
+    *((f"answer.target.{axis}", -4e9, 4e9, "answer") for axis in (0, 1)),
+    ("answer.ahead.reference_speed", -2e4, 2e4, "answer"),
+    *(
+        (f"answer.vehicle.{name}", -most, most, "answer")
+        for name, most in (("x", 1e9), ("y", 1e9), ("yaw", 1e6), ("speed", 1e4))
+    ),
+    *((f"gate.{name}.x", -1e20, 1e20, "gate") for name in ("believed", "measured", "seen")),
+    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("ahead", "jump.0.0", "jump.1")),
+    *(
+        (f"gate.{name}", 0.0, 1e20, "gate")
+        for name in (
+            *("since", "stale", "agreed", "gone", "differing", "age"),
+            *("noise.0", "noise.1"),
+        )
+    ),
+    ("past.wheel", -QUARTER, QUARTER, ""),
+    ("past.since", 0.0, 1e6, ""),
+    ("past.angles.1.0", -QUARTER, QUARTER, "past.angles"),
+    ("past.angles.1.1", 0.0, 1e6, "past.angles"),
+    *(
+        (f"monitor.{name}", low, high, "monitor")
+        for name, low, high in (
+            *(("wheel", -QUARTER, QUARTER), ("yaw", -1e6, 1e6), ("residual", -1e49, 1e49)),
+            *((name, -1e100, 1e100) for name in ("measured", "expected", "delayed", "rate")),
+            *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 2.0)),
+            *(("noise", 0.0, 1e100), ("offset_square", 0.0, 1e100), ("offset_sum", -1e100, 1e100)),
+            ("alarm", 0.0, 2.0),
+        )
+    ),
+]
+# Not of preview POP, whose commands in flight would have to be as long.
+LONGER = [("estimator.estimate.longer_dead_time", 0.0, 0.25, "longer_dead_time")]
+OWN_RANGES: dict[str, list[tuple[str, float, float, str]]] = {
+    "Pop": [*LONGER, ("law.previous_steer", -1.22, 1.22, "")],
+    "PreviewPop": [
+        ("law.previous_steer", -1.22, 1.22, ""),
+        ("in_flight.wheel", -QUARTER, QUARTER, ""),
+    ],
+    "Pid": [
+        *LONGER,
+        ("law.previous_error", -1e16, 1e16, ""),
+        ("law.previous_position.0", -4e9, 4e9, "law.previous_position"),
+        ("law.buffer.sum", -1e16, 1e16, ""),
+        ("law.buffer.terms.1", -1e16, 1e16, "law.buffer.terms"),
+    ],
+    "PurePursuit": [*LONGER, ("law.previous_alpha", -math.pi, math.pi, "")],
+}
