@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
 use popsteer_core::bounds::MAX_DT;
-use popsteer_core::speed::defaults::{comfort_braking, strongest_braking};
+use popsteer_core::speed::defaults::strongest_braking;
 use popsteer_core::speed::disturbance::MAX_DISTURBANCE;
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::{Path, PathView, Vehicle};
