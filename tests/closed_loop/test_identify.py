@@ -43,7 +43,7 @@ def test_identify_of_an_unknown_car_finds_its_steering_and_its_point(car: str) -
     # None of these drives shows the limit of the wheels' rate: it is told by the manual.
     assert ("max_steer_rate" in found.unknown) == (found.vehicle.max_steer_rate is None)
     itself = drives.track(car, found.vehicle.replace(max_steer_rate=given.max_steer_rate))
-    assert itself < 1.2 * told + 0.005
+    assert itself < 1.2 * told + 0.006
 
 
 def test_identify_of_the_authors_run_leaves_what_their_plant_leaves() -> None:

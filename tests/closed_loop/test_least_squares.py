@@ -31,6 +31,8 @@ class Record(NamedTuple):
 
     regressors: list[tuple[float, float, float]]
     turns: list[float]
+    noises: list[float]
+    """Variance of the noise that each fit was weighed by."""
 
 
 def _during(state: Any, last: float, dt: float) -> list[tuple[float, float]]:
@@ -47,7 +49,7 @@ def _during(state: Any, last: float, dt: float) -> list[tuple[float, float]]:
 def _drive(controller: Any, gain: float, offset: float, seed: int, steps: int) -> Record:
     """Swing about with a vehicle that turns otherwise than it is said to, and record it."""
     rng = random.Random(seed)
-    car, record = controller.vehicle, Record([], [])
+    car, record = controller.vehicle, Record([], [], [])
     x, y, yaw, speed = 5.0, 1.0, 0.05, 8.0
     for k in range(steps):
         state = controller.state
@@ -67,6 +69,7 @@ def _drive(controller: Any, gain: float, offset: float, seed: int, steps: int) -
             middle = yaw + 0.5 * turn
             x, y = x + speed * DT * math.cos(middle), y + speed * DT * math.sin(middle)
             yaw += turn
+        record.noises.append(controller.state.estimator.turning.noise)
         controller.step(x, y, yaw, speed, DT)
     return record
 
@@ -99,7 +102,7 @@ def test_estimated_turning_is_the_least_squares_of_the_whole_drive(law: str) -> 
         controller = getattr(popsteer, law)(STRAIGHT, car, adapt=ADAPT, monitor=None)
         record = _drive(controller, gain, offset, seed, steps=150)
         rows, right = _summed(record, TURN_TIME)
-        noise = controller.state.estimator.turning.noise
+        noise = record.noises[-1]
         # Each turn is 2e-4 rad off; at first it is not known that the parameters are wrong.
         assert 0.3 * 0.5 * 2e-4**2 < noise < 2.5e-5
         prior = PRIOR + noise * 0.5 * SPAN / DOUBT**2
@@ -120,7 +123,7 @@ def test_estimated_slip_is_the_least_squares_and_the_acceleration_low_passed() -
     adapt = ADAPT.replace(turn_time=0.0)
     controller = popsteer.Stanley(STRAIGHT, car, adapt=adapt, monitor=None)
     x, y, speed = 5.0, 0.0, 5.0
-    record = Record([], [])
+    record = Record([], [], [])
     for _ in range(steps + 1):
         bend = math.tan(controller.state.in_flight.wheel) / car.turning_length(speed)
         controller.step(x, y, 0.0, speed, DT)
@@ -136,7 +139,7 @@ def test_estimated_slip_is_the_least_squares_and_the_acceleration_low_passed() -
     # The curvature is that when a period began: the last one has not been measured.
     bends = [bend for *_, bend in record.regressors[1:]]
     rows = [(a, b * bend, 0.0) for (a, b, _), bend in zip(record.regressors, bends, strict=False)]
-    rows, right = _summed(Record(rows, record.turns[:-1]), SLIP_TIME)
+    rows, right = _summed(Record(rows, record.turns[:-1], []), SLIP_TIME)
     noise = controller.state.estimator.sliding.noise
     # The doubt of the slip is one of its length, at the mean speed of the last measured period.
     pace = speed - 1.5 * acceleration * DT

@@ -36,6 +36,7 @@ UNLIMITED: dict[str, Any] = {
     "max_steer_rate": None,
     "max_lateral_acceleration": None,
     "steer_offset": 0.0,
+    "steers_at_rest": False,
 }
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)

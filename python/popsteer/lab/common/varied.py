@@ -44,8 +44,8 @@ def varying(plant: Plant) -> tuple[str, ...]:
     A plant that is given by its name has no parameters that vary.
     """
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        # The place of the pose's point is no property of the car.
-        fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point")
+        # The place of the pose's point is no property of the car, and a yes or no has no range.
+        fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point", "steers_at_rest")
         of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
     else:
         params: Any = getattr(plant, "params", None)
