@@ -234,9 +234,7 @@ class Controller(Pair):
         if hasattr(law, "terms"):
             law.terms = list(law.terms)
         in_flight = state.in_flight
-        if in_flight is not None:
-            acceleration = state.estimator.estimate.acceleration
-            self.twin.estimate = dataclasses.replace(self.twin.estimate, acceleration=acceleration)
+        self._share_acceleration()
         self.twin.state = reference.TrackerState(
             law,
             state.waypoint,
@@ -245,6 +243,12 @@ class Controller(Pair):
             0.0 if state.answer is None else state.answer.vehicle.speed,
             None if in_flight is None else InFlight(in_flight.commands, in_flight.wheel),
         )
+
+    def _share_acceleration(self) -> None:
+        """Let both believe one acceleration, which a gap makes 0: part of Rust's state alone."""
+        if self.rust.state.in_flight is not None:
+            acceleration = self.rust.state.estimator.estimate.acceleration
+            self.twin.estimate = dataclasses.replace(self.twin.estimate, acceleration=acceleration)
 
     def step(self, *inputs: Any) -> Pair | None:
         """Take a step; angle, errors, target and status agree."""
@@ -331,5 +335,6 @@ class Controller(Pair):
         """Go on from a state, on both sides."""
         self.rust.state = state.rust
         self.twin.state = copy.deepcopy(state.twin)
+        self._share_acceleration()
         # What goes on from a state agrees as the state does.
         self.within = max(self.within, state.within)
