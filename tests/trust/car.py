@@ -191,10 +191,11 @@ def drive(
             break
         drive.errors.append((car.time, place.cross_track_error))
         pose = car.pose()
-        pose = tuple(
+        x, y, yaw, sensed = (
             value + (rng.gauss(0.0, by) if by else 0.0)
             for value, by in zip(pose, (noise[0], noise[0], noise[1], noise[2]), strict=True)
         )
+        pose = (x, y, yaw, sensed)
         if sense is not None:
             pose = sense(car.time, pose)
         if fresh and k:

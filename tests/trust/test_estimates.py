@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -39,7 +41,7 @@ def test_dead_time_is_not_learnt_across_a_gap_in_a_bend() -> None:
 
 def test_estimates_through_noise_cost_no_more_than_a_tenth() -> None:
     course = bends(length=520.0)
-    noisy = {
+    noisy: dict[str, dict[str, Any]] = {
         "yaw, loss, jitter": {"noise": (0.0, 0.01, 0.0), "loss": 0.2, "periods": jitter(0.3)},
         "waypoints and poses": {
             "noise": (0.05, 0.01, 0.0),

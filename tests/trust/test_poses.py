@@ -15,6 +15,8 @@ from tests.trust.car import TOLD, Car, bends, drive, jitter, straight
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from tests.trust.car import Pose
 
     Sense = Callable[[float, Pose], Pose]
@@ -51,7 +53,7 @@ def glitching(times: list[float], aside: float = 0.0, turned: float = 0.0) -> Se
 
 
 @pytest.mark.parametrize("course", [bends(), straight()], ids=["bends", "straight"])
-def test_frozen_pose_is_rolled_forward_and_then_a_fault(course: object) -> None:
+def test_frozen_pose_is_rolled_forward_and_then_a_fault(course: NDArray[np.float64]) -> None:
     healthy = drive(course=course, fresh=True)
     short = drive(course=course, fresh=True, sense=freezing(0.5))
     assert short.largest() < healthy.largest() + 0.15

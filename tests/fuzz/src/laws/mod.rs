@@ -234,7 +234,8 @@ impl<L: Subject> Life<L> {
         let segment = self.state.waypoint.expect("the vehicle was found");
         assert!(segment < view.segments());
         assert_eq!(command.reverse, view.is_reverse(segment));
-        let late = self.car.dead_time > 0.0;
+        let late = plain::is_modelled(&self.tracker)
+            && self.tracker.estimate(&self.state).delays(&self.car);
         assert!(
             !late
                 || self

@@ -218,7 +218,21 @@ fn follow_plainly(
             before_start: !view.is_closed() && closest.segment == 0 && closest.fraction < 0.0,
         }
     };
-    let start = last.map_or_else(anew, |last| last.min(view.segments() - 1));
+    // A vehicle that was on no path before is at the start of one that comes by it again.
+    let first = || {
+        let found = anew();
+        let (start, nearest) = (from(0).closest, from(found).closest);
+        let (one, other) = (start.along(), nearest.along());
+        let ahead = one.x * other.x + one.y * other.y > 0.0;
+        let same_way = ahead == (view.is_reverse(0) == view.is_reverse(found));
+        let farther = start.squared_distance.sqrt() - nearest.squared_distance.sqrt();
+        if !view.is_closed() && same_way && farther <= follow.arrival_distance {
+            start.segment
+        } else {
+            found
+        }
+    };
+    let start = last.map_or_else(first, |last| last.min(view.segments() - 1));
     let mut at = from(start);
     // At the place where it has to turn round, the vehicle goes on with the next section.
     let last_leg = last_segment_near(follow, view, &at);
