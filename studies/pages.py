@@ -13,6 +13,7 @@ from popsteer import controllers
 from popsteer.files import write_text_atomic
 from studies import edges, limits
 from studies.cars_loop import loop_lines
+from studies.cases import case_lines
 from studies.choose import choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
 from studies.layout import DOCS, table, with_table
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "edges": ("edges.md", lambda: edges.edge_lines(edges.run())),
     "cars loop": ("loop.md", loop_lines),
+    "cases": ("loop.md", case_lines),
     "replanning": ("loop.md", replanning_lines),
     "missing inputs": ("loop.md", input_lines),
     "parking": ("planning.md", parking_lines),

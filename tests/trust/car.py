@@ -7,6 +7,7 @@ centre. `drive` is the loop of a user: a path, perhaps a fresh one every cycle, 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import random
 from dataclasses import dataclass, field
@@ -17,12 +18,13 @@ import numpy as np
 import popsteer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     Curve = NDArray[np.float64]
     Pose = tuple[float, float, float, float]
+    Sense = Callable[[float, Pose], Pose]
 
 TOLD = popsteer.Vehicle(
     wheelbase=2.7,
@@ -32,6 +34,9 @@ TOLD = popsteer.Vehicle(
     steer_lag=0.15,
     dead_time=0.15,
 )
+
+START = 10.0
+"""When sensors begin to fail [s]."""
 
 
 @dataclass
@@ -90,10 +95,10 @@ class Car:
 
 
 @functools.cache
-def bends(spacing: float = 0.5, length: float = 260.0) -> Curve:
-    """Bend to either side along a sine of 4 m: 25 m in radius."""
+def bends(spacing: float = 0.5, length: float = 260.0, stretch: float = 1.0) -> Curve:
+    """Bend to either side along a sine of 4 m: 25 m in radius, in square with `stretch`."""
     x = np.arange(0.0, length, 0.01)
-    xy = np.column_stack((x, 4.0 * np.sin(x / 10.0)))
+    xy = np.column_stack((x, 4.0 * np.sin(x / (10.0 * stretch))))
     arc = np.append(0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T)))
     at = np.arange(0.0, arc[-1], spacing)
     return np.column_stack([np.interp(at, arc, each) for each in xy.T])
@@ -103,6 +108,76 @@ def straight(length: float = 300.0) -> Curve:
     """A straight line with a waypoint a metre."""
     x = np.arange(0.0, length)
     return np.column_stack((x, np.zeros(len(x))))
+
+
+def zigzag(along: float, aside: float) -> Curve:
+    """Corners along and aside of the way, with a waypoint a metre."""
+    corners = [(along * k, aside * (k % 2)) for k in range(7)]
+    points = []
+    for (x, y), (to_x, to_y) in itertools.pairwise(corners):
+        count = int(math.hypot(to_x - x, to_y - y))
+        share = np.arange(count) / count
+        points.append(np.column_stack((x + share * (to_x - x), y + share * (to_y - y))))
+    return np.vstack(points)
+
+
+def out_and_back(spacing: float) -> popsteer.Path:
+    """Lead 20 m out and back on one line, backwards."""
+    there = np.arange(0.0, 20.0 + 1e-9, spacing)
+    x = np.append(there, there[-2::-1])
+    back = np.arange(len(x)) >= len(there) - 1
+    return popsteer.Path(np.column_stack((x, np.zeros(len(x)))), reverse=back)
+
+
+def flips(every: int | None, controller: type) -> tuple[int, float]:
+    """Drive out and back; how often the direction changes, and when the car is back."""
+    car = Car(x=2.0)
+    steering = controller(out_and_back(0.5), TOLD)
+    reverses, speed = [], 2.0
+    for k in range(600):
+        if every and k and k % every == 0:
+            steering.set_path(out_and_back(0.4 if k // every % 2 else 0.5))
+        command = steering.step(*car.pose(), 0.05)
+        reverses.append(command.reverse)
+        speed = -2.0 if command.reverse else 2.0
+        car.command(command.steer)
+        car.advance(0.05, speed)
+        if command.reverse and car.x < 2.0:
+            break
+    return int(np.sum(np.diff(reverses) != 0)), car.time
+
+
+def somebody(rng: random.Random) -> Car:
+    """Return a car whose wheelbase, lag, dead time and rate are within 10 % of what is told."""
+    share = [rng.uniform(0.9, 1.1) for _ in range(4)]
+    return Car(2.7 * share[0], 0.15 * share[1], 0.15 * share[2], 0.4 * share[3])
+
+
+def freezing(seconds: float, *, yaw_alive: bool = False) -> Sense:
+    """A localisation that repeats its last pose from `START` on; the speed stays alive."""
+    held: list[Pose] = []
+
+    def sense(time: float, pose: Pose) -> Pose:
+        if not START <= time < START + seconds:
+            return pose
+        if not held:
+            held.append(pose)
+        x, y, yaw, _ = held[0]
+        return x, y, pose[2] if yaw_alive else yaw, pose[3]
+
+    return sense
+
+
+def glitching(times: Sequence[float], aside: float = 0.0, turned: float = 0.0) -> Sense:
+    """Single poses that are off."""
+
+    def sense(time: float, pose: Pose) -> Pose:
+        x, y, yaw, speed = pose
+        if any(abs(time - each) < 0.01 for each in times):
+            return x - aside * math.sin(yaw), y + aside * math.cos(yaw), yaw + turned, speed
+        return pose
+
+    return sense
 
 
 def jitter(share: float, dt: float = 0.05) -> Callable[[int, random.Random], float]:
@@ -160,7 +235,7 @@ def drive(
     loss: float = 0.0,
     seed: int = 1,
     beside: float = 0.0,
-    sense: Callable[[float, Pose], Pose] | None = None,
+    sense: Sense | None = None,
     report: Callable[[Car], dict[str, float]] | None = None,
     **options: Any,
 ) -> Drive:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from tests.trust.car import TOLD, Car, alternating, bends, drive, jitter, straight
+from tests.trust.car import TOLD, Car, alternating, bends, drive, jitter
 
 LAWS = (popsteer.PreviewPop, popsteer.Pop, popsteer.Stanley, popsteer.PurePursuit, popsteer.Pid)
 
@@ -29,14 +29,6 @@ def test_dead_time_is_learnt_in_unequal_periods_as_in_equal_ones(true: float) ->
         assert abs(apart) < 0.01
         assert abs(found.estimate.dead_time - true) < 0.01
         assert found.mean() < 1.2 * equal.mean() + 0.0005
-
-
-def test_dead_time_is_not_learnt_across_a_gap_in_a_bend() -> None:
-    def gap(k: int, _: object) -> float:
-        return 0.4 if k in (200, 300) else 0.05
-
-    calm, gapped = drive(), drive(periods=gap)
-    assert abs(calm.estimate.dead_time - gapped.estimate.dead_time) < 0.005
 
 
 def test_estimates_through_noise_cost_no_more_than_a_tenth() -> None:
@@ -72,22 +64,6 @@ def test_dead_time_that_nobody_told_is_found() -> None:
         found = drive(told=TOLD.replace(dead_time=told), car=Car(dead_time=true))
         assert found.mean() < most
         assert abs(found.estimate.dead_time - true) < 0.01
-
-
-def test_offset_on_a_straight_is_not_taken_for_a_gain() -> None:
-    # 40 s straight with an offset, then 3 m to the side: the lateral limit holds.
-    course = np.vstack((straight(800.0), straight(200.0) + np.array((800.0, 3.0))))
-    told = TOLD.replace(max_lateral_acceleration=4.0, dead_time=0.2)
-    for law in LAWS:
-        car = Car(offset=0.05, dead_time=0.2)
-        curvatures: list[float] = []
-
-        def watch(car: Car, into: list[float] = curvatures) -> dict[str, float]:
-            into.append(400.0 * np.tan(car.wheel) / car.wheelbase)
-            return {}
-
-        drive(law, car=car, told=told, course=course, speed=20.0, seconds=46.0, report=watch)
-        assert max(map(abs, curvatures[700:])) < 4.2 if law is not popsteer.Pop else True
 
 
 def test_gain_is_not_learnt_from_noise_within_a_period() -> None:

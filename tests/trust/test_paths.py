@@ -2,41 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 
 import popsteer
-from tests.trust.car import TOLD, Car, bends, drive
+from tests.trust.car import TOLD, Car, drive, flips, out_and_back
 
 LAWS = (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit, popsteer.Pid)
-
-
-def out_and_back(spacing: float) -> popsteer.Path:
-    """Lead 20 m out and back on one line, backwards."""
-    there = np.arange(0.0, 20.0 + 1e-9, spacing)
-    x = np.append(there, there[-2::-1])
-    back = np.arange(len(x)) >= len(there) - 1
-    return popsteer.Path(np.column_stack((x, np.zeros(len(x)))), reverse=back)
-
-
-def flips(every: int | None, controller: type) -> tuple[int, float]:
-    """Drive out and back; how often the direction changes, and when the car is back."""
-    car = Car(x=2.0)
-    steering = controller(out_and_back(0.5), TOLD)
-    reverses, speed = [], 2.0
-    for k in range(600):
-        if every and k and k % every == 0:
-            steering.set_path(out_and_back(0.4 if k // every % 2 else 0.5))
-        command = steering.step(*car.pose(), 0.05)
-        reverses.append(command.reverse)
-        speed = -2.0 if command.reverse else 2.0
-        car.command(command.steer)
-        car.advance(0.05, speed)
-        if command.reverse and car.x < 2.0:
-            break
-    return int(np.sum(np.diff(reverses) != 0)), car.time
 
 
 def test_path_out_and_back_sent_again_is_driven_as_without() -> None:
@@ -92,40 +65,6 @@ def test_dead_end_of_a_gap_finds_the_place_it_can_have_reached() -> None:
         drove = drive(law, course=course, speed=speed, periods=gap, seconds=10.0)
         assert drove.first_fault() == math.inf
         assert max(abs(steer) for _, steer in drove.steers) < 0.05
-
-
-def test_standing_beside_the_path_turns_no_wheels() -> None:
-    for law in (*LAWS, popsteer.Pop):
-        steering = law(popsteer.Path(bends()), TOLD)
-        steers = {steering.step(20.0, 4.5, 0.3, 0.0, 0.05).steer for _ in range(100)}
-        assert len(steers) == 1, law
-
-
-def test_stop_and_go_stays_on_the_path() -> None:
-    def speed(time: float) -> float:
-        return 5.0 * (1.0 - math.cos(0.5 * time))
-
-    for law in LAWS:
-        drove = drive(law, speed=speed, seconds=40.0)
-        assert drove.largest() < 0.35, law
-        assert drove.first_fault() == math.inf, law
-
-
-def test_sharp_corners_are_turned_into_before_them() -> None:
-    def zigzag(along: float, aside: float) -> np.ndarray:
-        corners = [(along * k, aside * (k % 2)) for k in range(7)]
-        points = []
-        for (x, y), (to_x, to_y) in itertools.pairwise(corners):
-            count = int(math.hypot(to_x - x, to_y - y))
-            share = np.arange(count) / count
-            points.append(np.column_stack((x + share * (to_x - x), y + share * (to_y - y))))
-        return np.vstack(points)
-
-    told = TOLD.replace(max_lateral_acceleration=4.0)
-    wide = drive(told=told, course=zigzag(50.0, 30.0), speed=10.0, seconds=60.0)
-    narrow = drive(told=told, course=zigzag(30.0, 10.0), speed=10.0, seconds=60.0)
-    assert wide.largest(0.0) < 3.5
-    assert narrow.mean(0.0) < 0.42
 
 
 def test_status_names_the_limit_that_binds() -> None:
