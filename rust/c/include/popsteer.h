@@ -1,8 +1,8 @@
 /* popsteer: path-tracking steering for cars and car-like robots.
  *
  * SI units and radians; x forward, y left, yaw counter-clockwise; positive steering to the left.
- * Handles are made by ..._new and freed by ..._free; only these two and
- * popsteer_controller_clone and _set_path allocate or free. docs/c.md shows it in use.
+ * Handles are made by ..._new and freed by ..._free; only these two, ..._clone, ..._set_path,
+ * popsteer_path_with_grade and popsteer_vehicle_load allocate or free. docs/c.md shows it in use.
  *
  * Made by cbindgen: do not edit. */
 
@@ -136,7 +136,8 @@ enum popsteer_error
      */
     POPSTEER_ERROR_HANDLE = 2,
     /**
-     * A field of a vehicle, of parameters or of options is out of its range.
+     * A field of a vehicle, of parameters or of options is out of its range, or a vehicle's file is
+     * wrong.
      */
     POPSTEER_ERROR_CONFIG = 3,
     /**
@@ -185,6 +186,12 @@ typedef struct popsteer_controller popsteer_controller;
  * the handle may be freed while they do.
  */
 typedef struct popsteer_path popsteer_path;
+
+/**
+ * A speed tracker: the speeds planned along a path, and what keeps them. One thread at a time may
+ * use one.
+ */
+typedef struct popsteer_speed_tracker popsteer_speed_tracker;
 
 /**
  * The pose of the vehicle's point, and the speed.
@@ -706,6 +713,66 @@ typedef struct popsteer_stanley_params {
 } popsteer_stanley_params;
 
 /**
+ * Tuning of a speed tracker.
+ */
+typedef struct popsteer_speed_tracker_params {
+    /**
+     * Acceleration for an error of the speed [1/s]. Default 1.5, in [0.0, 1000.0].
+     */
+    double kp;
+    /**
+     * Time constant of the estimate of slope and drag [s]. Shorter: they are known sooner, and
+     * a drive that responds later than the vehicle says is taken for one. Default 1, in
+     * [0.001, 1000.0].
+     */
+    double disturbance_time;
+    /**
+     * Largest change of the acceleration [m/s^3]. Default 20, in [0.001, 1000000.0].
+     */
+    double max_jerk;
+    /**
+     * Acceleration beyond that of the plan that may correct an error [m/s^2]. Default 0.4, in
+     * [0.0, 1000.0].
+     */
+    double reserve;
+    /**
+     * Time from a command to its first effect on the drive [s]. Default 0.1, in [0.0, 10.0].
+     */
+    double drive_delay;
+} popsteer_speed_tracker_params;
+
+/**
+ * What a step of a speed tracker answers.
+ */
+typedef struct popsteer_speed_command {
+    /**
+     * Acceleration in the direction of driving [m/s^2]; negative brakes.
+     */
+    double acceleration;
+    /**
+     * Speed that the path allows beside the rear axle [m/s], never negative.
+     */
+    double reference_speed;
+    /**
+     * Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; INFINITY where
+     * there is none.
+     */
+    double distance_to_stop;
+    /**
+     * Whether the vehicle is to drive backwards.
+     */
+    bool reverse;
+    /**
+     * Whether the vehicle is to be held where it stands.
+     */
+    bool standing;
+    /**
+     * Whether it overruns its stop, however hard it brakes.
+     */
+    bool cannot_stop;
+} popsteer_speed_command;
+
+/**
  * One instant of a predicted trajectory.
  */
 typedef struct popsteer_predicted {
@@ -1090,6 +1157,24 @@ popsteer_error popsteer_path_new(const double *x,
                                  struct popsteer_path **out);
 
 /**
+ * Makes a path that is `path` with the slope at each of its waypoints: rise over run, positive
+ * uphill in the direction of the waypoints, and linear between them. `count` is the number of
+ * waypoints. Plans and speed trackers use it.
+ *
+ * Refused as `POPSTEER_ERROR_PATH`: another count, a slope that is not finite or beyond 1. `out` gets
+ * the path, which is freed by `popsteer_path_free`.
+ *
+ * Required of the caller:
+ *
+ * `path` is NULL or a handle of this library; `grade` has `count` entries; `out` is a place for a
+ * pointer.
+ */
+popsteer_error popsteer_path_with_grade(const struct popsteer_path *path,
+                                        const double *grade,
+                                        size_t count,
+                                        struct popsteer_path **out);
+
+/**
  * The length of a path [m], the way from the last waypoint to the first of a closed one included;
  * NAN where `path` is no path.
  *
@@ -1108,6 +1193,93 @@ double popsteer_path_length(const struct popsteer_path *path);
  * `path` is NULL or a handle of this library that is not used any more.
  */
 popsteer_error popsteer_path_free(struct popsteer_path *path);
+
+/**
+ * The defaults of `popsteer_speed_tracker_params`.
+ */
+struct popsteer_speed_tracker_params popsteer_speed_tracker_params_default(void);
+
+/**
+ * Makes a speed tracker, and plans the speeds: as fast as the vehicle's limits allow, and at most the
+ * path's own. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2 to the side, 2 m/s^2
+ * driving and 3 m/s^2 braking; bends take 0.9 of the lateral acceleration.
+ *
+ * `vehicle` and `params` may be NULL for their defaults; they are copied. `path` may be freed
+ * afterwards. `out` gets the tracker, which is freed by `popsteer_speed_tracker_free`.
+ * `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
+                                          const struct popsteer_vehicle *vehicle,
+                                          const struct popsteer_speed_tracker_params *params,
+                                          struct popsteer_speed_tracker **out);
+
+/**
+ * Takes one control step of the speed.
+ *
+ * `vehicle`: pose of the vehicle's point, and speed, negative backwards. `dt`: time since the last
+ * step that answered [s], 1e-6 to 1e3. `out` gets the acceleration, and why.
+ *
+ * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
+ * `out` are then unchanged. Nothing is allocated.
+ *
+ * Required of the caller:
+ *
+ * `tracker` is NULL or a handle of this library that no one else uses meanwhile; `out` is NULL or a
+ * place for a command.
+ */
+popsteer_error popsteer_speed_tracker_step(struct popsteer_speed_tracker *tracker,
+                                           struct popsteer_vehicle_state vehicle,
+                                           double dt,
+                                           struct popsteer_speed_command *out);
+
+/**
+ * Keeps the speeds of another path from the next step on, planned at once: this allocates. Command,
+ * estimate and place carry on. `POPSTEER_ERROR_CONFIG` where a limit is out of the range of a plan;
+ * nothing has changed then.
+ *
+ * Required of the caller:
+ *
+ * `tracker` and `path` are NULL or handles of this library; no one else uses the tracker meanwhile.
+ */
+popsteer_error popsteer_speed_tracker_set_path(struct popsteer_speed_tracker *tracker,
+                                               const struct popsteer_path *path);
+
+/**
+ * Writes the planned speed at each waypoint into `out` [m/s], never negative: the profile. `out` has
+ * room for `size` numbers, and `count`, which may be NULL, gets how many waypoints there are; no more
+ * than `size` are written.
+ *
+ * Required of the caller:
+ *
+ * `tracker` is NULL or a handle of this library that no one changes meanwhile; `out` has room for
+ * `size` numbers; `count` is NULL or a place for a count.
+ */
+popsteer_error popsteer_speed_tracker_plan(const struct popsteer_speed_tracker *tracker,
+                                           double *out,
+                                           size_t size,
+                                           size_t *count);
+
+/**
+ * Takes a speed tracker back to before its first step.
+ *
+ * Required of the caller:
+ *
+ * `tracker` is NULL or a handle of this library that no one else uses meanwhile.
+ */
+popsteer_error popsteer_speed_tracker_reset(struct popsteer_speed_tracker *tracker);
+
+/**
+ * Frees a speed tracker; NULL is left alone.
+ *
+ * Required of the caller:
+ *
+ * `tracker` is NULL or a handle of this library that is not used any more.
+ */
+popsteer_error popsteer_speed_tracker_free(struct popsteer_speed_tracker *tracker);
 
 /**
  * Writes the names of the conditions that hold, such as "saturated|end-of-path", or "ok": at most
@@ -1180,6 +1352,21 @@ popsteer_error popsteer_predict(const struct popsteer_controller *controller,
                                 struct popsteer_predicted *out,
                                 size_t size,
                                 size_t *count);
+
+/**
+ * Reads a vehicle from the TOML file `file`, as Python's `Vehicle.load` does: one key a field, each
+ * optional; `inf` is no limit. `out` gets the vehicle.
+ *
+ * `POPSTEER_ERROR_CONFIG` where the file cannot be read or is no TOML, a key is unknown, or its value
+ * is of another type or out of its range: the message names file, key and value, and `out` is
+ * unchanged.
+ *
+ * Required of the caller:
+ *
+ * `file` is NULL or a string that ends with NUL; `out` is NULL or a place for a vehicle.
+ */
+popsteer_error popsteer_vehicle_load(const char *file,
+                                     struct popsteer_vehicle *out);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -33,6 +33,8 @@ using PreviewPopParams = popsteer_preview_pop_params;
 using PidParams = popsteer_pid_params;
 using PurePursuitParams = popsteer_pure_pursuit_params;
 using StanleyParams = popsteer_stanley_params;
+using SpeedTrackerParams = popsteer_speed_tracker_params;
+using SpeedCommand = popsteer_speed_command;
 
 /// A field that is not given.
 inline constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -177,6 +179,14 @@ private:
 /// The vehicle of popsteer_vehicle_default(); a field that is not known is popsteer::none.
 [[nodiscard]] inline Vehicle default_vehicle() noexcept { return popsteer_vehicle_default(); }
 
+/// The vehicle in a TOML file. See popsteer_vehicle_load; without exceptions, the default where that
+/// fails.
+[[nodiscard]] inline Vehicle load_vehicle(const char* file) {
+    Vehicle vehicle = default_vehicle();
+    detail::require(popsteer_vehicle_load(file, &vehicle));
+    return vehicle;
+}
+
 /// How a controller adapts and watches unless other parameters are given.
 [[nodiscard]] inline Options default_options() noexcept { return popsteer_options_default(); }
 
@@ -197,6 +207,14 @@ public:
                                           closed, handle_.out()));
     }
 
+    /// The same path with the slope at each waypoint, positive uphill in their order.
+    [[nodiscard]] Path with_grade(Span<const double> grade) const {
+        Path path;
+        detail::require(
+            popsteer_path_with_grade(get(), grade.data(), grade.size(), path.handle_.out()));
+        return path;
+    }
+
     /// Whether there is one: always, but after a move, or where there are no exceptions.
     explicit operator bool() const noexcept { return handle_.get() != nullptr; }
 
@@ -206,6 +224,8 @@ public:
     [[nodiscard]] const popsteer_path* get() const noexcept { return handle_.get(); }
 
 private:
+    Path() noexcept = default;
+
     detail::Owner<popsteer_path, popsteer_path_free> handle_;
 };
 
@@ -363,6 +383,53 @@ public:
                      const StanleyParams& params = popsteer_stanley_params_default(),
                      const Options& options = default_options())
         : Controller(popsteer_stanley_new, path, vehicle, params, options) {}
+};
+
+/// What a step of a SpeedTracker comes to: true where there is a command, or why there is none.
+struct SpeedResult {
+    popsteer_error error;
+    SpeedCommand command;
+
+    explicit operator bool() const noexcept { return error == POPSTEER_ERROR_NONE; }
+};
+
+/// Plans the speeds along a path, and keeps them.
+class SpeedTracker {
+public:
+    explicit SpeedTracker(const Path& path, const Vehicle& vehicle = default_vehicle(),
+                          const SpeedTrackerParams& params = popsteer_speed_tracker_params_default()) {
+        detail::require(popsteer_speed_tracker_new(path.get(), &vehicle, &params, handle_.out()));
+    }
+
+    explicit operator bool() const noexcept { return handle_.get() != nullptr; }
+
+    /// One control step, `dt` [s] after the last one that answered. See popsteer_speed_tracker_step.
+    [[nodiscard]] SpeedResult step(const VehicleState& vehicle, double dt) noexcept {
+        SpeedResult result{};
+        result.error = popsteer_speed_tracker_step(get(), vehicle, dt, &result.command);
+        return result;
+    }
+
+    /// Keeps the speeds of another path from the next step on, planned at once: this allocates.
+    popsteer_error set_path(const Path& path) noexcept {
+        return popsteer_speed_tracker_set_path(get(), path.get());
+    }
+
+    /// The planned speed at each waypoint [m/s].
+    [[nodiscard]] std::vector<double> plan() const {
+        std::size_t count = 0;
+        detail::require(popsteer_speed_tracker_plan(get(), nullptr, 0, &count));
+        std::vector<double> speeds(count);
+        detail::require(popsteer_speed_tracker_plan(get(), speeds.data(), count, nullptr));
+        return speeds;
+    }
+
+    popsteer_error reset() noexcept { return popsteer_speed_tracker_reset(get()); }
+
+    [[nodiscard]] popsteer_speed_tracker* get() const noexcept { return handle_.get(); }
+
+private:
+    detail::Owner<popsteer_speed_tracker, popsteer_speed_tracker_free> handle_;
 };
 
 /// Many vehicles in one call, on the calling thread.

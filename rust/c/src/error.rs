@@ -1,6 +1,6 @@
 //! What went wrong: a code that is returned, and a message that is asked for.
 
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use core::ffi::c_char;
 use core::fmt::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,7 +18,8 @@ pub enum CError {
     Null = 1,
     /// A handle of another kind, one that was freed, or no handle at all, as far as that shows.
     Handle = 2,
-    /// A field of a vehicle, of parameters or of options is out of its range.
+    /// A field of a vehicle, of parameters or of options is out of its range, or a vehicle's file is
+    /// wrong.
     Config = 3,
     /// The waypoints make no path.
     Path = 4,
@@ -51,12 +52,21 @@ pub(crate) enum Failure {
     /// There is no vehicle at this place of a batch, which has so many.
     NoVehicle(usize, usize),
     NoStep,
+    /// A file, by [`of_file`].
+    File,
     Memory,
     Internal,
 }
 
 thread_local! {
     static LAST: Cell<Option<Failure>> = const { Cell::new(None) };
+    static FILE: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// The failure of a file, and `why`.
+pub(crate) fn of_file(file: &str, why: &str) -> Failure {
+    FILE.replace(format!("{file}: {why}"));
+    Failure::File
 }
 
 /// Does `work`; remembers why it failed.
@@ -82,7 +92,7 @@ impl Failure {
         match self {
             Self::Null(_) => CError::Null,
             Self::Handle(..) => CError::Handle,
-            Self::Config(_) => CError::Config,
+            Self::Config(_) | Self::File => CError::Config,
             Self::Path(_) => CError::Path,
             Self::Input(_)
             | Self::InputOf(..)
@@ -120,6 +130,7 @@ impl fmt::Display for Failure {
             Self::NoVehicle(vehicle, count) => {
                 write!(f, "there is no vehicle {vehicle} in a batch of {count}")
             }
+            Self::File => FILE.with_borrow(|message| f.write_str(message)),
             Self::NoStep => f.write_str("no step was taken yet that a prediction could go on from"),
             Self::Memory => f.write_str("out of memory"),
             Self::Internal => f.write_str("a fault of popsteer itself: please report it"),

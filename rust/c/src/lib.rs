@@ -18,8 +18,10 @@ pub mod laws;
 pub mod options;
 pub mod params;
 pub mod path;
+pub mod speed;
 pub mod status;
 pub mod step;
+pub mod vehicle_file;
 
 pub use error::CError;
 

@@ -28,6 +28,7 @@ macro_rules! params {
         same_fields!($here, $core, { $($field),+ });
     };
 }
+pub(crate) use params;
 
 popsteer_core::Vehicle! { params {
     /// [`Vehicle`] for C.

@@ -68,6 +68,33 @@ pub unsafe extern "C" fn popsteer_path_new(
     guard(|| unsafe { handle::give(out, value) })
 }
 
+/// Makes a path that is `path` with the slope at each of its waypoints: rise over run, positive
+/// uphill in the direction of the waypoints, and linear between them. `count` is the number of
+/// waypoints. Plans and speed trackers use it.
+///
+/// Refused as `POPSTEER_ERROR_PATH`: another count, a slope that is not finite or beyond 1. `out` gets
+/// the path, which is freed by `popsteer_path_free`.
+///
+/// # Safety
+///
+/// `path` is NULL or a handle of this library; `grade` has `count` entries; `out` is a place for a
+/// pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_path_with_grade(
+    path: *const CPath,
+    grade: *const f64,
+    count: usize,
+    out: *mut *mut CPath,
+) -> CError {
+    let value = || {
+        // SAFETY: the caller vouches for the handle and the array.
+        let (path, grade) = unsafe { (shared(path)?, handle::items(grade, count, "grade")?) };
+        Ok(Arc::new(Path::clone(&path).with_grade(grade)?))
+    };
+    // SAFETY: the caller vouches for `out`.
+    guard(|| unsafe { handle::give(out, value) })
+}
+
 /// The length of a path [m], the way from the last waypoint to the first of a closed one included;
 /// NAN where `path` is no path.
 ///

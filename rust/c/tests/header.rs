@@ -13,6 +13,7 @@ use popsteer_core::laws::{
     PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
 };
 use popsteer_core::params::{Field, Value};
+use popsteer_core::speed::SpeedTrackerParams;
 use popsteer_core::tracker::MonitorParams;
 use popsteer_core::vehicle::AdaptParams;
 
@@ -112,6 +113,11 @@ fn parameters() -> Result<String, Box<dyn Error>> {
             "Stanley",
             "Stanley, by the front axle",
             StanleyParams::fields().into(),
+        ),
+        (
+            "SpeedTracker",
+            "a speed tracker",
+            SpeedTrackerParams::fields().into(),
         ),
     ];
     let mut text = written_out("CVehicle", VEHICLE, "", &Vehicle::fields())?;

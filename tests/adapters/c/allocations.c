@@ -53,6 +53,8 @@ int main(void) {
     CHECK(!popsteer_stanley_new(path, &car, NULL, NULL, &each[4]));
     popsteer_batch *batch = NULL;
     CHECK(!popsteer_batch_new((const popsteer_controller *const *)each, 5, &batch));
+    popsteer_speed_tracker *tracker = NULL;
+    CHECK(!popsteer_speed_tracker_new(path, &car, NULL, &tracker));
     CHECK(calls > 8);
     size_t before = calls;
     popsteer_reported reported = popsteer_reported_default();
@@ -60,6 +62,7 @@ int main(void) {
         popsteer_vehicle_state vehicles[5];
         popsteer_command commands[5];
         popsteer_predicted instants[10];
+        popsteer_speed_command pace;
         popsteer_estimate estimate;
         for (int k = 0; k < 5; ++k) {
             vehicles[k] = (popsteer_vehicle_state){0.4 * step, 0.5 * k, 0.3, 8.0};
@@ -74,10 +77,13 @@ int main(void) {
                 CHECK(!popsteer_controller_set_path(each[k], step % 200 == 99 ? other : path));
             }
         }
+        vehicles[0].speed = 8.0;
+        CHECK(!popsteer_speed_tracker_step(tracker, vehicles[0], 0.05, &pace));
         CHECK(!popsteer_batch_step_or_hold(batch, vehicles, 0.05, 1, NULL, commands));
     }
     size_t counted = calls - before;
     popsteer_batch_free(batch);
+    popsteer_speed_tracker_free(tracker);
     for (int k = 0; k < 5; ++k) {
         popsteer_controller_free(each[k]);
     }

@@ -75,6 +75,17 @@ bool lap_is_that_of_c() {
     return true;
 }
 
+bool speeds_are_kept() {
+    const popsteer::Path path = sine().with_grade(std::vector<double>(300, 0.02));
+    popsteer::SpeedTracker speeds(path);
+    CHECK(speeds && speeds.plan().size() == 300 && speeds.plan()[299] == 0.0);
+    const popsteer::SpeedResult pace = speeds.step({100.0, -6.0, -0.2, 7.0}, 0.05);
+    CHECK(pace && pace.command.acceleration > 0.0 && pace.command.distance_to_stop > 150.0);
+    CHECK(!speeds.step({popsteer::none, 0.0, 0.0, 1.0}, 0.05));
+    CHECK(!speeds.set_path(sine()) && !speeds.reset());
+    return true;
+}
+
 bool objects_own_their_handles() {
     popsteer::Path path = sine();
     popsteer::Pop first(path);
@@ -152,7 +163,7 @@ bool constructors_say_what_is_wrong() {
 }  // namespace
 
 int main() {
-    const bool good = popsteer::is_compatible() && lap_is_that_of_c() &&
+    const bool good = popsteer::is_compatible() && lap_is_that_of_c() && speeds_are_kept() &&
                       objects_own_their_handles() && batch_is_as_long_as_its_arrays() &&
                       constructors_say_what_is_wrong();
     if (good) {

@@ -16,7 +16,7 @@ import popsteer
 from benches import instruction_counts
 from studies.chain import Chain
 from tests.adapters.c.programs import SANITIZED, SOURCES, compile_program, install, run, tool
-from tests.adapters.c.recorder import Recorder, Waypoints, bits
+from tests.adapters.c.recorder import Recorder, Waypoints, bits, words
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -111,6 +111,82 @@ def test_c_lap_is_that_of_python_bit_for_bit(law: str, replay: Path, tmp_path: P
     assert len(angles) > 300
 
 
+def test_c_speeds_are_those_of_python_bit_for_bit(prefix: Path, tmp_path: Path) -> None:
+    """There and back over a hill, by the vehicle's file: plan, and each step of the tracker."""
+    program = compile_program(prefix, "gcc", SOURCES / "paced.c", *SANITIZED)
+    car = LATE.replace(max_speed=9.0, drive_lag=0.3, max_deceleration=2.0)
+    file, script = tmp_path / "car.toml", tmp_path / "script"
+    car.save(file)
+    rows = [(k, 5.0 * math.sin(k / 25.0), 7.0, 0.05 * math.sin(k / 20.0)) for k in range(100)]
+    rows += [(x, y, -3.0, grade) for x, y, _, grade in reversed(rows[:-1])]
+    x, y, speeds, grade = zip(*rows, strict=True)
+    path = popsteer.Path(list(zip(x, y, strict=True)), speed=speeds, grade=grade)
+    tracker, steering = popsteer.SpeedTracker(path, car), popsteer.PreviewPop(path, car)
+    answers = [words(each) for each in tracker.plan]
+    lines = [str(len(rows)), *(words(*row) for row in rows)]
+    at, v, drive = [1.0, 0.5, 0.2], 0.0, 0.0
+    stood = cannot = False
+    for step in range(1700):
+        pose = (*at, v, DT)
+        lines.append(words(*pose))
+        pace = tracker.step(*pose)
+        answers.append(
+            f"{words(pace.acceleration, pace.reference_speed, pace.distance_to_stop)} "
+            f"{int(pace.reverse)} {int(pace.standing)} {int(pace.cannot_stop)}"
+        )
+        if step == 200:
+            lines.append(words(*pose[:4], 0.0))
+            tracker.set_path(path)
+        stood, cannot = stood or pace.standing, cannot or pace.cannot_stop
+        drive += (pace.acceleration - drive) * DT / 0.3
+        v += (-drive if pace.reverse else drive) * DT
+        v = min(v, 0.0) if pace.reverse else max(v, 0.0)
+        if not cannot and not pace.reverse and pace.distance_to_stop < 12.0:
+            v = 14.0  # faster than the brakes can stop before the cusp
+        turn = math.tan(steering.step(*pose).steer) / car.wheelbase
+        at = [
+            at[0] + v * DT * math.cos(at[2]),
+            at[1] + v * DT * math.sin(at[2]),
+            at[2] + v * DT * turn,
+        ]
+    script.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    said = run(program, file, script).splitlines()
+    assert stood
+    assert cannot
+    assert tracker.state.standing
+    assert [bits(line) for line in said] == [bits(line) for line in answers]
+
+
+def test_c_vehicle_file_is_read_as_by_python(prefix: Path, tmp_path: Path) -> None:
+    program = compile_program(prefix, "gcc", SOURCES / "paced.c", *SANITIZED)
+    file, script = tmp_path / "car.toml", tmp_path / "script"
+    script.write_text("2 0 0 5 0 30 0 9 0", encoding="utf-8")
+    for text in ("", "max_speed = inf", "wheelbase = 2\nmax_speed = 3", "steers_at_rest = true"):
+        file.write_text(text, encoding="utf-8")
+        path = popsteer.Path([(0.0, 0.0), (30.0, 0.0)], speed=[5.0, 9.0])
+        plan = popsteer.SpeedTracker(path, popsteer.Vehicle.load(file)).plan
+        assert [bits(line) for line in run(program, file, script).splitlines()] == [
+            bits(words(each)) for each in plan
+        ], text
+    for text, words_of_it in (
+        ("wheelbase = -1", "wheelbase must be in [0.001, 1000.0], got -1.0"),
+        ("max_speed = nan", "max_speed must be in [0.001, 10000.0], got "),
+        ("max_acceleration = inf", "max_acceleration must be in [0.001, 1000.0], got inf"),
+        ("wheelbase = '2'", "wheelbase must be a number, got "),
+        ("wheelbase = true", "wheelbase must be a number, got "),
+        ("steers_at_rest = 1", "steers_at_rest must be true or false, got 1"),
+        ("wheels = 4", "unknown key 'wheels'; known: wheelbase, rear_axle, "),
+        ("wheelbase = = 2", "not TOML: "),
+    ):
+        file.write_text(text, encoding="utf-8")
+        said = run(program, file, script)
+        assert said.startswith(f"{file}: {words_of_it}"), said
+        with pytest.raises(popsteer.ConfigError) as refused:
+            popsteer.Vehicle.load(file)
+        assert str(refused.value).startswith(f"{file}: {words_of_it}".replace(".0]", "]")), text
+    assert "No such file" in run(program, tmp_path / "missing.toml", script)
+
+
 @pytest.mark.parametrize("flags", [SANITIZED, ("-O2",)], ids=["sanitized", "optimized"])
 def test_c_refuses_null_wrong_handles_and_bad_numbers(prefix: Path, flags: tuple[str]) -> None:
     program = compile_program(prefix, "gcc", SOURCES / "refusals.c", *flags)
@@ -150,6 +226,8 @@ def test_c_page_programs_print_what_it_shows(prefix: Path, compiler: str, langua
     page = PAGE.read_text(encoding="utf-8")
     (source,) = re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
     (shown,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    (car,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    (prefix / "car.toml").write_text(car, encoding="utf-8")
     file = prefix / f"drive.{language}"
     file.write_text(source, encoding="utf-8")
     tool(compiler)
@@ -161,7 +239,8 @@ def test_c_page_programs_print_what_it_shows(prefix: Path, compiler: str, langua
     else:
         # Not as strict: the page's programs are to be read.
         flags = ("-Wno-conversion", "-Wno-sign-conversion")
-        said = run(compile_program(prefix, compiler, file, *flags))
+        program = compile_program(prefix, compiler, file, *flags)
+        said = run("sh", "-euc", f"cd {prefix}; {program}")
     assert said == shown
 
 

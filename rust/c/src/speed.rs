@@ -1,0 +1,239 @@
+//! How fast: the speed tracker, which plans the speeds along a path and keeps them.
+
+use std::sync::Arc;
+
+use popsteer_core::Path;
+use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+
+use crate::command::CVehicleState;
+use crate::error::{CError, Failure, guard};
+use crate::fields::{c_type, same_fields};
+use crate::handle::{self, Handle, given};
+use crate::params::{CVehicle, params};
+use crate::path::{self, CPath};
+
+popsteer_core::SpeedTrackerParams! { params {
+    /// [`SpeedTrackerParams`] for C.
+    CSpeedTrackerParams(SpeedTrackerParams)
+} }
+
+/// What a step of a speed tracker answers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CSpeedCommand {
+    /// Acceleration in the direction of driving [m/s^2]; negative brakes.
+    pub acceleration: f64,
+    /// Speed that the path allows beside the rear axle [m/s], never negative.
+    pub reference_speed: f64,
+    /// Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; INFINITY where
+    /// there is none.
+    pub distance_to_stop: f64,
+    /// Whether the vehicle is to drive backwards.
+    pub reverse: bool,
+    /// Whether the vehicle is to be held where it stands.
+    pub standing: bool,
+    /// Whether it overruns its stop, however hard it brakes.
+    pub cannot_stop: bool,
+}
+
+impl From<SpeedCommand> for CSpeedCommand {
+    fn from(command: SpeedCommand) -> Self {
+        let SpeedCommand {
+            acceleration,
+            reference_speed,
+            distance_to_stop,
+            reverse,
+            standing,
+            cannot_stop,
+        } = command;
+        Self {
+            acceleration,
+            reference_speed,
+            distance_to_stop,
+            reverse,
+            standing,
+            cannot_stop,
+        }
+    }
+}
+
+/// A speed tracker: the speeds planned along a path, and what keeps them. One thread at a time may
+/// use one.
+#[derive(Debug)]
+pub struct CSpeedTracker {
+    _private: (),
+}
+
+impl Handle for CSpeedTracker {
+    type Value = Paced;
+    const MAGIC: u64 = 0x6465_6570_5f73_7004;
+    const KIND: &'static str = "speed_tracker";
+}
+
+/// What is behind the handle.
+#[derive(Debug)]
+pub(crate) struct Paced {
+    law: SpeedTracker,
+    path: Arc<Path>,
+    plan: Vec<f64>,
+    state: SpeedTrackerState,
+}
+
+/// The defaults of `popsteer_speed_tracker_params`.
+#[unsafe(no_mangle)]
+pub extern "C" fn popsteer_speed_tracker_params_default() -> CSpeedTrackerParams {
+    SpeedTrackerParams::DEFAULT.into()
+}
+
+/// Makes a speed tracker, and plans the speeds: as fast as the vehicle's limits allow, and at most the
+/// path's own. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2 to the side, 2 m/s^2
+/// driving and 3 m/s^2 braking; bends take 0.9 of the lateral acceleration.
+///
+/// `vehicle` and `params` may be NULL for their defaults; they are copied. `path` may be freed
+/// afterwards. `out` gets the tracker, which is freed by `popsteer_speed_tracker_free`.
+/// `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CSpeedTrackerParams,
+    out: *mut *mut CSpeedTracker,
+) -> CError {
+    let value = || {
+        // SAFETY: the caller vouches for the handle and the pointers.
+        let (path, vehicle, params) = unsafe {
+            (
+                path::shared(path)?,
+                given(vehicle, "vehicle")?,
+                given(params, "params")?,
+            )
+        };
+        let law = SpeedTracker::new(vehicle, params)?;
+        Ok(Paced {
+            law,
+            plan: law.plan(&path.view())?,
+            path,
+            state: SpeedTrackerState::default(),
+        })
+    };
+    // SAFETY: the caller vouches for `out`.
+    guard(|| unsafe { handle::give(out, value) })
+}
+
+/// Takes one control step of the speed.
+///
+/// `vehicle`: pose of the vehicle's point, and speed, negative backwards. `dt`: time since the last
+/// step that answered [s], 1e-6 to 1e3. `out` gets the acceleration, and why.
+///
+/// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
+/// `out` are then unchanged. Nothing is allocated.
+///
+/// # Safety
+///
+/// `tracker` is NULL or a handle of this library that no one else uses meanwhile; `out` is NULL or a
+/// place for a command.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_step(
+    tracker: *mut CSpeedTracker,
+    vehicle: CVehicleState,
+    dt: f64,
+    out: *mut CSpeedCommand,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for both.
+        unsafe {
+            handle::place(out)?;
+            let Paced {
+                law,
+                path,
+                plan,
+                state,
+            } = handle::of_mut(tracker, "tracker")?;
+            let command = law.step(&path.view(), plan, state, vehicle.into(), dt)?;
+            handle::write(out, command.into())
+        }
+    })
+}
+
+/// Keeps the speeds of another path from the next step on, planned at once: this allocates. Command,
+/// estimate and place carry on. `POPSTEER_ERROR_CONFIG` where a limit is out of the range of a plan;
+/// nothing has changed then.
+///
+/// # Safety
+///
+/// `tracker` and `path` are NULL or handles of this library; no one else uses the tracker meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_set_path(
+    tracker: *mut CSpeedTracker,
+    path: *const CPath,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for both.
+        let (tracker, path) = unsafe { (handle::of_mut(tracker, "tracker")?, path::shared(path)?) };
+        let plan = tracker.law.plan(&path.view())?;
+        let (old, new) = (tracker.path.view(), path.view());
+        tracker.law.set_path(&mut tracker.state, &old, &new);
+        (tracker.plan, tracker.path) = (plan, path);
+        Ok(())
+    })
+}
+
+/// Writes the planned speed at each waypoint into `out` [m/s], never negative: the profile. `out` has
+/// room for `size` numbers, and `count`, which may be NULL, gets how many waypoints there are; no more
+/// than `size` are written.
+///
+/// # Safety
+///
+/// `tracker` is NULL or a handle of this library that no one changes meanwhile; `out` has room for
+/// `size` numbers; `count` is NULL or a place for a count.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_plan(
+    tracker: *const CSpeedTracker,
+    out: *mut f64,
+    size: usize,
+    count: *mut usize,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for the handle.
+        let plan = unsafe { &handle::of(tracker, "tracker")?.plan };
+        // SAFETY: the caller vouches for the room.
+        let room = unsafe { handle::room(out, size.min(plan.len()), 0.0, "out")? };
+        for (place, &speed) in room.iter_mut().zip(plan) {
+            *place = speed;
+        }
+        if !count.is_null() {
+            // SAFETY: not NULL; the caller vouches for the rest.
+            unsafe { count.write(plan.len()) };
+        }
+        Ok(())
+    })
+}
+
+/// Takes a speed tracker back to before its first step.
+///
+/// # Safety
+///
+/// `tracker` is NULL or a handle of this library that no one else uses meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_reset(tracker: *mut CSpeedTracker) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        unsafe { handle::of_mut(tracker, "tracker")? }.state = SpeedTrackerState::default();
+        Ok::<(), Failure>(())
+    })
+}
+
+/// Frees a speed tracker; NULL is left alone.
+///
+/// # Safety
+///
+/// `tracker` is NULL or a handle of this library that is not used any more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_speed_tracker_free(tracker: *mut CSpeedTracker) -> CError {
+    // SAFETY: the caller vouches for it.
+    guard(|| unsafe { handle::free(tracker, "tracker") })
+}
