@@ -92,6 +92,25 @@ pub fn remainder(value: f64, period: f64) -> f64 {
     }
 }
 
+/// Cosine and sine of `angle`, each within 0.001, in a fifth of their instructions: from the first
+/// terms of the series about the right angle on the same side.
+#[inline]
+pub(crate) fn rough_direction(angle: f64) -> (f64, f64) {
+    let angle = wrap(angle);
+    let beyond = angle.abs() - 0.5 * PI;
+    let square = beyond * beyond;
+    let cosine = beyond * (square * (1.0 / 6.0 - square * (1.0 / 120.0 - square / 5040.0)) - 1.0);
+    let sine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square / 720.0));
+    (cosine, sine.copysign(angle))
+}
+
+/// A Pade approximant of the tangent: within 1 % up to 1.25 rad, finite up to a right angle.
+#[inline]
+pub(crate) fn rough_tangent(angle: f64) -> f64 {
+    let square = angle * angle;
+    angle * (15.0 - square) / (15.0 - 6.0 * square)
+}
+
 /// `angle` [rad] brought into `[-pi, pi]` by whole turns.
 ///
 /// The remainder is exact, so an angle that needs no turn comes back unchanged, and

@@ -47,3 +47,28 @@ fn test_counts_saturate() {
     assert_eq!([2.0, 2.1, -0.5].map(ceil_to_count), [2, 3, 0]);
     assert_eq!(from_count(21), 21.0);
 }
+
+#[test]
+fn test_rough_direction_is_within_a_thousandth() {
+    for k in -4000..4000 {
+        let angle = 0.005 * f64::from(k);
+        let (c, s) = rough_direction(angle);
+        assert!(
+            (c - cos(angle)).abs() < 1e-3 && (s - sin(angle)).abs() < 1e-3,
+            "{angle}"
+        );
+    }
+}
+
+#[test]
+fn test_tangent_is_within_a_hundredth_and_finite_up_to_a_right_angle() {
+    for k in 1..=125 {
+        let angle = 0.01 * f64::from(k);
+        assert!(
+            (rough_tangent(angle) / tan(angle) - 1.0).abs() < 0.01,
+            "{angle}"
+        );
+    }
+    let right = rough_tangent(core::f64::consts::FRAC_PI_2);
+    assert!(right.is_finite() && right > 10.0);
+}

@@ -94,8 +94,15 @@ impl<'a> Preview<'a> {
     /// The chord about `arc_length`, as far as it goes in x and in y [m].
     #[inline]
     fn chord(&mut self, arc_length: f64) -> (f64, f64) {
-        let [behind, here, ahead] = self.hints;
-        let (here, _) = self.place_at(arc_length, here);
+        let [behind, before, ahead] = self.hints;
+        let (here, _) = self.place_at(arc_length, before);
+        // After a long step both ends are nearer to the middle than to the last ends.
+        let is_far = here > before + 2;
+        let (behind, ahead) = if is_far {
+            (here, here)
+        } else {
+            (behind, ahead)
+        };
         let (start, end) = self.path.segment(here);
         let length = get_distance(start, end);
         let mut reach = saturate(length, 0.5 * self.base, self.reach);
@@ -114,9 +121,9 @@ impl<'a> Preview<'a> {
     }
 
     /// How far the path turns over each of several steps of `step` [m] from `arc_length` on
-    /// [rad], into `turns`, and its direction at the start [rad].
+    /// [rad], into `turns`. Returns its direction at the start, as the x and y [m] of a chord.
     #[inline]
-    pub fn turns(&mut self, arc_length: f64, step: f64, turns: &mut [f64]) -> f64 {
+    pub fn turns(&mut self, arc_length: f64, step: f64, turns: &mut [f64]) -> (f64, f64) {
         let first = self.chord(arc_length);
         let mut here = first;
         let mut travelled = 0.0;
@@ -126,8 +133,7 @@ impl<'a> Preview<'a> {
             *turn = angle_between(here, next);
             here = next;
         }
-        let (x, y) = first;
-        atan2(y, x)
+        first
     }
 
     /// The segment that holds `arc_length`, and how far along it [m].

@@ -19,7 +19,7 @@
 use crate::bounds::MIN_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
-use crate::math::{cos, exp, larger, sin, smaller, sqrt, wrap};
+use crate::math::{larger, rough_direction, smaller, sqrt, wrap};
 use crate::status::Status;
 use crate::vehicle::bicycle::advance;
 use crate::vehicle::{Vehicle, VehicleState};
@@ -32,9 +32,7 @@ pub struct Gate {
     pub believed: VehicleState,
     /// The last measured pose, believed or not.
     pub measured: VehicleState,
-    /// The last measured pose that was believed.
-    pub seen: VehicleState,
-    /// How long ago that one was measured [s].
+    /// How long ago a measured pose was last believed [s].
     pub since: f64,
     /// For how long the position has repeated itself [s].
     pub stale: f64,
@@ -54,14 +52,23 @@ pub struct Gate {
     pub age: f64,
 }
 
-/// What of a step's pose is believed.
+/// How a pose was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Believed {
-    /// Pose and speed that the step goes on with.
-    pub vehicle: VehicleState,
+pub(super) struct Received {
+    /// The pose itself is believed where this is [`Status::OK`], else [`Gate::believed`].
     pub status: Status,
     /// Whether the localisation has jumped: the motion since the last step tells nothing.
     pub jumped: bool,
+}
+
+impl Received {
+    /// One that did not end a jump.
+    fn of(status: Status) -> Self {
+        Self {
+            status,
+            jumped: false,
+        }
+    }
 }
 
 impl Gate {
@@ -101,7 +108,6 @@ impl Gate {
         Self {
             believed: vehicle,
             measured: vehicle,
-            seen: vehicle,
             since: 0.0,
             stale: 0.0,
             jump: (Point::new(0.0, 0.0), 0.0),
@@ -124,61 +130,81 @@ impl Gate {
         curvature: f64,
         dt: f64,
         age: f64,
-    ) -> Believed {
+    ) -> Received {
         let elapsed = dt + self.age - age;
         self.age = age;
-        if elapsed < MIN_DT {
-            // The same pose again, or an older one, as its age says.
-            return Believed {
-                vehicle: if self.agreed > 0.0 {
-                    self.believed
-                } else {
-                    vehicle
-                },
-                status: Status::OUTLIER.when(self.agreed > 0.0),
-                jumped: false,
-            };
-        }
-        if elapsed > Self::GAP {
-            *self = Self {
-                noise: self.noise,
-                ..Self::new(vehicle, car, age)
-            };
-            return Believed {
-                vehicle,
-                status: Status::OK,
-                jumped: false,
-            };
+        if !(MIN_DT..=Self::GAP).contains(&elapsed) {
+            return self.pass_time(car, vehicle, elapsed);
         }
         let before = self.believed;
         let travel = 0.5 * (before.speed + vehicle.speed) * elapsed;
-        let point = car.no_slip();
-        let expected = advance(before.ahead(point), travel, curvature, 0.0);
-        let expected = expected.ahead(-point).bounded();
-        let expected = VehicleState {
-            speed: vehicle.speed,
-            ..expected
-        };
         self.since += elapsed;
         let repeats = vehicle.x.to_bits() == self.measured.x.to_bits()
             && vehicle.y.to_bits() == self.measured.y.to_bits();
         if repeats && travel.abs() > Self::STILL * car.wheelbase {
-            return self.hold_stale(vehicle, expected, elapsed);
+            return self.hold_stale(car, vehicle, (travel, curvature), elapsed);
         }
         self.stale = 0.0;
-        let off = Point::new(vehicle.x - expected.x, vehicle.y - expected.y);
-        let turned = wrap(vehicle.yaw - expected.yaw);
         self.measured = vehicle;
-        let (far, askew) = self.limits(car, travel, curvature);
-        if off.x * off.x + off.y * off.y <= far * far && turned.abs() <= askew {
+        // From where `expected` has it, with the chord of a short arc.
+        let turn = travel * curvature;
+        let (c, s) = rough_direction(before.yaw + 0.5 * turn);
+        let swing = car.no_slip() * turn;
+        let off = Point::new(
+            vehicle.x - before.x - travel * c - swing * s,
+            vehicle.y - before.y - travel * s + swing * c,
+        );
+        let turned = wrap(vehicle.yaw - before.yaw - turn);
+        if self.explains(car, (travel, turn), off, turned) {
             self.agreed = 0.0;
-            return self.believe(car, vehicle, off, turned, elapsed);
+            return self.believe(car, vehicle, (c, s), off, turned);
         }
+        self.doubt(car, vehicle, (travel, curvature), (off, turned), elapsed)
+    }
+
+    /// A pose that is as old as the last one, or older; or one after a gap.
+    #[cold]
+    fn pass_time(&mut self, car: &Vehicle, vehicle: VehicleState, elapsed: f64) -> Received {
+        let is_held = elapsed < MIN_DT && self.agreed > 0.0;
+        if elapsed > Self::GAP {
+            self.restart(car, vehicle);
+        }
+        Received::of(Status::OUTLIER.when(is_held))
+    }
+
+    /// Believes `vehicle` whatever was before, but for the noise.
+    fn restart(&mut self, car: &Vehicle, vehicle: VehicleState) {
+        *self = Self {
+            noise: self.noise,
+            ..Self::new(vehicle, car, self.age)
+        };
+    }
+
+    /// Where the believed vehicle is after `travel` [m] along an arc of `curvature` [1/m], with the
+    /// `speed` [m/s].
+    fn expected(&self, car: &Vehicle, (travel, curvature): (f64, f64), speed: f64) -> VehicleState {
+        let point = car.no_slip();
+        let expected = advance(self.believed.ahead(point), travel, curvature, 0.0);
+        VehicleState {
+            speed,
+            ..expected.ahead(-point).bounded()
+        }
+    }
+
+    /// A pose that is `off` the expected one: an outlier, or the end of a jump.
+    #[cold]
+    fn doubt(
+        &mut self,
+        car: &Vehicle,
+        vehicle: VehicleState,
+        arc: (f64, f64),
+        (off, turned): (Point, f64),
+        elapsed: f64,
+    ) -> Received {
         let (last, last_turned) = self.jump;
         let apart = Point::new(off.x - last.x, off.y - last.y);
         let agrees = self.agreed > 0.0
-            && apart.x * apart.x + apart.y * apart.y <= far * far
-            && (turned - last_turned).abs() <= askew;
+            && self.explains(car, (arc.0, arc.0 * arc.1), apart, turned - last_turned);
         self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
         let wheelbases = sqrt(off.x * off.x + off.y * off.y) / car.wheelbase;
@@ -186,97 +212,81 @@ impl Gate {
             Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases,
             Self::AGREE_MOST,
         );
-        if self.agreed > patience {
-            *self = Self {
-                noise: self.noise,
-                ..Self::new(vehicle, car, age)
-            };
-            return Believed {
-                vehicle,
-                status: Status::OUTLIER,
-                jumped: true,
-            };
+        let jumped = self.agreed > patience;
+        let mut status = Status::OUTLIER;
+        if jumped {
+            self.restart(car, vehicle);
+        } else {
+            status |= Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
+            self.believed = self.expected(car, arc, vehicle.speed);
         }
-        self.believed = expected;
-        let doubt = Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
-        Believed {
-            vehicle: expected,
-            status: Status::OUTLIER | doubt,
-            jumped: false,
-        }
+        Received { status, jumped }
     }
 
     /// A position that repeats: the expected one, with the heading where that is alive.
+    #[cold]
     fn hold_stale(
         &mut self,
+        car: &Vehicle,
         vehicle: VehicleState,
-        expected: VehicleState,
+        arc: (f64, f64),
         elapsed: f64,
-    ) -> Believed {
-        let is_alive = vehicle.yaw.to_bits() != self.measured.yaw.to_bits();
+    ) -> Received {
+        self.believed = self.expected(car, arc, vehicle.speed);
+        if vehicle.yaw.to_bits() != self.measured.yaw.to_bits() {
+            self.believed.yaw = vehicle.yaw;
+        }
         self.stale += elapsed;
         self.measured = vehicle;
-        let yaw = if is_alive { vehicle.yaw } else { expected.yaw };
-        self.believed = VehicleState { yaw, ..expected };
         let fault = Status::IMPLAUSIBLE.when(self.stale > Self::STALE_LIMIT);
-        Believed {
-            vehicle: self.believed,
-            status: Status::POSE_STALE | fault,
-            jumped: false,
-        }
+        Received::of(Status::POSE_STALE | fault)
     }
 
-    /// How far off position [m] and yaw [rad] may be.
+    /// Whether a position `off` the expected one, and a yaw `turned` from it, are explained after the
+    /// `travel` [m] and the `turn` [rad] of an arc.
     #[inline]
-    fn limits(&self, car: &Vehicle, travel: f64, curvature: f64) -> (f64, f64) {
-        let (position, yaw) = self.noise;
-        (
-            Self::POSITION * car.wheelbase
-                + Self::SHARE * travel.abs()
-                + Self::DEVIATIONS * sqrt(position),
-            Self::YAW + Self::SHARE * (travel * curvature).abs() + Self::DEVIATIONS * sqrt(yaw),
-        )
+    fn explains(&self, car: &Vehicle, (travel, turn): (f64, f64), off: Point, turned: f64) -> bool {
+        let square = off.x * off.x + off.y * off.y;
+        let (far, askew) = (Self::POSITION * car.wheelbase, Self::YAW);
+        if square <= far * far && turned.abs() <= askew {
+            // As most poses are.
+            return true;
+        }
+        let far = far + Self::SHARE * travel.abs() + Self::DEVIATIONS * sqrt(self.noise.0);
+        let askew = askew + Self::SHARE * turn.abs() + Self::DEVIATIONS * sqrt(self.noise.1);
+        square <= far * far && turned.abs() <= askew
     }
 
-    /// Takes a pose that is believed, and compares its distance from the last one with the speed.
+    /// Takes a pose that is believed, and compares how far the vehicle went with the speed: that is
+    /// how far the pose lies `off` the expected one along the heading `(c, s)`.
     #[inline]
     fn believe(
         &mut self,
         car: &Vehicle,
         vehicle: VehicleState,
+        (c, s): (f64, f64),
         off: Point,
         turned: f64,
-        elapsed: f64,
-    ) -> Believed {
-        let (c, s) = (cos(vehicle.yaw), sin(vehicle.yaw));
-        let weight = smaller(elapsed / Self::NOISE_TIME, 1.0);
-        // Aside: along the heading a wrong speed would count as noise. Two poses are in it.
+    ) -> Received {
+        let since = self.since;
+        let along = off.x * c + off.y * s;
+        // Along the heading a wrong speed would count as noise. Two poses are in it.
         let aside = off.y * c - off.x * s;
+        let weight = smaller(since / Self::NOISE_TIME, 1.0);
         self.noise.0 += weight * (0.5 * aside * aside - self.noise.0);
         self.noise.1 += weight * (0.5 * turned * turned - self.noise.1);
 
-        let moved = Point::new(vehicle.x - self.seen.x, vehicle.y - self.seen.y);
-        let along = moved.x * c + moved.y * s;
-        let driven = 0.5 * (self.seen.speed + vehicle.speed) * self.since;
-        let kept = exp(-self.since / Self::DISTANCE_TIME);
-        self.ahead = self.ahead * kept + along - driven;
-        self.gone = self.gone * kept + larger(along.abs(), driven.abs());
-        let most = Self::DISTANCE_SHARE * self.gone
-            + Self::DISTANCE * car.wheelbase
-            + Self::DEVIATIONS * sqrt(self.noise.0);
-        self.differing = if self.ahead.abs() > most {
-            self.differing + self.since
-        } else {
-            0.0
-        };
-        self.seen = vehicle;
+        let driven = 0.5 * (self.believed.speed + vehicle.speed) * since;
+        let kept = Self::DISTANCE_TIME / (Self::DISTANCE_TIME + since);
+        self.ahead = (self.ahead + along) * kept;
+        self.gone = (self.gone + larger((driven + along).abs(), driven.abs())) * kept;
+        let most = Self::DISTANCE_SHARE * self.gone + Self::DISTANCE * car.wheelbase;
+        let differs = self.ahead.abs() > most
+            && self.ahead.abs() > most + Self::DEVIATIONS * sqrt(self.noise.0);
+        self.differing = if differs { self.differing + since } else { 0.0 };
         self.since = 0.0;
         self.believed = vehicle;
-        Believed {
-            vehicle,
-            status: Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING),
-            jumped: false,
-        }
+        Received::of(Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING))
     }
 
     /// The gate itself, where its numbers are ones that poses can have given.
@@ -286,7 +296,7 @@ impl Gate {
     /// [`InputError`], naming the field that is not.
     pub fn checked(self) -> Result<Self, InputError> {
         const MOST: f64 = 1e20;
-        for vehicle in [self.believed, self.measured, self.seen] {
+        for vehicle in [self.believed, self.measured] {
             for number in [vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed] {
                 input_within("gate", number, MOST)?;
             }

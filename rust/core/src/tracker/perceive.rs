@@ -2,13 +2,13 @@
 
 use crate::bounds::MIN_DT;
 use crate::laws::{Belief, LateralLaw};
-use crate::math::{saturate, tan};
+use crate::math::{rough_tangent, saturate, tan};
 use crate::path::follow::Located;
 use crate::tracker::reported::Reported;
 use crate::tracker::state::TrackerState;
 use crate::tracker::step::Tracker;
 use crate::vehicle::past::Past;
-use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// The vehicle at a step: as it is measured, and as it is predicted for the controller.
 pub(super) struct Perception {
@@ -30,16 +30,13 @@ impl<L: LateralLaw> Tracker<L> {
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
+        bend: f64,
         dt: f64,
         reported: Reported,
     ) -> Perception {
         if reported.pose_age > 0.0 || state.past.is_some() {
             return self.perceive_aged(state, vehicle, dt, reported.pose_age);
         }
-        let bend = match &state.in_flight {
-            Some(in_flight) => self.bend(in_flight.wheel(), vehicle.speed, &state.estimator),
-            None => 0.0,
-        };
         let (predicted, belief) = self.predict_now(state, vehicle, dt);
         Perception {
             here: vehicle,
@@ -69,7 +66,7 @@ impl<L: LateralLaw> Tracker<L> {
             Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
         });
         remember(car, past, in_flight.as_deref(), steer, dt);
-        let bend = self.bend(past.wheel_before(), vehicle.speed, estimator);
+        let bend = curvature(car, past.wheel_before(), vehicle.speed, &estimator.estimate);
         let observed = past.since() - age;
         let old = vehicle.ahead(car.no_slip());
         let before = estimator.estimate.longer_dead_time;
@@ -142,12 +139,16 @@ impl<L: LateralLaw> Tracker<L> {
         (predicted, Belief { wheel, estimate })
     }
 
-    /// Curvature [1/m] of a vehicle whose wheels are at the angle `wheel` [rad].
+    /// Curvature [1/m] by the wheels as they are before the last command is put in flight.
     #[inline]
-    pub(super) fn bend(&self, wheel: f64, speed: f64, estimator: &Estimator) -> f64 {
-        let (car, estimate) = (self.law.vehicle(), &estimator.estimate);
-        let angle = car.at_wheels(wheel + estimate.steer_offset);
-        estimate.gain * tan(angle) / car.turning_length(speed)
+    pub(super) fn bend(&self, state: &TrackerState<L::State>, speed: f64) -> f64 {
+        let car = self.law.vehicle();
+        match &state.in_flight {
+            Some(in_flight) if self.models => {
+                curvature(car, in_flight.wheel(), speed, &state.estimator.estimate)
+            }
+            _ => rough_tangent(state.steer + car.steer_offset) / car.turning_length(speed),
+        }
     }
 
     /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one, and
@@ -171,6 +172,13 @@ impl<L: LateralLaw> Tracker<L> {
         state.estimator.observe_slip(adapt, car, now, bend, dt);
         state.estimator.last_measured = Some(now);
     }
+}
+
+/// Curvature [1/m] of a vehicle whose wheels are at the angle `wheel` [rad].
+#[inline]
+fn curvature(car: &Vehicle, wheel: f64, speed: f64, estimate: &Estimate) -> f64 {
+    let angle = car.at_wheels(wheel + estimate.steer_offset);
+    estimate.gain * tan(angle) / car.turning_length(speed)
 }
 
 /// The vehicle when the next command reaches the wheels, and the angle of these then [rad]. `here` is

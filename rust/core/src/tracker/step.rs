@@ -17,7 +17,7 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::{Command, command};
-use crate::tracker::gate::Gate;
+use crate::tracker::gate::{Gate, Received};
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
@@ -305,8 +305,9 @@ impl<L: LateralLaw> Tracker<L> {
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        let (vehicle, pose) = self.believe(state, vehicle, dt, reported.pose_age);
-        let perception = self.perceive(state, vehicle, dt, reported);
+        let bend = self.bend(state, vehicle.speed);
+        let (vehicle, pose) = self.believe(state, vehicle, bend, dt, reported.pose_age);
+        let perception = self.perceive(state, vehicle, bend, dt, reported);
         let mut belief = perception.belief;
 
         let follow = self.law.follow();
@@ -444,12 +445,13 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
-    /// where nothing of the vehicle is modelled.
+    /// where nothing of the vehicle is modelled. The wheels gave it the curvature `bend` [1/m].
     #[inline]
     fn believe(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
+        bend: f64,
         dt: f64,
         age: f64,
     ) -> (VehicleState, Status) {
@@ -457,17 +459,16 @@ impl<L: LateralLaw> Tracker<L> {
             return (vehicle, Status::OK);
         }
         let car = self.law.vehicle();
-        let wheel = match &state.in_flight {
-            Some(in_flight) if self.models => in_flight.wheel(),
-            _ => state.steer + car.steer_offset,
-        };
-        let curvature = self.bend(wheel, vehicle.speed, &state.estimator);
         let Some(gate) = &mut state.gate else {
             state.gate = Some(Gate::new(vehicle, car, age));
             return (vehicle, Status::OK);
         };
-        let believed = gate.pass(car, vehicle, curvature, dt, age);
-        if believed.jumped {
+        let Received { status, jumped } = gate.pass(car, vehicle, bend, dt, age);
+        if status == Status::OK {
+            return (vehicle, status);
+        }
+        let believed = gate.believed;
+        if jumped {
             state.estimator.last_measured = None;
             state.waypoint = None;
             state.measured_waypoint = None;
@@ -477,7 +478,7 @@ impl<L: LateralLaw> Tracker<L> {
                 monitor.interrupt();
             }
         }
-        (believed.vehicle, believed.status)
+        (believed, status)
     }
 
     /// Compares the measured motion with the last commands, and returns the faults.

@@ -3,7 +3,7 @@
 use super::{along, following, slack, waypoint};
 use crate::bytes::Bytes;
 use popsteer_core::geometry::get_distance;
-use popsteer_core::math::wrap;
+use popsteer_core::math::{atan2, wrap};
 use popsteer_core::path::ClosestPoint;
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::lookahead::{
@@ -75,7 +75,8 @@ pub(super) fn check_preview(view: &PathView<'_>, closest: &ClosestPoint, bytes: 
     let mut turns = [f64::NAN; 6];
     let arc_length = closest.arc_length(view);
     let new = || Preview::new(view, base, closest.segment, arc_length, 6.0 * step);
-    let first = new().turns(arc_length, step, &mut turns);
+    let (along, aside) = new().turns(arc_length, step, &mut turns);
+    let first = atan2(aside, along);
     let (mut here, mut travelled) = (new().path_yaw(arc_length), 0.0);
     assert_eq!(first.to_bits(), here.to_bits());
     assert!(first.abs() <= PI);

@@ -28,7 +28,7 @@ use crate::laws::preview_pop::approach::{Approach, FULL_RATE, Straightening};
 use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use crate::laws::preview_pop::limited::{Horizon, MoveLimit, PlanLimits, ReachedLimits};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
-use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, sqrt, tan, wrap};
+use crate::math::{PI, atan, atan2, decay, from_count, larger, saturate, smaller, sqrt, tan, wrap};
 use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
@@ -243,7 +243,7 @@ impl PreviewPop {
         let arc_length = closest.arc_length(path);
         let distance = from_count(count) * step;
         let smoothing = self.params.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
+        let (along, aside) = Preview::new(path, smoothing, closest.segment, arc_length, distance)
             .turns(arc_length, step, turns);
         Prediction {
             horizon: Horizon {
@@ -252,7 +252,7 @@ impl PreviewPop {
                 move_cost: move_cost * move_cost,
                 turns,
             },
-            path_yaw,
+            path_yaw: atan2(aside, along),
             length,
             period,
             pace,

@@ -11,7 +11,7 @@ pub mod state;
 pub use state::MonitorState;
 
 use crate::error::ConfigError;
-use crate::math::{saturate, wrap};
+use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
@@ -147,8 +147,8 @@ impl Monitor {
         };
         monitored.wheel = wheel;
         let share = speed / car.turning_length(speed);
-        let rate = share * tangent(mean);
-        let excess = share * (tangent(last) - last);
+        let rate = share * rough_tangent(mean);
+        let excess = share * (rough_tangent(last) - last);
 
         if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
             monitored.interrupt();
@@ -186,27 +186,9 @@ fn respond(car: &Vehicle, wheel: f64, command: f64, dt: f64) -> (f64, f64) {
     (wheel + turned, wheel + gap - turned * (lag / dt))
 }
 
-/// A Pade approximant of the tangent: within 1 % up to 1.25 rad, finite up to a right angle.
-#[inline]
-fn tangent(angle: f64) -> f64 {
-    let square = angle * angle;
-    angle * (15.0 - square) / (15.0 - 6.0 * square)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::tan;
-
-    #[test]
-    fn test_tangent_is_within_a_hundredth_and_finite_up_to_a_right_angle() {
-        for k in 1..=125 {
-            let angle = 0.01 * f64::from(k);
-            assert!((tangent(angle) / tan(angle) - 1.0).abs() < 0.01, "{angle}");
-        }
-        let right = tangent(core::f64::consts::FRAC_PI_2);
-        assert!(right.is_finite() && right > 10.0);
-    }
 
     #[test]
     fn test_modelled_wheels_respond_as_the_vehicles_within_a_thirtieth_of_the_move() {
