@@ -133,6 +133,16 @@ def test_plan_is_let_go_as_it_is_driven_and_ends_with_full_brakes() -> None:
     assert abs(actor.simulation.state[3]) < 0.1
 
 
+def test_waypoints_are_let_go_as_far_ahead_of_an_actor_that_rolls_backwards() -> None:
+    for speed in (6.0, -6.0):
+        actor = actor_on("road", offset=0.0, speed=speed)
+        planner = LocalPlanner(actor, {"base_min_distance": 2.0, "distance_ratio": 0.8})
+        planner.set_global_plan(plan_along("road")[:100])
+        planner.run_step()
+        ahead = planner.target_waypoint.transform.location.distance(actor.get_location())
+        assert 6.7 < ahead < 7.9, speed
+
+
 def test_waypoint_ahead_is_the_one_so_many_steps_on() -> None:
     planner = LocalPlanner(actor_on("road"))
     plan = plan_along("road")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -79,3 +79,26 @@ def test_params_of_a_controller_that_is_not_driven_are_refused(
     outcome = command.call(capsys, "compare", *given)
     assert (outcome.status, outcome.out) == (2, "")
     assert "tuned.toml with pid" in outcome.err
+
+
+def test_tune_takes_the_pedals_of_its_own_waypoints_and_not_of_the_shipped_tracks(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[object] = []
+
+    def kept(problem: object, *_: object, **__: object) -> None:
+        found.append(problem)
+        raise popsteer.PopsteerError("enough")
+
+    monkeypatch.setattr(popsteer.lab.tune, "run", kept)
+    for name, speed in (("plain", ""), ("planned", ",5")):
+        rows = "".join(f"{x},0{speed}\n" for x in range(60))
+        (tmp_path / f"{name}.csv").write_text(rows)
+    for file, kind in (("plain", "CoupledLongitudinalParams"), ("planned", "SpeedTrackerParams")):
+        for tracks in ("slalom", "slalom,racetrack"):
+            given = ("--waypoints", str(tmp_path / f"{file}.csv"), "--tracks", tracks)
+            outcome = command.call(capsys, "tune", "--controller", "pop", *given)
+            assert "enough" in outcome.err
+            problem: Any = found.pop()
+            assert [*problem.paths] == [*tracks.split(","), f"{file}.csv"]
+            assert type(problem.longitudinal).__name__ == kind, (file, tracks)

@@ -74,6 +74,19 @@ def test_reset_goes_on_from_the_angle_and_the_speed_that_there_are() -> None:
     assert found[200, 0] == pytest.approx(plain[200, 0], abs=0.02)
 
 
+def test_each_interruption_is_held_for_the_whole_time_and_no_longer() -> None:
+    pilot = ros2.Pilot(popsteer.Stanley(_path(), CAR), hold=0.11)
+    here = ros2.Measured(0.0, 0.0, 0.24, 6.0, 0, "map", "base_link")
+    for missing in (here, None, here):
+        assert pilot.step(here, 0.0, DT).speed == pytest.approx(6.0, abs=0.1)
+        speed = pilot.step(here, 0.0, DT).speed
+        for _ in range(5):
+            held = pilot.step(missing, 0.0, DT, "no path")
+            assert (pilot.state, held.speed) == (ros2.State.HOLDING, speed)
+    assert pilot.step(None, 0.0, DT, "no path").speed < speed
+    assert pilot.state is ros2.State.BRAKING
+
+
 def test_intake_takes_stamps_in_order_and_the_same_one_twice() -> None:
     intake = Intake(messages.PATH, stale=0.3)
 
@@ -177,7 +190,10 @@ def test_run_message_has_radians_and_the_level_of_its_status(status: Status) -> 
 
 
 def test_recording_of_a_run_is_read_back_to_every_column(tmp_path: Path) -> None:
+    from rosbags.highlevel import AnyReader
+
     from popsteer import logs
+    from popsteer.logs.messages import typestore
 
     car = CAR.replace(rear_axle=-1.35)
     run = popsteer.sim.run(
@@ -194,6 +210,18 @@ def test_recording_of_a_run_is_read_back_to_every_column(tmp_path: Path) -> None
     turned = np.remainder(log.yaw - run.records["yaw"] + math.pi, math.tau) - math.pi
     assert turned == pytest.approx(np.zeros(steps), abs=1e-9)
     assert log.steer == pytest.approx(run.records["steer"], abs=1e-7)
+    # Each pose of the path points along the segment that begins there, the last as the one before.
+    with AnyReader([file], default_typestore=typestore()) as reader:
+        (found,) = (
+            reader.deserialize(data, connection.msgtype)
+            for connection, _, data in reader.messages()
+            if connection.msgtype == messages.PATH
+        )
+    path = _path()
+    headings = np.arctan2(np.diff(path.y), np.diff(path.x))
+    yaws = [conversions.yaw_of(pose.pose.orientation) for pose in found.poses]
+    assert yaws == pytest.approx([*headings, headings[-1]])
+    assert [pose.pose.position.y for pose in found.poses] == pytest.approx(path.y)
 
 
 def _interrupted(file: Path, count: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -267,3 +268,24 @@ def test_progress_of_a_replay_rises_to_its_end() -> None:
     run(log, {"pid": None}, popsteer.Vehicle(), progress=lambda *each: told.append(each))
     assert [name for name, _ in told] == ["pid"] * 3
     assert [share for _, share in told] == pytest.approx([512 * k / 1100 for k in range(3)])
+
+
+def test_page_of_an_identification_breaks_where_the_simulation_restarts_backwards_too() -> None:
+    from popsteer.lab.report.identify import _scene
+
+    t = 0.1 * np.arange(40)
+    for speed in (6.0, -6.0):
+        x = speed * t
+        zero = 0.0 * t
+        log = Log(t, x, zero, zero, zero + speed, zero)
+        found = identification()
+        # It restarts at row 25, two metres to the left.
+        jump = np.where(np.arange(40) < 25, 0.0, 2.0)
+        places = {"t": t, "x": x, "y": zero, "simulated_x": x, "simulated_y": jump}
+        rates = dict.fromkeys(("yaw_rate", "simulated_yaw_rate", "position_error"), zero)
+        records = {**places, **rates, "counts": t > 1.0}
+        scene = _scene(replace(found, log=log, records=records))
+        measured, simulated = (actor.columns for actor in scene.actors)
+        assert np.flatnonzero(np.isnan(simulated["x"])).tolist() == [25], speed
+        assert not np.isnan(measured["x"]).any()
+        assert measured["distance"][-1] == pytest.approx(6.0 * 3.9)
