@@ -86,21 +86,23 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def differences(found: Any, wanted: Any, at: str = "") -> list[str]:
-    """Name the places where two values differ, numbers by more than a part in 100,000."""
+def differences(found: Any, wanted: Any, at: str = "", *, close: float = 1e-5) -> list[str]:
+    """Name the places where two values differ, numbers by more than a share of them."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         names = dict.fromkeys([*found, *wanted])
         return [
             each
             for name in names
-            for each in differences(found.get(name), wanted.get(name), f"{at}.{name}")
+            for each in differences(found.get(name), wanted.get(name), f"{at}.{name}", close=close)
         ]
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
         pairs = enumerate(zip(found, wanted, strict=True))
-        return [each for k, (a, b) in pairs for each in differences(a, b, f"{at}[{k}]")]
+        return [
+            each for k, (a, b) in pairs for each in differences(a, b, f"{at}[{k}]", close=close)
+        ]
     numbers = (int, float)
     if type(found) in numbers and type(wanted) in numbers:
-        same = math.isclose(found, wanted, rel_tol=1e-5, abs_tol=1e-9)
+        same = math.isclose(found, wanted, rel_tol=close, abs_tol=1e-4 * close)
     else:
         same = type(found) is type(wanted) and found == wanted
     return [] if same else [f"{at}: {found!r} for {wanted!r}"]

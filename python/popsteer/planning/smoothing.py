@@ -112,8 +112,7 @@ def smooth(
     for first, last in pairwise(ends):
         piece = _smoothed(xy[first : last + 1], tolerance, spacing, closed=False, first=first)
         if pieces:
-            piece[0] = pieces[-1][-1]  # one cusp for both sections
-            piece = piece[1:]
+            piece = piece[1:]  # one cusp for both sections
             backwards[-1] = bool(reverse[first])
         pieces.append(piece)
         backwards += [bool(reverse[first])] * len(piece)
