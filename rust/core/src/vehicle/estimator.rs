@@ -20,9 +20,20 @@
 //! wheels that `a` is computed with are shifted by the present estimate `t` already.
 //!
 //! On a straight, an offset and a low gain look alike, and in a steady bend so do all three. So the
-//! gain is fitted with the other two free: only turns that neither of them explains tell it. Then
-//! the other two are fitted for that gain. Assumed: the speed signal and the lag are right; a lag
-//! that is longer than given is mostly taken for dead time.
+//! gain is fitted first, with the other two almost free: only turns that neither of them explains
+//! show it. Then the other two are fitted for that gain. With the sums `M` and `m` of [`Regression`]
+//! split into the gain's row and the rest, and the weights `w` and `W` of the priors:
+//!
+//! ```text
+//! M = [aa  r ]    m = [ma]    r = (ab, ac),    B = [bb  bc],    mo = (mb, mc)ᵀ
+//!     [rᵀ  B ]        [mo]                         [bc  cc]
+//!
+//! gain = (ma - r B⁻¹ mo + w) / (aa - r B⁻¹ rᵀ + w)       Schur complement of B; the prior is gain 1
+//! (B + W) (steer_offset, t')ᵀ = mo / gain - rᵀ           the last two rows, divided by the gain
+//! ```
+//!
+//! Assumed: the speed signal and the lag are right; a lag that is longer than given is mostly taken
+//! for dead time.
 //!
 //! # Slip
 //!
@@ -31,7 +42,7 @@
 //! ```
 //!
 //! `y` is the motion aside of the heading, `s` the distance, `k` the curvature by the wheels at the
-//! start of the period. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
+//! start of the period. `slip` and `compliance` solve `(M + W) θ = m`. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
 //! learnt at one speed holds at another with the square of the speed; a wrong `no_slip_point`, whose
 //! slip does not grow with the speed, is found right at one speed only.
 
@@ -44,19 +55,15 @@ use crate::math::{cos, exp, saturate, sin, sqrt, wrap};
 use nalgebra::SVector;
 
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
-///
-/// `a` and `b` are those of the module's model: expected turn, and its derivative by the offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimator {
     /// State of the no-slip point when it was last measured; none if the motion since then must not
     /// be used.
     pub last_measured: Option<VehicleState>,
-    /// The yaw by the turn that is expected, its derivative by the steering offset, and that by the
-    /// dead time: gain, gain times offset, gain times what the dead time is longer.
+    /// The measured turns over `φ = (a + t c, b, -c)`.
     pub turning: Regression<3>,
-    /// The position aside of the heading by the distance, and by distance times lateral
-    /// acceleration: slip, and slip per lateral acceleration.
+    /// The motions aside of the heading over `φ = (s, s v² k / L)`, in wheelbases.
     pub sliding: Regression<2>,
     /// Slip per lateral acceleration, in wheelbases [rad s^2].
     pub slip_compliance: f64,
@@ -102,8 +109,12 @@ impl Estimator {
     /// Standard deviations of the slip [rad] and, in wheelbases, of the slip per curvature.
     const SLIP_DOUBT: f64 = 0.02;
     const LENGTH_DOUBT: f64 = 0.1;
-    /// Standard deviations of the yaw's noise from which on a turn counts as an outlier.
+    /// A measured change counts as no farther from the expected one than so many standard deviations
+    /// of the noise, and so many times the largest turn or slip that the estimates could explain. A
+    /// jump of the localisation then changes little.
     const OUTLIER: f64 = 6.0;
+    const MOST_TURNS: f64 = 2.0;
+    const MOST_SLIPS: f64 = 4.0;
     /// How fast the dead time changes [s/s]. Faster: one that nobody told costs less; slower: wheels
     /// that stick are not taken for late ones before the monitor sees them.
     const DELAY_RATE: f64 = 0.2;
@@ -180,10 +191,9 @@ impl Estimator {
         saturate(estimate.acceleration + weight * gained, -most, most)
     }
 
-    /// Updates gain, steering offset and dead time from one `measured` turn.
+    /// Updates gain, steering offset and dead time from one `measured` turn [rad].
     ///
-    /// A measured turn counts as at most `2 (|a| + MAX_STEER_OFFSET |b|)` away from the estimated
-    /// one, so a jump of the localisation changes little. `turn` is `a`, `by_offset` is `b`.
+    /// In `reached`, `turn` is `a`, `slope` is `b` and `change` is `c`.
     #[inline]
     fn fit_turning(
         &mut self,
@@ -205,16 +215,15 @@ impl Estimator {
             change,
         } = reached;
         let expected = gain * (turn + steer_offset * slope);
-        let most = 2.0 * (turn.abs() + Self::MAX_STEER_OFFSET * slope.abs())
+        let most = Self::MOST_TURNS * (turn.abs() + Self::MAX_STEER_OFFSET * slope.abs())
             + Self::OUTLIER * sqrt(self.turning.noise);
         let measured = expected + saturate(measured - expected, -most, most);
-        // The wheels are those of a dead time that is `longer` already: in the terms of the given
-        // one, they would have turned the vehicle by so much more.
+        // φ: the wheels are those of the present estimate `t = longer`; with the given dead time they
+        // would have turned the vehicle by `t c` more.
         let regressors = SVector::<f64, 3>::new(turn + longer * change, slope, -change);
         self.turning.observe(regressors, measured, time, dt);
 
         let fitted_gain = self.fitted_gain();
-        // A wrong gain is neither an offset nor a dead time.
         let (offset, fitted) = self.fitted_others(fitted_gain);
         let most = Self::MAX_STEER_OFFSET;
         self.estimate.gain = fitted_gain;
@@ -231,19 +240,18 @@ impl Estimator {
         self.turning.observe_noise(found * fitted_gain, dt);
     }
 
-    /// The gain that explains the turns best, where offset and dead time are free: only turns that
-    /// neither of them explains tell it. (On a straight an offset and a gain are the same.)
+    /// The gain that explains the turns best with offset and dead time almost free.
     #[inline]
     fn fitted_gain(&self) -> f64 {
         let (m, y) = (&self.turning.information, &self.turning.moment);
         let (ab, ac, bb, bc, cc) = (m.m12, m.m13, m.m22, m.m23, m.m33);
         let bb = bb + Self::FREE * Self::OFFSET_PRIOR;
         let cc = cc + Self::FREE * Self::DELAY_PRIOR;
-        // Row of the gain times the inverse of the block of the others.
+        // r B⁻¹; as B is symmetric, (r B⁻¹)ᵀ solves B x = rᵀ.
         let (by_b, by_c) = solve(bb, bc, cc, ab, ac);
         let square = m.m11 - by_b * ab - by_c * ac;
         let product = y.x - by_b * y.y - by_c * y.z;
-        // Rounding alone makes a sum of squares negative.
+        // A sum of squares: only rounding makes it negative.
         let square = if square > 0.0 { square } else { 0.0 };
         let prior = self.turning.prior(Self::GAIN_PRIOR, Self::GAIN_DOUBT);
         saturate(
@@ -253,8 +261,7 @@ impl Estimator {
         )
     }
 
-    /// The steering offset [rad], and what the dead time is longer [s], that explain the turns best
-    /// with this gain.
+    /// The steering offset [rad] and `t'` [s] that explain the turns best with this gain.
     #[inline]
     fn fitted_others(&self, gain: f64) -> (f64, f64) {
         let (m, y) = (&self.turning.information, &self.turning.moment);
@@ -266,8 +273,8 @@ impl Estimator {
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
     ///
     /// `bend` is the vehicle's curvature [1/m] by the angle of its wheels when the period began.
-    /// That angle answers poses before it, so that its noise is not that of the sample; the path's
-    /// curvature would be noisy wherever its waypoints are.
+    /// That angle answers earlier poses, so its noise is independent of that of this sample; the
+    /// path's curvature would be noisy wherever its waypoints are.
     #[inline]
     pub fn observe_slip(
         &mut self,
@@ -286,20 +293,22 @@ impl Estimator {
         if speed.abs() < pace || travel.abs() < Self::LEAST_TRAVEL {
             return;
         }
+        // The heading in the middle of the period; `aside` is the motion across it, to the left.
         let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
         let aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
-        let most = 4.0 * Self::MAX_SLIP * travel.abs()
+        let most = Self::MOST_SLIPS * Self::MAX_SLIP * travel.abs()
             + Self::OUTLIER * sqrt(self.sliding.noise) * vehicle.wheelbase;
         let aside = saturate(aside, -most, most) / vehicle.wheelbase;
-        // In wheelbases, so that vehicles of every size learn alike.
-        let (share, square) = (
+        // s in wheelbases, so that vehicles of every size learn alike, and v² / L.
+        let (distance, square) = (
             travel / vehicle.wheelbase,
             speed * speed / vehicle.wheelbase,
         );
-        let regressors = SVector::<f64, 2>::new(share, share * square * bend);
+        let regressors = SVector::<f64, 2>::new(distance, distance * square * bend);
         self.sliding
             .observe(regressors, aside, params.slip_time, dt);
         let (m, y) = (&self.sliding.information, &self.sliding.moment);
+        // That of the compliance: slip per curvature is compliance times v² / L.
         let doubt = Self::LENGTH_DOUBT * vehicle.wheelbase / square;
         let aa = m.m11 + self.sliding.prior(Self::SLIP_PRIOR, Self::SLIP_DOUBT);
         let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
@@ -312,8 +321,7 @@ impl Estimator {
         self.find_slip_length(vehicle, now.speed);
     }
 
-    /// Tyres slip in proportion to the lateral acceleration: what is learnt at one speed is taken
-    /// for another with the ratio of their squares.
+    /// Slip per curvature at `speed`: `compliance v² / L`, at most a wheelbase.
     #[inline]
     fn find_slip_length(&mut self, vehicle: &Vehicle, speed: f64) {
         let length = self.slip_compliance * (speed * speed / vehicle.wheelbase);

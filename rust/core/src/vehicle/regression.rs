@@ -1,10 +1,10 @@
 //! Least squares that forget, for what turns and sideways motions tell of a vehicle.
 //!
 //! In a period, regressors `phi` and a measured change `y` of a yaw or of a position belong together
-//! by `y = phi^T theta + noise`. The noise of a *position* `n` is in such a change twice, as
-//! `n_k - n_(k-1)`: in sums of changes it is there once. So the fit is one of sums over the last
-//! [`SPAN`] seconds, in which the noise is white, and what a fit of the changes themselves would
-//! blur is told exactly:
+//! by `y = phi^T theta + noise`. The noise `n` of the pose itself is in such a change twice, as
+//! `n_k - n_(k-1)`, so successive changes have correlated noise, and a fit of them would weigh it
+//! wrongly. In a sum of changes all but the last `n` cancel. So the sums over the last [`SPAN`]
+//! seconds are fitted, in which the noise is nearly white:
 //!
 //! ```text
 //! Phi = rho Phi + phi,   Y = rho Y + y,                      rho    = exp(-dt / SPAN)
@@ -14,8 +14,13 @@
 //!
 //! (Astrom and Wittenmark, *Adaptive Control*, section 2.2, in the form of the information matrix).
 //! Weighed with `dt`, what is learnt in a second does not depend on the control period. The prior
-//! `theta_0` with its weights `W` is not forgotten. `W` grows with the noise that is seen, so that
-//! noise alone never moves an estimate by more than a part of the doubt that its owner has of it.
+//! `theta_0` with its weights `W = diag(w_i)` is not forgotten. `w_i` grows with the variance `s` of
+//! the noise, so that noise alone does not move an estimate beyond the doubt `sigma_i` in it:
+//!
+//! ```text
+//! w_i = least_i + s (SPAN / 2) / sigma_i^2          SPAN / 2: integral of rho^2 over all times
+//! s   = mean of (r_k - r_(k-1))^2 / 2               r = Y - Phi^T theta
+//! ```
 //!
 //! Assumed: noise that is white from pose to pose. Noise that wanders more slowly than [`SPAN`] is
 //! taken for the vehicle's own motion.
@@ -100,8 +105,8 @@ impl<const N: usize> Regression<N> {
         self.moment = self.moment * kept + weighed * self.measured;
     }
 
-    /// Learns the noise from what `theta` leaves. White noise of variance `s` is in each residual:
-    /// their differences have `2 s`. What changes slowly, as by a wrong `theta`, counts little.
+    /// Learns the noise from the residuals of `theta`: the difference of two with white noise of
+    /// variance `s` has `2 s`. What changes slowly, as by a wrong `theta`, counts little.
     #[inline]
     pub fn observe_noise(&mut self, theta: SVector<f64, N>, dt: f64) {
         let residual = self.measured - self.regressors.dot(&theta);
@@ -116,8 +121,7 @@ impl<const N: usize> Regression<N> {
         self.noise += (0.5 * change * change - self.noise) * weight;
     }
 
-    /// Weight of what is given: `least`, or as much as makes the noise count for no more than
-    /// `doubt`, the standard deviation of what is estimated.
+    /// `w_i`: weight of the given value, for a parameter with the standard deviation `doubt`.
     #[inline]
     pub fn prior(&self, least: f64, doubt: f64) -> f64 {
         // The noise of the pose that a sum began with stays in it as long as the sum does.
