@@ -11,16 +11,21 @@
 //! d' = 0
 //! ```
 //!
-//! A Luenberger observer with a double pole at `-1 / time` finds `d` from the measured speed. With
-//! `p = exp(-dt / time)` and the error `r` of the predicted speed,
+//! A Luenberger observer finds `d` from the measured speed. With the mean `a` of the period,
+//! `p = exp(-dt / time)` and a share `k` of 1,
 //!
 //! ```text
-//! v = v + (1 - p²) r              d = d + (1 - p)² / dt r,    |d| <= 2 m/s²
+//! [v]   [1  dt] [v]   [dt]                          r = measured speed - v
+//! [d] = [0   1] [d] + [ 0] (a + known)
+//!
+//! [v]   [v]   [1 - k p²       ]
+//! [d] = [d] + [k (1 - p)² / dt] r,    |d| <= MAX_DISTURBANCE
 //! ```
 //!
-//! A drive may respond later or earlier than the vehicle says: with `b`, the answer of one that is 0.3
-//! s slower, or the command itself, an error of the sign of `b - a` may be due to that alone. Only
-//! its share `1 / (1 + ((b - a) / 0.5 L)²)` then counts for `d`, and the model's speed takes the rest.
+//! where `k = 1` places both poles at `p`, that is at `-1 / time`. A drive may respond later or
+//! earlier than the vehicle says: with `b`, the answer of one that is slower by `UNTOLD_LAG`, or the
+//! command itself, an error of the sign of `b - a` may be due to that alone. Then
+//! `k = 1 / (1 + ((b - a) / (AMBIGUOUS L))²)`: a part of it counts for `d`, and the speed takes the rest.
 //! A drive that gives less than asked while the vehicle speeds up is at its end, and will not be while
 //! it brakes: that is not learnt. The estimate rests while the brakes hold the vehicle: how much of
 //! their force that takes is not known.

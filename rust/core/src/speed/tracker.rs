@@ -17,16 +17,20 @@
 //!
 //! with gravity `g` along a path that knows its grade, and the estimate `d` of all other
 //! accelerations ([`disturbance`](super::disturbance)). Where the path ends, changes its direction
-//! or says 0 the vehicle stops, and errors of the speed must not shift the place. With the distance
-//! `D` to the stop, what is wanted is a constant deceleration to it:
+//! or says 0 the vehicle stops, and errors of the speed must not shift the place. The distance `D` to
+//! the stop follows the measured one with a share `α`, so that noise of the pose counts little. What
+//! is wanted is a constant deceleration to the stop, with the planned deceleration `b` of the vehicle:
 //!
 //! ```text
+//! D'      = last D - v dt                           by the speed
+//! D       = D' + α (measured D - D')                but the measured one after a jump
+//! c       = min(creep, sqrt(b D))                   the speed to creep with
 //! v_T     = max(v + (last command + g + d) T, 0)    speed when the command takes effect
 //! D_T     = D - margin - T (v + v_T) / 2            distance that remains then
 //! wanted  = -(v_T² - c²) / (2 D_T)                  once that is near the largest deceleration
 //! ```
 //!
-//! down to a creeping speed `c`, or more where that keeps the plan. The harder of the two counts.
+//! down to `c`, or harder where that keeps the plan: the harder of the two counts.
 //! `wanted` is kept within the vehicle's accelerations, extended by `reserve`. Only where the vehicle
 //! would overrun its stop it brakes harder, up to what its brakes can do, and `cannot_stop` says when
 //! even that is not enough. The command changes by at most `max_jerk * dt`.
@@ -60,8 +64,8 @@ const ARRIVED: f64 = 1.0 / 120.0;
 /// It leaves its stop again when that is this far ahead, in wheelbases: 15 cm for a car of 3 m, seven
 /// deviations of a position with 2 cm of noise.
 const LEAVES: f64 = 1.0 / 20.0;
-/// How much a pose counts for the distance to a stop, against the distance travelled since the last:
-/// noise of 2 cm moves it by less than 1 cm.
+/// `α`: how much a pose counts for the distance to a stop, against the distance travelled since the
+/// last. Noise of 2 cm moves it by less than 1 cm.
 const POSE_SHARE: f64 = 0.25;
 /// A stop so far behind a vehicle that moves is one that it overran, in wheelbases: it stops at once.
 const OVERRUN: f64 = 2.0;
@@ -77,6 +81,8 @@ const NO_ROOM: f64 = 1e-3;
 /// Farther from the path than this, in wheelbases, the vehicle is searched for on the whole path.
 /// Less: a jump of the localisation may find another branch. More: it follows a wrong one for longer.
 const LOST: f64 = 10.0;
+/// On a new path, a place elsewhere counts only if it is nearer by more than this, in wheelbases.
+const NEARER: f64 = 0.1;
 /// Bound of the accelerations of a state [m/s²]: beyond every limit that a vehicle may have, extended
 /// by `reserve`, and small enough that a step computes finite numbers with it.
 const ACCELERATION_BOUND: f64 = 1e4;
@@ -91,9 +97,9 @@ const HOLD: f64 = 0.5;
 /// A vehicle that is to speed up by more than this share of its largest acceleration may be at the end
 /// of what its drive gives.
 const FULL_DRIVE: f64 = 0.5;
-/// At rest, as a share of the creeping speed: the brakes then hold with more than comfort.
+/// Below this share of the creeping speed the vehicle is at rest: the brakes may then hold it with
+/// more than the deceleration of a plan.
 const AT_REST: f64 = 0.2;
-
 /// A turn of the wheels that a start does not wait for [rad].
 const SMALL_TURN: f64 = 0.02;
 /// How many steering lags the wheels are waited for, beside the time at their rate.
@@ -427,7 +433,7 @@ impl SpeedTracker {
         } else {
             stop - arc
         };
-        // The speed knows how far the vehicle moved since the last step, the pose where it is.
+        // D' and D: the speed shows how far the vehicle moved since the last step, the pose where it is.
         let expected = state.to_stop.map(|last| last - speed * dt);
         let to_stop = match expected.map(|expected| (expected, measured - expected)) {
             Some((expected, error)) if error.abs() < LEAVES * wheelbase => {
@@ -521,7 +527,7 @@ impl SpeedTracker {
             reach: self.follow.search_distance + old.segment_length(last),
         };
         let opposite = self.follow.opposite_distance;
-        let tolerance = 0.1 * self.vehicle.wheelbase;
+        let tolerance = NEARER * self.vehicle.wheelbase;
         let found = carry_over(old, new, progress, opposite, tolerance, STEP_BUDGET);
         state.waypoint = Some(found.segment);
     }

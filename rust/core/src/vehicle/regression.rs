@@ -64,7 +64,7 @@ pub struct Regression<const N: usize> {
     pub residual: f64,
     /// Variance of the noise.
     pub noise: f64,
-    /// How long the noise was observed [s], up to [`Self::NOISE_TIME`].
+    /// How long the noise was observed [s], up to 5 s.
     pub noise_time: f64,
 }
 
