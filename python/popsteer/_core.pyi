@@ -294,6 +294,8 @@ class Path:
         closed: bool = False,
         reverse: ArrayLike | None = None,
         grade: ArrayLike | None = None,
+        yaw: ArrayLike | Literal["spline"] | None = None,
+        curvature: ArrayLike | None = None,
         drop_duplicates: bool = False,
     ) -> Self: ...
     @classmethod
@@ -304,6 +306,8 @@ class Path:
     speed: Final[_Floats | None]
     reverse: Final[_Flags | None]
     grade: Final[_Floats | None]
+    yaw: Final[_Floats | None]
+    curvature: Final[_Floats | None]
     length: Final[float]
     closed: Final[bool]
     def __len__(self) -> int: ...

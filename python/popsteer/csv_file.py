@@ -1,4 +1,4 @@
-"""Waypoints read from text files: columns x, y and, optionally, a reference speed."""
+"""Waypoints read from text files: columns x, y and, optionally, speed, yaw and curvature."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_PARSED_COLUMNS = 3  # x, y, reference speed; the others are never looked at
 # Names of columns, without units: of a position, and of a speed.
 _PLACES = ("{}", "{}_m", "pos_{}", "position_{}", "{}_pos")
 _SPEEDS = ("speed", "v", "vx", "velocity", "speed_mps", "v_mps", "vx_mps", "speed_m_s", "v_ref")
+_YAWS = ("yaw", "yaw_rad")
+_CURVATURES = ("curvature", "curvature_1_m", "kappa", "kappa_radpm", "kappa_1_m")
 _MANY = 100  # columns: numpy is not asked to read more
 _SHOWN = 12  # names of columns in a message
 _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
@@ -51,13 +52,24 @@ def read_waypoints(
     text, the names lack x or y or have one twice, a row has more or fewer columns than the first,
     an entry is not a finite number, or there are fewer than two rows; its `index` is the waypoint.
     """
-    values = _read(os.fsdecode(file))
+    xy, more = read_columns(file)
+    return xy, more.get("speed")
+
+
+def read_columns(
+    file: str | os.PathLike[str],
+) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    """Read waypoints as `read_waypoints` does, and what else they have by name.
+
+    That is ``speed``, and ``yaw`` [rad] and ``curvature`` [1/m] where the first row names them.
+    """
+    values, names = _read(os.fsdecode(file))
     xy = np.ascontiguousarray(values[:, :2])
-    return xy, (values[:, 2].copy() if values.shape[1] == _PARSED_COLUMNS else None)
+    return xy, {name: values[:, k].copy() for k, name in enumerate(names) if k > 1}
 
 
-def _read(name: str) -> NDArray[np.float64]:
-    """Read the columns that are parsed, (N, 2) or (N, 3)."""
+def _read(name: str) -> tuple[NDArray[np.float64], Sequence[str]]:
+    """Read the columns that are parsed, and what they are."""
     try:
         data = read_bytes(name)
     except OSError as error:
@@ -68,7 +80,7 @@ def _read(name: str) -> NDArray[np.float64]:
     return _read_carefully(name, data) if values is None else values
 
 
-def _read_fast(data: bytes) -> NDArray[np.float64] | None:
+def _read_fast(data: bytes) -> tuple[NDArray[np.float64], Sequence[str]] | None:
     """Let numpy read what is plain; None where it is not, for `_read_carefully` to decide.
 
     Whatever this returns is what `_read_carefully` returns: numpy is only shown files whose rows it
@@ -92,24 +104,26 @@ def _read_fast(data: bytes) -> NDArray[np.float64] | None:
             return None
         used = _used("", columns, names)
         # Other columns may hold anything. They are counted, and the least of them is kept.
-        kinds = np.dtype([(str(k), np.float64 if k in used else "U1") for k in range(columns)])
+        kinds = np.dtype(
+            [(str(k), np.float64 if k in used.values() else "U1") for k in range(columns)]
+        )
         delimiter = "," if "," in line.partition("#")[0] else None
         if delimiter is None and columns > len(used) and b"," in data:
             return None  # numpy would take a row with commas for one that has none
         rows = np.loadtxt(chain([line], lines), kinds, delimiter=delimiter, comments="#", ndmin=1)
     except ValueError:  # also of text that is not UTF-8, and of names that do not do
         return None
-    values: NDArray[np.float64] = np.column_stack([rows[str(k)] for k in used])
-    return values if len(values) >= 2 and np.isfinite(values).all() else None
+    values: NDArray[np.float64] = np.column_stack([rows[str(k)] for k in used.values()])
+    return (values, list(used)) if len(values) >= 2 and np.isfinite(values).all() else None
 
 
-def _read_carefully(name: str, data: bytes) -> NDArray[np.float64]:
+def _read_carefully(name: str, data: bytes) -> tuple[NDArray[np.float64], Sequence[str]]:
     """Read line by line: what this takes, and says about the rest, is how files are defined."""
     _check_text(name, data)
     rows = _rows(name, _lines(data))
     first = next(rows, None)
     columns = 0 if first is None else len(first.fields)
-    used: Sequence[int] = range(min(columns, _PARSED_COLUMNS))
+    used = _used("", columns, None)
     if first is not None and _names_columns(first.fields):
         _check_columns(first, columns)
         used = _used(first.where, columns, first.fields)
@@ -120,12 +134,12 @@ def _read_carefully(name: str, data: bytes) -> NDArray[np.float64]:
     count = 0
     for index, row in enumerate(rows):
         _check_columns(row, columns, index)
-        numbers.extend([_number(row, column, index) for column in used])
+        numbers.extend([_number(row, column, index) for column in used.values()])
         count += 1
     if count < 2:
         message = f"{name}: at least 2 waypoints are needed, found {count}"
         raise PathError(message)
-    return np.array(numbers).reshape(count, len(used))
+    return np.array(numbers).reshape(count, len(used)), list(used)
 
 
 def _check_text(name: str, data: bytes) -> None:
@@ -167,20 +181,23 @@ def _names_columns(fields: list[str]) -> bool:
     return all(_parse(field) is None for field in fields[:2])
 
 
-def _used(where: str, columns: int, names: list[str] | None) -> Sequence[int]:
-    """Find the columns of x, y and, if any, the speed: by their names, where they have names."""
+def _used(where: str, columns: int, names: list[str] | None) -> dict[str, int]:
+    """Find the columns of x, y and, if any, the others: by their names, where they have names."""
     if names is None:
-        return range(min(columns, _PARSED_COLUMNS))
+        return {name: k for k, name in enumerate(("x", "y", "speed")) if k < columns}
     plain = ["_".join(re.split(r"[\[(]", name)[0].lower().split()) for name in names]
-    found = []
-    for wanted in (*([form.format(axis) for form in _PLACES] for axis in "xy"), _SPEEDS):
+    found: dict[str, int] = {}
+    places = {axis: tuple(form.format(axis) for form in _PLACES) for axis in "xy"}
+    others = {"speed": _SPEEDS, "yaw": _YAWS, "curvature": _CURVATURES}
+    for what, wanted in (places | others).items():
         there = [plain.index(name) for name in wanted if name in plain]
         shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
-        if not there and wanted is not _SPEEDS:
+        if not there and what in places:
             raise PathError(f"{where}: no column is named {wanted[0]}; there are: {shown[:200]}")
         if there and plain.count(plain[there[0]]) > 1:
             raise PathError(f"{where}: two columns are named {names[there[0]][:200]}")
-        found += there[:1]
+        if there:
+            found[what] = there[0]
     return found
 
 

@@ -56,6 +56,7 @@ HELD = {
     "speed/disturbance.rs": f"{_RUST}speed_equations.rs",
     "speed/stops.rs": f"{_RUST}stopping.rs",
     "path/carry.rs": f"{_RUST}new_path.rs",
+    "path/shape.rs": f"{_RUST}shape.rs",
     "tracker/gate.rs": "tests/trust/test_poses.py",
     "tracker/hold.rs": f"{_RUST}tracker.rs",
     "tracker/intend.rs": f"{_RUST}new_path.rs",

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import popsteer
 
@@ -108,6 +109,28 @@ def straight(length: float = 300.0) -> Curve:
     """A straight line with a waypoint a metre."""
     x = np.arange(0.0, length)
     return np.column_stack((x, np.zeros(len(x))))
+
+
+def circuit(seed: int, spacing: float = 0.1) -> Curve:
+    """A closed spline of 500 to 800 m with hairpins of 7 to 12 m."""
+    rng = random.Random(seed)
+    while True:
+        count = rng.randint(8, 12)
+        angles = [2.0 * math.pi * (k + rng.uniform(-0.3, 0.3)) / count for k in range(count)]
+        distance = np.array([rng.uniform(35.0, 130.0) for _ in angles])
+        angle = np.sort(angles)
+        points = np.column_stack((distance * np.cos(angle), distance * np.sin(angle)))
+        points = np.vstack((points, points[:1]))
+        knots = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T) ** 0.5))
+        curve = CubicSpline(knots, points, bc_type="periodic")
+        at = np.linspace(0.0, knots[-1], 20000)
+        (dx, dy), (ddx, ddy) = curve(at, 1).T, curve(at, 2).T
+        tightest = 1.0 / np.max(np.abs(dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3)
+        if 7.0 < tightest < 12.0:
+            xy = curve(at)
+            arc = np.append(0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T)))
+            at = np.arange(0.0, arc[-1] - 0.5 * spacing, spacing)
+            return np.column_stack([np.interp(at, arc, each) for each in xy.T])
 
 
 def zigzag(along: float, aside: float) -> Curve:

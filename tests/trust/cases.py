@@ -18,6 +18,7 @@ from tests.trust.car import (
     Car,
     alternating,
     bends,
+    circuit,
     drive,
     flips,
     freezing,
@@ -233,6 +234,30 @@ def corners(along: float, aside: float) -> Drive:
     return drive(told=GRIP, course=zigzag(along, aside), speed=10.0, seconds=60.0)
 
 
+@functools.cache
+def coarse(seed: int, spacing: int, **shape: Any) -> float:
+    """Mean error on a circuit whose waypoints are so far apart, at 5 m/s [m]."""
+    fine = circuit(seed)
+    path = popsteer.Path(fine[:: 10 * spacing], closed=True, **shape)
+    steering, truth = popsteer.PreviewPop(path, TOLD), popsteer.Path(fine, closed=True)
+    (x, y), (along, aside) = fine[0], fine[1] - fine[0]
+    car = Car(x=x, y=y, yaw=math.atan2(aside, along), speed=5.0)
+    errors = []
+    while car.time < 60.0:
+        car.command(steering.step(*car.pose(), 0.05).steer)
+        car.advance(0.05, 5.0)
+        errors.append(abs(truth.project(car.x, car.y).cross_track_error))
+    return statistics.fmean(errors[100:])
+
+
+def coarser(**shape: Any) -> float:
+    """The largest ratio of the errors with waypoints 5 m and 1 m apart, on three circuits."""
+    try:
+        return max(coarse(seed, 5, **shape) / coarse(seed, 1) for seed in range(3))
+    except TypeError:  # Version 0.3.0 knows no headings.
+        return max(coarse(seed, 5) / coarse(seed, 1) for seed in range(3))
+
+
 def lateral_with_offset(law: Any) -> float:
     """Straight on with an offset of 0.05 rad for 40 s, then 3 m to the side at 20 m/s [m/s^2]."""
     course = np.vstack((straight(800.0), straight(200.0) + np.array((800.0, 3.0))))
@@ -402,6 +427,10 @@ CASES = [
     Case(
         "zigzag of 30 by 10 m: mean error",
         *(0.42, "{:.2f} m", lambda: corners(30.0, 10.0).mean(0.0)),
+    ),
+    Case(
+        'waypoints 5 m apart, `yaw="spline"`: error by that 1 m apart',
+        *(2.0, "{:.1f} times", partial(coarser, yaw="spline")),
     ),
     *(
         Case(

@@ -111,6 +111,17 @@ pub enum PathError {
         /// The bounds.
         requirement: Requirement,
     },
+    /// A heading or a curvature that the waypoints do not bear out.
+    Contradicting {
+        /// `yaw` or `curvature`.
+        field: &'static str,
+        /// The index of the waypoint.
+        index: usize,
+        /// The value.
+        value: f64,
+        /// About what the waypoints say.
+        expected: f64,
+    },
     /// Two neighbours at one place: the path has no direction there.
     Coinciding {
         /// The index of the first of the two waypoints.
@@ -149,6 +160,18 @@ impl fmt::Display for PathError {
                 write!(
                     f,
                     "{field} of waypoint {index} must be {requirement}, got {value:?}"
+                )
+            }
+            Self::Contradicting {
+                field,
+                index,
+                value,
+                expected,
+            } => {
+                write!(
+                    f,
+                    "{field} of waypoint {index} is {value:?}, but by the waypoints it is about \
+                     {expected:.3}"
                 )
             }
             Self::Coinciding { index, next } => {

@@ -128,6 +128,7 @@ impl IntoPyErr for PathError {
                 class.call_method1("out_of_range", (field, index, value, words))
             }
             Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
+            Self::Contradicting { index, .. } => class.call1((self.to_string(), index)),
             Self::GridTooLarge { points, most } => {
                 class.call_method1("grid_too_large", (points, most))
             }

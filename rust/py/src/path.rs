@@ -38,6 +38,14 @@ use crate::waypoints::Waypoints;
 /// grade : array_like, optional
 ///     Slope along the path at each waypoint, rise over run, shape (N,); positive uphill in the
 ///     order of the waypoints. By default the path is level.
+/// yaw : array_like or "spline", optional
+///     The vehicle's heading on the path at each waypoint as its planner has it, shape (N,) [rad];
+///     it points against the order of the waypoints where the path is driven backwards. "spline":
+///     heading and curvature are those of the natural cubic spline through the waypoints, for
+///     coarse ones without noise. By default the path is its segments.
+/// curvature : array_like, optional
+///     The vehicle's curvature on the path at each waypoint, tan(wheels' angle) / wheelbase, shape
+///     (N,) [1/m]; without a yaw the heading is that of the spline, which then has to agree.
 /// drop_duplicates : bool, default False
 ///     Whether of neighbours that coincide only the last is kept, instead of refusing them.
 ///
@@ -45,8 +53,9 @@ use crate::waypoints::Waypoints;
 /// ------
 /// PathError
 ///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s, a slope
-///     of 1), or
-///     neighbours coincide; names the waypoint.
+///     of 1), neighbours coincide, or the waypoints contradict the yaw (by more than 0.35 rad over
+///     a metre before or after) or the curvature (by more than 0.35 rad and a fifth of all turns up
+///     to there); names the waypoint.
 ///
 /// Examples
 /// --------
@@ -102,8 +111,8 @@ impl PyPath {
 impl PyPath {
     #[new]
     #[pyo3(
-        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, drop_duplicates=false),
-        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, drop_duplicates=False)"
+        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, yaw=None, curvature=None, drop_duplicates=false),
+        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, drop_duplicates=False)"
     )]
     fn new(
         py: Python<'_>,
@@ -113,6 +122,8 @@ impl PyPath {
         closed: bool,
         reverse: Option<Vec<bool>>,
         grade: Option<&Bound<'_, PyAny>>,
+        yaw: Option<&Bound<'_, PyAny>>,
+        curvature: Option<&Bound<'_, PyAny>>,
         drop_duplicates: bool,
     ) -> PyResult<Self> {
         if !more.is_empty() {
@@ -121,7 +132,10 @@ impl PyPath {
                  Path(numpy.column_stack((x, y)), speed=...)",
             ));
         }
-        let mut given = Waypoints::read(py, xy, speed, reverse, grade)?;
+        let is_spline =
+            yaw.is_some_and(|yaw| yaw.extract::<&str>().is_ok_and(|text| text == "spline"));
+        let yaw = yaw.filter(|_| !is_spline);
+        let mut given = Waypoints::read(py, xy, speed, reverse, grade, (yaw, curvature))?;
         if drop_duplicates {
             given = given.distinct(closed);
         }
@@ -131,6 +145,8 @@ impl PyPath {
             speed,
             reverse,
             grade,
+            yaw,
+            curvature,
         } = given;
         let mut path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
         if let Some(reverse) = reverse {
@@ -138,6 +154,10 @@ impl PyPath {
         }
         if let Some(grade) = grade {
             path = path.with_grade(&grade).or_raise(py)?;
+        }
+        if is_spline || yaw.is_some() || curvature.is_some() {
+            let (yaw, curvature) = (yaw.as_deref(), curvature.as_deref());
+            path = path.with_yaw(yaw, curvature).or_raise(py)?;
         }
         Ok(Self(Arc::new(path)))
     }
@@ -149,7 +169,8 @@ impl PyPath {
     /// file : str or path-like
     ///     Columns x [m], y [m] and optionally reference speed [m/s], apart by commas or white
     ///     space; ``#`` comments. Where the first row names the columns, they are found by name
-    ///     (x, y, speed or v); else they are the first ones. Other columns are left alone.
+    ///     (x, y, speed or v, yaw, curvature or kappa); else they are the first ones. Other columns
+    ///     are left alone.
     /// closed : bool, default False
     ///     Whether the last waypoint leads back to the first.
     ///
@@ -171,10 +192,9 @@ impl PyPath {
         closed: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = cls.py();
-        let read = py.import("popsteer.csv_file")?.getattr("read_waypoints")?;
-        let (xy, speed): (Bound<'py, PyAny>, Bound<'py, PyAny>) = read.call1((file,))?.extract()?;
-        let options = PyDict::new(py);
-        options.set_item("speed", speed)?;
+        let read = py.import("popsteer.csv_file")?.getattr("read_columns")?;
+        let (xy, options): (Bound<'py, PyAny>, Bound<'py, PyDict>) =
+            read.call1((file,))?.extract()?;
         options.set_item("closed", closed)?;
         cls.call((xy,), Some(&options))
     }
@@ -217,6 +237,19 @@ impl PyPath {
         Some(PyArray1::from_slice(py, self.view().grade()?))
     }
 
+    /// The vehicle's heading at each waypoint, a new array of shape (N,) [rad]; None where the path
+    /// is its segments.
+    #[getter]
+    fn yaw<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        Some(PyArray1::from_slice(py, self.view().yaw()?))
+    }
+
+    /// The vehicle's curvature at each waypoint, a new array of shape (N,) [1/m]; None without.
+    #[getter]
+    fn curvature<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        Some(PyArray1::from_slice(py, self.view().curvature()?))
+    }
+
     /// Arc length of the whole path [m], the closing segment included.
     #[getter]
     fn length(&self) -> f64 {
@@ -249,6 +282,12 @@ impl PyPath {
         options.set_item("closed", self.closed())?;
         options.set_item("reverse", self.reverse(py))?;
         options.set_item("grade", self.grade(py))?;
+        if self.0.is_spline() {
+            options.set_item("yaw", "spline")?;
+        } else {
+            options.set_item("yaw", self.yaw(py))?;
+            options.set_item("curvature", self.curvature(py))?;
+        }
         Ok((PyTuple::new(py, [xy])?, options))
     }
 

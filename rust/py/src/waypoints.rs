@@ -16,6 +16,8 @@ pub(crate) struct Waypoints {
     pub(crate) speed: Option<Vec<f64>>,
     pub(crate) reverse: Option<Vec<bool>>,
     pub(crate) grade: Option<Vec<f64>>,
+    pub(crate) yaw: Option<Vec<f64>>,
+    pub(crate) curvature: Option<Vec<f64>>,
 }
 
 impl Waypoints {
@@ -26,6 +28,7 @@ impl Waypoints {
         speed: Option<&Bound<'_, PyAny>>,
         reverse: Option<Vec<bool>>,
         grade: Option<&Bound<'_, PyAny>>,
+        (yaw, curvature): (Option<&Bound<'_, PyAny>>, Option<&Bound<'_, PyAny>>),
     ) -> PyResult<Self> {
         let xy = as_array(xy, "xy", "(N, 2)")?;
         let waypoints = xy
@@ -42,6 +45,8 @@ impl Waypoints {
             speed: column(speed, "speed")?,
             reverse,
             grade: column(grade, "grade")?,
+            yaw: column(yaw, "yaw")?,
+            curvature: column(curvature, "curvature")?,
         })
     }
 
@@ -54,6 +59,8 @@ impl Waypoints {
             speed: self.speed.map(|speed| pick(speed, &kept, count)),
             reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
             grade: self.grade.map(|grade| pick(grade, &kept, count)),
+            yaw: self.yaw.map(|yaw| pick(yaw, &kept, count)),
+            curvature: self.curvature.map(|all| pick(all, &kept, count)),
             x: pick(self.x, &kept, count),
             y: pick(self.y, &kept, count),
         }

@@ -192,6 +192,7 @@ impl Follow {
         let reach = self.search_distance + travelled;
         let opposite = self.opposite_distance;
         let closest = locate(path, segment, position, heading, reach, opposite);
+        let closest = closest.on_curve(path, position);
         Located {
             position,
             closest,

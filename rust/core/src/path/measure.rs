@@ -1,6 +1,6 @@
 //! Waypoints, checked and measured once.
 
-use crate::bounds::{MAX_COORDINATE, MAX_GRADE, MAX_SPEED};
+use crate::bounds::{MAX_COORDINATE, MAX_SPEED};
 use crate::error::{PathError, Requirement, in_range};
 use crate::geometry::{Point, get_distance};
 
@@ -94,14 +94,19 @@ fn check_waypoints(
     Ok(())
 }
 
-/// Checks the slope at each of the `waypoints`.
-pub(super) fn check_grade(grade: &[f64], waypoints: usize) -> Result<(), PathError> {
-    if grade.len() == waypoints {
-        return check_numbers("grade", grade, MAX_GRADE);
+/// Checks that there is a number for each of the `waypoints`, within `bound` either way.
+pub(super) fn check_column(
+    field: &'static str,
+    column: &[f64],
+    waypoints: usize,
+    bound: f64,
+) -> Result<(), PathError> {
+    if column.len() == waypoints {
+        return check_numbers(field, column, bound);
     }
     Err(PathError::LengthMismatch {
-        field: "grade",
-        length: grade.len(),
+        field,
+        length: column.len(),
         waypoints,
     })
 }

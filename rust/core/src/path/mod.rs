@@ -6,6 +6,7 @@
 //!   long paths.
 //! - [`follow`] takes a vehicle along the path in both directions.
 //! - [`carry`] takes a place over to a path that replaces another.
+//! - `shape` is the curve that headings and curvatures of a planner's own make.
 //! - [`preview`] gives the path's turns ahead, [`stop`] distance and speed to the next stop.
 //! - [`resample`] makes the fine grid of the near neighbourhood and [`lookahead`] searches it, as
 //!   [`jump`] does faster.
@@ -28,6 +29,7 @@ pub mod preview;
 pub mod projection;
 pub mod relocalise;
 pub mod resample;
+mod shape;
 pub mod stop;
 pub mod view;
 

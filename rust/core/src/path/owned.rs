@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use super::boxes::{self, Bounds};
 use super::measure::{COINCIDING, Measures, measure};
+use super::shape::spline;
 use super::view::PathView;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
@@ -27,6 +28,9 @@ pub struct Path {
     speed: Option<Box<[f64]>>,
     reverse: Option<Box<[bool]>>,
     grade: Option<Box<[f64]>>,
+    yaw: Option<Box<[f64]>>,
+    curvature: Option<Box<[f64]>>,
+    is_spline: bool,
     measures: Measures,
     closed: bool,
     index: Option<Box<[Bounds]>>,
@@ -60,6 +64,9 @@ impl Path {
             s,
             speed: speed.map(Into::into),
             grade: None,
+            yaw: None,
+            curvature: None,
+            is_spline: false,
             measures,
             closed,
             index: None,
@@ -100,6 +107,43 @@ impl Path {
         })
     }
 
+    /// The same path with the vehicle's heading and curvature at each waypoint, as
+    /// [`PathView::with_yaw`]. What is not given is that of the natural cubic spline through the
+    /// waypoints, but no curvature where the heading is given alone.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`], as [`PathView::with_yaw`].
+    pub fn with_yaw(
+        self,
+        yaw: Option<&[f64]>,
+        curvature: Option<&[f64]>,
+    ) -> Result<Self, PathError> {
+        let is_spline = yaw.is_none() && curvature.is_none();
+        let (yaw, curvature) = if let Some(yaw) = yaw {
+            (yaw.into(), curvature.map(Into::into))
+        } else {
+            let (yaw, bends) = spline(&self.view());
+            (yaw, Some(curvature.map_or(bends, Into::into)))
+        };
+        // A spline that swings through noise or round corners is no contradiction.
+        if !is_spline {
+            self.view().with_yaw(&yaw, curvature.as_deref())?;
+        }
+        Ok(Self {
+            yaw: Some(yaw),
+            curvature,
+            is_spline,
+            ..self
+        })
+    }
+
+    /// Whether heading and curvature are those of the spline through the waypoints.
+    #[must_use]
+    pub fn is_spline(&self) -> bool {
+        self.is_spline
+    }
+
     /// The segments at whose ends the direction changes, in order.
     fn section_ends(&self) -> Option<Box<[usize]>> {
         self.reverse.as_ref()?;
@@ -118,6 +162,8 @@ impl Path {
             speed: self.speed.as_deref(),
             reverse: self.reverse.as_deref(),
             grade: self.grade.as_deref(),
+            yaw: self.yaw.as_deref(),
+            curvature: self.curvature.as_deref(),
             measures: self.measures,
             closed: self.closed,
             index: self.index.as_deref(),

@@ -2,7 +2,7 @@
 
 use super::view::PathView;
 use crate::geometry::{Point, get_distance, squared_distance};
-use crate::math::{atan, atan2, larger, remainder, saturate, smaller};
+use crate::math::{atan, atan2, cos, larger, remainder, saturate, sin, smaller, wrap};
 use crate::vehicle::Vehicle;
 
 /// The direction of a path, smoothed over `base` [m] of it.
@@ -87,8 +87,21 @@ impl<'a> Preview<'a> {
     /// Direction of the path at `arc_length` [rad].
     #[inline]
     pub fn path_yaw(&mut self, arc_length: f64) -> f64 {
+        if let Some(yaw) = self.given(arc_length) {
+            return yaw;
+        }
         let (x, y) = self.chord(arc_length);
         atan2(y, x)
+    }
+
+    /// The direction that the path's own headings have at `arc_length` [rad]; None without any.
+    #[inline]
+    fn given(&mut self, arc_length: f64) -> Option<f64> {
+        self.path.yaw()?;
+        let [_, here, _] = self.hints;
+        let (here, along) = self.place_at(arc_length, here);
+        self.hints = [here; 3];
+        self.path.direction(here, along)
     }
 
     /// The chord about `arc_length`, as far as it goes in x and in y [m].
@@ -124,6 +137,16 @@ impl<'a> Preview<'a> {
     /// [rad], into `turns`. Returns its direction at the start, as the x and y [m] of a chord.
     #[inline]
     pub fn turns(&mut self, arc_length: f64, step: f64, turns: &mut [f64]) -> (f64, f64) {
+        if let Some(first) = self.given(arc_length) {
+            let (mut here, mut travelled) = (first, 0.0);
+            for turn in turns {
+                travelled += step;
+                let next = self.given(arc_length + travelled).unwrap_or(here);
+                *turn = wrap(next - here);
+                here = next;
+            }
+            return (cos(first), sin(first));
+        }
         let first = self.chord(arc_length);
         let mut here = first;
         let mut travelled = 0.0;

@@ -63,9 +63,9 @@ pub struct ClosestPoint {
     pub point: Point,
     /// Square of the distance to the closest point [m^2].
     pub squared_distance: f64,
-    along: Point,
-    squared_length: f64,
-    side: f64,
+    pub(super) along: Point,
+    pub(super) squared_length: f64,
+    pub(super) side: f64,
 }
 
 impl ClosestPoint {

@@ -1,7 +1,8 @@
 //! Waypoints as borrowed slices, validated once.
 
 use super::boxes::Bounds;
-use super::measure::{Measures, check_grade, measure};
+use super::measure::{Measures, check_column, measure};
+use crate::bounds::MAX_GRADE;
 use crate::error::{InputError, PathError, Requirement};
 use crate::geometry::Point;
 use crate::math::from_count;
@@ -18,6 +19,8 @@ pub struct PathView<'a> {
     pub(super) speed: Option<&'a [f64]>,
     pub(super) reverse: Option<&'a [bool]>,
     pub(super) grade: Option<&'a [f64]>,
+    pub(super) yaw: Option<&'a [f64]>,
+    pub(super) curvature: Option<&'a [f64]>,
     pub(super) measures: Measures,
     pub(super) closed: bool,
     /// The boxes of its index, where it has one.
@@ -49,6 +52,8 @@ impl<'a> PathView<'a> {
             speed,
             reverse: None,
             grade: None,
+            yaw: None,
+            curvature: None,
             measures,
             closed,
             index: None,
@@ -86,7 +91,7 @@ impl<'a> PathView<'a> {
     /// [`PathError`]: not an entry for each waypoint, or one that is not finite or beyond
     /// [`MAX_GRADE`](crate::bounds::MAX_GRADE).
     pub fn with_grade(self, grade: &'a [f64]) -> Result<Self, PathError> {
-        check_grade(grade, self.len())?;
+        check_column("grade", grade, self.len(), MAX_GRADE)?;
         Ok(Self {
             grade: Some(grade),
             ..self

@@ -34,6 +34,14 @@ const SEAM_NODES: usize = 8;
 /// of three nodes or fewer are not smoothed, and one of a single segment is straight.
 #[must_use]
 pub fn path_curvature(path: &PathView<'_>, length: f64) -> Vec<f64> {
+    if let Some(given) = path.curvature() {
+        let signs = (0..path.len()).map(|index| path.is_reverse(index));
+        return given
+            .iter()
+            .zip(signs)
+            .map(|(&bend, reverse)| if reverse { -bend } else { bend })
+            .collect();
+    }
     let mut curvature = vec![0.0; path.len()];
     let segments = path.segments();
     let Some(first_cusp) = (0..segments).find(|&segment| path.ends_at_cusp(segment)) else {

@@ -61,6 +61,7 @@ impl<L: LateralLaw> Tracker<L> {
             reach: self.follow().search_distance,
         };
         let closest = carry_over(old, new, progress, opposite, limit, STEP_BUDGET);
+        let closest = closest.on_curve(new, place.predicted);
         let (start, end) = old.segment(last);
         let along = end - start;
 

@@ -163,7 +163,9 @@ fn check_refusal(waypoints: &Waypoints, error: &PathError) {
             let from = Point::new(x[index], y[index]);
             assert!(get_distance(from, Point::new(x[next], y[next])) <= COINCIDING);
         }
-        PathError::LengthMismatch { .. } | PathError::GridTooLarge { .. } => {
+        PathError::LengthMismatch { .. }
+        | PathError::GridTooLarge { .. }
+        | PathError::Contradicting { .. } => {
             panic!("no reason to refuse: {error}")
         }
     }
