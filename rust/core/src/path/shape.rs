@@ -20,7 +20,7 @@ use super::view::PathView;
 use crate::bounds::MAX_YAW;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance, squared_distance};
-use crate::math::{PI, atan2, cos, larger, saturate, sin, wrap};
+use crate::math::{PI, atan2, cos, saturate, sin, wrap};
 
 /// How far a heading may be off the waypoints' directions [rad]: 20 degrees. That is far more than
 /// centimetres of noise turn a chord of a metre, and less than a wrong unit, sign or frame is off.
@@ -283,7 +283,7 @@ pub(super) fn spline(path: &PathView<'_>) -> (Box<[f64]>, Box<[f64]>) {
                 chord + (here + there * 2.0) * (length / 6.0)
             };
             let bend = at(&second, index);
-            let size = larger(get_distance(tangent, Point::new(0.0, 0.0)), 1e-9);
+            let size = get_distance(tangent, Point::new(0.0, 0.0)) + 1e-9;
             let curvature = (tangent.x * bend.y - tangent.y * bend.x) / (size * size * size);
             let sign = if path.is_reverse(segment) { -1.0 } else { 1.0 };
             let yaw = path.vehicle_yaw(segment, atan2(tangent.y, tangent.x));
