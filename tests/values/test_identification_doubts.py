@@ -339,3 +339,64 @@ def test_logs_that_show_too_little_are_refused_at_their_bounds() -> None:
                 checks.refuse_units(Log(**columns))
         else:
             checks.refuse_units(Log(**columns))
+
+
+def test_doubts_are_settled_one_after_the_other_with_what_was_found_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two doubts in turn: what each fit begins with, and how well the delay is known at the end."""
+    rates = {"max_steer_rate": 0.4}
+    fits = [
+        _fit({"turning_wheelbase": 2.6, **rates}, steer_lag=0.03, dead_time=0.04),
+        _fit({"turning_wheelbase": 2.7, "steer_lag": 0.12, "dead_time": 0.17, **rates}),
+        _fit({"turning_wheelbase": 2.8, "steer_lag": 0.05, "dead_time": 0.21}),
+    ]
+    doubts = [
+        identifiability.Doubt({"steer_lag": 0.05}, {"steer_lag": "slow"}),
+        identifiability.Doubt({"understeer": 0.0}, {}, "oversteer"),
+        None,
+    ]
+    asked: list[tuple[dict[str, float], dict[str, float]]] = []
+
+    def fit(_: Any, start: Any, fixed: Any, __: Any) -> Any:
+        asked.append((dict(start), dict(fixed)))
+        return fits[len(asked) - 1]
+
+    for known in (False, True):
+        asked.clear()
+        fits[-1].rate_known = known
+        fits[-1].wheels = SimpleNamespace(times=np.array([0.0, 1.0]), angle=np.array([0.0, 0.1]))
+        monkeypatch.setattr(procedure, "fit", fit)
+        monkeypatch.setattr(procedure, "unsure", lambda *_: doubts[len(asked) - 1])
+        drive = _drive(speed=np.ones(100), acceleration=np.tile([0.1, -0.1], 50))
+        found = procedure._heading(drive, 2.5, GIVEN, "log", None)
+        assert asked[0] == ({"turning_wheelbase": 2.5}, {})
+        assert asked[1][1] == {"steer_lag": 0.05}
+        assert asked[1][0] == {**VALUES, "turning_wheelbase": 2.6, "steer_lag": 0.05}
+        assert asked[2][1] == {"steer_lag": 0.05, "understeer": 0.0}
+        assert asked[2][0]["dead_time"] == 0.17
+        assert "max_steer_rate" not in asked[2][0]
+        assert found.found is fits[2]
+        assert found.notes == ["oversteer"]
+        assert set(found.unknown) == {"steer_lag"} | (set() if known else {"max_steer_rate"})
+        # The sum moved from 0.3 to 0.26 s against the fit in which both were free.
+        assert found.delay_error == pytest.approx(math.hypot(0.05, 0.04))
+    # A gentle drive, and a car whose wheels are known to be slow.
+    for spread, shift in ((0.049, True), (0.051, False)):
+        asked.clear()
+        drive = _drive(speed=np.ones(100), acceleration=np.tile([spread, -spread], 50))
+        doubts[0] = None
+        fits[0].rate_known = True
+        procedure._heading(drive, 2.5, GIVEN.replace(max_steer_rate=0.3), "log", None)
+        wanted = {"max_steer_rate": 0.3} | ({"load_shift": 0.0} if shift else {})
+        assert asked == [({"turning_wheelbase": 2.5}, wanted)]
+    # A length of 15 % or less is known.
+    for error, refused in ((0.389, False), (0.391, True), (math.inf, True)):
+        asked.clear()
+        fits[0] = _fit({"turning_wheelbase": 2.6}, turning_wheelbase=error)
+        fits[0].rate_known = True
+        if refused:
+            with pytest.raises(LogError, match="does not show how the car turns"):
+                procedure._heading(drive, 2.5, GIVEN, "log", None)
+        else:
+            assert procedure._heading(drive, 2.5, GIVEN, "log", None).unknown == {}

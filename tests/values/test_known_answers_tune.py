@@ -299,3 +299,68 @@ def test_run_whose_error_or_effort_alone_is_no_number_is_refused(
             found = base.score(base.base)
             assert found.errors == {"straight": (error if ended else 100.0,)}
             assert found.efforts == {"straight": (effort if ended else 100.0,)}
+
+
+def test_judging_takes_other_cars_and_only_tracks_that_have_what_is_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scored: list[tuple[tune.Problem, Any]] = []
+
+    def count(self: tune.Problem, params: Any, *_: Any) -> Score:
+        scored.append((self, params))
+        return USUAL
+
+    monkeypatch.setattr(tune.Problem, "score", count)
+    chosen = trial(1, 0.2, 0.2)
+    told: list[float] = []
+    for kind, cars in (("SpeedPidParams", 1), ("CoupledLongitudinalParams", 1), ("both", 0)):
+        pedals = None if kind == "both" else getattr(popsteer, kind)()
+        base = problem(seed=7, cars=cars, longitudinal=pedals)
+        scored.clear()
+        told.clear()
+        judged = report.judge(
+            Tuned(base, USUAL, [chosen], chosen, 1.1),
+            lambda _, share: told.append(share),
+        )
+        parts = [each.problem for each in judged]
+        assert [each.seen for each in judged] == [True] + [False] * (len(parts) - 1)
+        assert parts[0] is base
+        assert [each.seed == 7 for each in parts] == [True] + [False] * (len(parts) - 1)
+        tracks = [name for name in popsteer.tracks.names() if name != "straight"]
+        speeds = [name for name in tracks if popsteer.tracks.get(name).speed is not None]
+        shown = speeds if kind == "SpeedPidParams" else tracks
+        names = [["straight"]] * (1 + bool(cars)) + ([shown] if shown else [])
+        assert [[*each.paths] for each in parts] == names, kind
+        tunings = [params for _, params in scored]
+        assert tunings == [popsteer.PopParams(), base.changed(chosen.values)] * len(parts)
+        assert told == pytest.approx([k / len(parts) for k in range(len(parts))])
+
+
+def test_search_tells_the_trial_and_the_greater_share_of_trials_and_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("optuna")
+
+    def score(_: Any, params: Any, progress: Any = None) -> Score:
+        if progress is not None:
+            progress(0.5)
+        return USUAL
+
+    monkeypatch.setattr(tune.Problem, "score", score)
+    told: list[tuple[str, float]] = []
+    for trials, seconds, shares in (
+        (2, None, [0.25, 0.75]),
+        (2, 100.0, [0.25, 0.75]),
+        (2, 12.0, [8.0 / 12.0, 1.0]),
+    ):
+        clock = iter(np.arange(0.0, 1e4, 8.0)).__next__
+        monkeypatch.setattr(study, "time", SimpleNamespace(monotonic=clock))
+        told.clear()
+        tune.run(
+            problem(),
+            trials=trials,
+            seconds=seconds,
+            progress=lambda what, share: told.append((what, share)),
+        )
+        assert [what for what, _ in told] == ["trial 1", "trial 2"]
+        assert [share for _, share in told] == pytest.approx(shares)

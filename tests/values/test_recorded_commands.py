@@ -33,6 +33,15 @@ COMMANDS = {
     "replay on": "replay right.csv --controllers stanley --waypoints bends.csv --no-adapt"
     " --column steer=wheel --unit steer=deg --unit speed=km/h",
     "stability": "stability --speeds 4,9 --set min_lookahead=4",
+    "compare": "compare --controllers stanley,pop --waypoints bends.csv --start-offset 0.3"
+    " --plant kinematic-bicycle --set-vehicle wheelbase=2.5 --speed 3",
+    "compare planned": "compare --controllers pop --waypoints bends.csv --constant-speed 5"
+    " --set-run time_limit=4 --no-adapt --preset default",
+    "sweep": "sweep --controller stanley --waypoints bends.csv --runs 8 --seed 2 --deviation 0.535"
+    " --vary start_offset=uniform(-1,1) --vary steer_lag=uniform(0.1,0.4) --workers 1",
+    "tune": "tune --controller pop --waypoints bends.csv --cars 1 --trials 5 --seed 3"
+    " --search min_lookahead=uniform(1,4) --vary steer_lag=uniform(0.1,0.4)",
+    "new": "new my-car",
 }
 
 

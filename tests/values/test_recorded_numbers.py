@@ -18,6 +18,7 @@ import pytest
 
 import popsteer
 from popsteer import planning
+from popsteer.logs import Log
 from popsteer.planning import SpeedLimits
 from tests.planned import closed_spline, random_course
 from tests.values import documents
@@ -105,9 +106,96 @@ def _smoothed() -> dict[str, Any]:
     }
 
 
+def _fitted() -> dict[str, Any]:
+    """The steps of a fit at values that are given: costs, noise, errors, the first guess."""
+    from popsteer.identification.chain import Chain
+    from popsteer.identification.checks import first_length
+    from popsteer.identification.drive import prepare
+    from popsteer.identification.fit import LAGS, _Task
+
+    t = 0.05 * np.arange(320) + np.where(np.arange(320) < 180, 0.0, 4.0)
+    random = np.random.default_rng(12)
+    steer = 0.1 * np.sin(0.5 * t) + 0.06 * np.sign(np.sin(0.9 * t))
+    speed = 7.0 + 2.5 * np.sin(0.4 * t)
+    wheel = np.interp(t - 0.2, t, steer) + 0.01
+    yaw = np.cumsum(np.diff(t, prepend=-0.05) * speed * np.tan(wheel) / (2.7 + 0.003 * speed**2))
+    noise = {name: size * random.standard_normal(320) for name, size in (("v", 0.03), ("h", 2e-3))}
+    noise["h"][[40, 233]] += (0.3, -0.01)
+    place = np.cumsum(0.05 * speed * np.exp(1j * yaw))
+    columns = (t, place.real, place.imag, yaw + noise["h"], speed + noise["v"], steer)
+    drive = prepare(Log(*columns))
+    usual = {"turning_wheelbase": 2.75, "understeer": 0.0028, "steer_offset": 0.012}
+    tried: dict[str, dict[str, float]] = {
+        "usual": {**usual, "steer_lag": 0.08, "dead_time": 0.12, "load_shift": 1e-5},
+        "at bounds": {**usual, "steer_lag": 0.0, "dead_time": 0.0, "load_shift": 0.0},
+        "slow wheels": {
+            **usual,
+            "steer_lag": 0.1,
+            "dead_time": 0.1,
+            "load_shift": 0.0,
+            "max_steer_rate": 0.12,
+        },
+    }
+    found: dict[str, Any] = {
+        "first length": first_length(drive, "log"),
+        "prepared": [drive.usual_speed, drive.speed_noise, drive.usual_step, drive.outliers],
+    }
+    for kind in LAGS:
+        task = _Task(drive, Chain(drive, kind), {})
+        found[f"first, {kind}"] = task.first({"turning_wheelbase": 2.7})
+        for name, values in tried.items():
+            task.weigh(values)
+            report = task.report(values)
+            others = [{**values, "dead_time": 0.3}, {**values, "steer_lag": 0.05}]
+            found[f"{name}, {kind}"] = {
+                "cost": [task.cost(values), task.unlikelihood(values), task.noise, task.theta],
+                "of speeds": task._theta_of_speeds(task.error(values)),
+                "errors": report.errors,
+                "doubted": report.doubted(others).errors,
+                "rate": [report.rate_known, float(report.yaw[-1])],
+            }
+    fixed = {"understeer": 0.003, "load_shift": 0.0, "steer_lag": 0.0}
+    task = _Task(drive, Chain(drive, "yaw rate"), fixed)
+    solved = task.solve(task.first({"turning_wheelbase": 2.5}))
+    found["solved"] = {name: round(value, 4) for name, value in solved.items()}
+    return found
+
+
+def _tuned() -> dict[str, Any]:
+    """What a search proposes after others, and where a replay's path and waypoints lie."""
+    from popsteer.lab.replay import runs
+    from popsteer.lab.tune import study
+    from tests.values.test_known_answers_tune import problem, trial
+
+    tried = [trial(k, 1.0 / (k + 1), 0.1, 0.9 + 0.02 * k) for k in range(22)]
+    proposed = [study._near_the_best(problem(seed=4), tried[:k], 1.2) for k in range(15, 22)]
+    t = 0.05 * np.arange(500)
+    random = np.random.default_rng(6)
+    speed = np.where(t < 11.0, 4.0, -2.0) + random.normal(0.0, 0.02, 500)
+    speed[300:330] = 0.0
+    yaw = 0.2 * np.sin(0.3 * t)
+    place = np.cumsum(0.05 * speed * np.exp(1j * yaw)) + random.normal(0.0, 0.02, 500)
+    late = t + np.where(np.arange(500) < 150, 0.0, 1.5)
+    log = Log(late, place.real, place.imag, yaw, speed, 0.0 * t)
+    found: dict[str, Any] = {"proposed": proposed}
+    for ahead, wheelbase in ((0.0, 2.7), (1.3, 0.6)):
+        path, near = runs._own(log, ahead, wheelbase)
+        found[f"{ahead} m ahead"] = {
+            "count": [len(path), path.length],
+            "x": path.x[::10],
+            "y": path.y[::10],
+            "speed": None if path.speed is None else path.speed[::10],
+            "reverse": None if path.reverse is None else np.flatnonzero(np.diff(path.reverse)),
+            "near": near[::25],
+        }
+    return found
+
+
 COMPUTED: dict[str, Callable[[], dict[str, Any]]] = {
     "plans within a jerk": _jerk_limited,
     "smoothed recordings": _smoothed,
+    "steps of a fit": _fitted,
+    "proposals and own paths": _tuned,
 }
 
 
