@@ -143,6 +143,25 @@ def test_compare_of_the_authors_run_reproduces_the_paper(
     assert float(pop[3]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
 
 
+def test_waypoints_with_speeds_are_driven_at_them(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "course.csv"
+    file.write_text("".join(f"{x},0,4\n" for x in range(60)), encoding="utf-8")
+    on = ("--waypoints", str(file), "--controllers", "stanley", "--start-offset")
+    for options, seconds, said in (
+        (("1",), 16.0, "1.00 m left of the path, beside its first waypoint, at 0 m/s; speed-tr"),
+        (("0", "--speed", "4"), 14.8, "on the path, beside its first waypoint, at 4 m/s; speed-tr"),
+        (("0", "--longitudinal", "coupled"), 5.2, "towards 69.44 m/s, not the speeds of the way"),
+        (("0", "--constant-speed", "6"), 9.8, "at 6 m/s; 6 m/s are kept."),
+    ):
+        outcome = command.call(capsys, "compare", *on, *options)
+        row = next(line for line in outcome.out.splitlines() if line.startswith("Stanley ")).split()
+        assert abs(float(row[-2]) - seconds) < 1.5, (options, row)
+        assert "Starts with the front axle " in outcome.out, outcome.out
+        assert said in outcome.out, outcome.out
+
+
 def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axles(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,

@@ -93,7 +93,9 @@ def test_tracks_export_writes_what_compare_reads(
     assert command.call(capsys, "tracks", "export", "slalom", str(file)).status == 0
     path = popsteer.Path.from_csv(file)
     assert np.array_equal(np.column_stack((path.x, path.y)), tracks.get("slalom").xy)
-    outcome = command.call(capsys, "compare", "--waypoints", str(file), "--controllers", "pop")
+    # A file's speeds are kept; shipped tracks are driven by the paper's pedals.
+    pedals = ("--longitudinal", "coupled", "--controllers", "pop")
+    outcome = command.call(capsys, "compare", "--waypoints", str(file), *pedals)
     shipped = command.call(capsys, "compare", "--track", "slalom", "--controllers", "pop")
     assert outcome.out.replace("track.csv", "slalom") == shipped.out
 
@@ -178,7 +180,7 @@ WANTED = {
     | ONE
     | {"--set-run", "--replay-run", "--step-time", "--record", "--report"},
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
+    "matrix": RUNS | PEDALS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),

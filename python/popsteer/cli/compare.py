@@ -17,6 +17,7 @@ from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import KINDS, made
+from popsteer.lab.compare.paper import is_authors_path
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings
@@ -138,10 +139,13 @@ def compare(
         return
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     with Progress() as progress:
         mover = vehicle_inputs.plant(plant, set_plant)
+        usual = inputs.usual_longitudinal([course], [mover])
+        if is_authors_path(course.path):
+            usual = "coupled"  # as the paper drove there
+        chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, usual)
         itself = sim.vehicle_of(mover)
         given = vehicle_inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)

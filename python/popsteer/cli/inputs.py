@@ -18,10 +18,12 @@ from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
 from popsteer.sim import default_start
 from popsteer.sim.geometry import StartAt
+from popsteer.sim.pedals import PedalMap
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
+    from popsteer.sim import Plant
     from popsteer.sim.closed_loop import Pose
 
 OWN_CONTROLLERS = own_controllers.names()
@@ -34,10 +36,11 @@ _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
 
 class Course(NamedTuple):
-    """A path, and what to call it."""
+    """A path, what to call it, and whether it is a shipped track."""
 
     path: Path
     name: str
+    shipped: bool = False
 
 
 class Start(NamedTuple):
@@ -74,7 +77,7 @@ def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Co
     if track is not None and own.is_reference(track):
         return Course(_own_path(track), own.title(track))
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
-    return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name)
+    return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name, True)
 
 
 def _own_path(name: str) -> Path:
@@ -210,11 +213,13 @@ def longitudinal(
     return assigned(params_of(name), assignments or [], name)
 
 
-def usual_longitudinal(courses: Sequence[Path]) -> str:
+def usual_longitudinal(courses: Iterable[Course], plants: Iterable[Plant]) -> str:
     """Name the controller of the pedals where no option does, from the user's own paths.
 
     It is ``speed-tracker`` where one of them has speeds, as `popsteer plan` writes them: they are
-    there to be kept. Else it is the paper's, ``coupled``.
+    there to be kept; ``speed-pid`` where a plant does not say what its pedals do. Without speeds,
+    and on shipped tracks, it is the paper's, ``coupled``.
     """
-    planned = any(course.speed is not None for course in courses)
-    return "speed-tracker" if planned else "coupled"
+    if all(course.shipped or course.path.speed is None for course in courses):
+        return "coupled"
+    return "speed-tracker" if all(map(PedalMap.is_known, plants)) else "speed-pid"

@@ -56,6 +56,8 @@ def matrix(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.Longitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
     report: options.Report = None,
@@ -84,6 +86,12 @@ def matrix(
             start_offset=start_offset,
             speed=speed,
             constant_speed=constant_speed,
+            longitudinal=inputs.longitudinal(
+                longitudinal,
+                set_longitudinal,
+                constant_speed,
+                inputs.usual_longitudinal(courses, movers.values()),
+            ),
             settings=Settings(dt=dt),
             progress=progress.update,
         )

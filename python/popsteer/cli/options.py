@@ -199,19 +199,11 @@ Longitudinal: TypeAlias = Annotated[
     str | None,
     optional(
         "NAME",
-        "The controller of the pedals: coupled, which is the paper's and the default;"
-        " speed-pid, which tracks the reference speeds of the waypoints; or speed-tracker, which"
-        " plans speeds within the limits of the vehicle that the controllers are given, and keeps"
-        " them.",
-    ),
-]
-PlannedLongitudinal: TypeAlias = Annotated[
-    str | None,
-    optional(
-        "NAME",
-        "The controller of the pedals, as compare has it. The default is speed-tracker where"
-        " --waypoints has speeds, else coupled.",
-        "--longitudinal",
+        "The controller of the pedals: coupled, the paper's; speed-pid, which tracks the reference"
+        " speeds of the waypoints; or speed-tracker, which plans speeds within the limits of the"
+        " vehicle that the controllers are given, and keeps them. The default is speed-tracker"
+        " where waypoints or a track of your own have speeds, else coupled; on the paper's track,"
+        " compare takes coupled.",
     ),
 ]
 SetLongitudinal: TypeAlias = Annotated[

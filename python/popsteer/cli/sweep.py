@@ -80,7 +80,7 @@ def sweep(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
-    longitudinal: options.PlannedLongitudinal = None,
+    longitudinal: options.Longitudinal = None,
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
@@ -130,7 +130,7 @@ def sweep(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            inputs.usual_longitudinal([course.path] if waypoints is not None else []),
+            inputs.usual_longitudinal([course], [moved]),
         ),
         settings=Settings(dt=dt),
         course=course.name,

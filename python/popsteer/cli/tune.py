@@ -89,7 +89,7 @@ def tune(
     ] = 7,
     seed: options.Seed = 0,
     constant_speed: options.ConstantSpeed = None,
-    longitudinal: options.PlannedLongitudinal = None,
+    longitudinal: options.Longitudinal = None,
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
@@ -138,7 +138,6 @@ def tune(
         # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
     courses = inputs.courses(waypoints, tracks, closed=closed)
-    shipped = len(courses) - len(waypoints or [])
     problem = lab.tune.Problem(
         {each.name: each.path for each in courses},
         name,
@@ -155,7 +154,7 @@ def tune(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            inputs.usual_longitudinal([each.path for each in courses[shipped:]]),
+            inputs.usual_longitudinal(courses, [moved]),
         ),
         settings=Settings(dt=dt),
     )

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 
 from popsteer._core import (
-    CarlaIdentified,
     CoupledLongitudinal,
-    KinematicBicycle,
     SpeedPid,
     SpeedTracker,
 )
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
-from popsteer.sim.geometry import made
+from popsteer.sim.geometry import object_of
 
 if TYPE_CHECKING:
     from popsteer._core import Path, Vehicle
@@ -93,11 +91,14 @@ class PedalMap(Parameters):
         >>> PedalMap.of("carla-identified").air_drag
         0.001
         """
-        found: Any = made(plant)
-        if isinstance(found, str):
-            found = CarlaIdentified() if found == "carla-identified" else KinematicBicycle()
-        params = getattr(found, "params", found)
+        params = _params_of(plant)
         return cls(params.drive, params.braking, params.drag, getattr(params, "air_drag", 0.0))
+
+    @staticmethod
+    def is_known(plant: Plant) -> bool:
+        """Whether a plant says what its pedals do, as `of` needs it; raises what `of` does."""
+        params = _params_of(plant)
+        return all(hasattr(params, name) for name in ("drive", "braking", "drag"))
 
     def __call__(self, acceleration: float, speed: float) -> tuple[float, float]:
         """Give the pedals for an acceleration.
@@ -119,6 +120,11 @@ class PedalMap(Parameters):
         if pull >= 0.0:
             return min(pull / self.drive, 1.0), 0.0
         return 0.0, min(-pull / self.braking, 1.0)
+
+
+def _params_of(plant: Plant) -> Any:  # noqa: ANN401 - any class that has the fields
+    found = object_of(plant)
+    return getattr(found, "params", found)
 
 
 def check_longitudinal(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, TypeAlias
 
 from popsteer._core import (
@@ -13,12 +14,13 @@ from popsteer._core import (
     SpeedTrackerParams,
 )
 from popsteer.errors import ConfigError
-from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.pedals import PedalMap
 
 if TYPE_CHECKING:
     from popsteer._core import Path, Vehicle
     from popsteer.sim import Plant
+    from popsteer.sim.closed_loop import Pose
     from popsteer.sim.pedals import Longitudinal
 
 LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams
@@ -74,3 +76,40 @@ def pedals(
     """Give the pedals for accelerations where they are commanded: of the plant, unvaried."""
     planned = isinstance(params, SpeedTrackerParams) and constant_speed is None
     return PedalMap.of(plant) if planned else None
+
+
+def beginning(
+    start: Pose,
+    path: Path,
+    plant: Vehicle,
+    speed: float | None,
+    constant_speed: float | None,
+    longitudinal: Longitudinal | None,
+) -> str:
+    """Say in one line where a run starts, and how fast it then drives.
+
+    `start` is the pose of the point of `plant`, `speed` that at the start where it is given.
+    """
+    axle, ahead = "front", plant.front_axle
+    if path.reverse is not None and path.reverse[0]:
+        axle, ahead = "rear", plant.rear_axle
+    x, y, yaw = start
+    at = path.project(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw))
+    aside = at.cross_track_error
+    left = "left" if aside > 0.0 else "right"
+    side = f"{abs(aside):.2f} m {left} of" if abs(aside) > 5e-3 else "on"
+    arc = at.arc_length
+    place = f"{arc:.1f} m along it" if arc > 0.05 else "beside its first waypoint"
+    begun = start_speed(path, constant_speed) if speed is None else speed
+    if constant_speed is not None:
+        then = f"{constant_speed:g} m/s are kept"
+    elif isinstance(longitudinal, SpeedTracker):
+        own = "" if path.speed is None else " and the speeds of the waypoints"
+        then = f"speed-tracker keeps the speeds that the vehicle's limits{own} allow"
+    elif isinstance(longitudinal, SpeedPid):
+        then = "speed-pid keeps the speeds of the waypoints"
+    else:
+        given = CoupledLongitudinalParams() if longitudinal is None else longitudinal.params
+        then = f"the paper's pedals (coupled) drive towards {given.speed_limit:.4g} m/s"
+        then += "" if path.speed is None else ", not the speeds of the waypoints"
+    return f"Starts with the {axle} axle {side} the path, {place}, at {begun:g} m/s; {then}."

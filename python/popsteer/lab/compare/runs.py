@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import beginning
 from popsteer.lab.common.names import controller_names
 from popsteer.sim import plant_name, vehicle_of
 
@@ -49,6 +50,8 @@ class Comparison:
     """What the plant is called."""
     track: str = ""
     """What the path is called; ``dataclasses.replace`` gives it a name."""
+    begins: str = ""
+    """Where the runs start and how fast they drive, in one line."""
     step_times: Mapping[str, float] = field(default_factory=dict)
     """What a step of each controller takes [s], where that was measured: see `time_steps`."""
     latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
@@ -265,4 +268,10 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         )
         runs[name] = replace(run, law=name, params=run.params or chosen[name].as_dict())
         advance(1.0)
-    return Comparison(runs=runs, preset=preset, plant=plant_name(plant))
+    begins = ""
+    if runs:
+        first = next(iter(runs.values()))
+        begins = beginning(
+            first.start, path, first.plant_vehicle, speed, constant_speed, longitudinal
+        )
+    return Comparison(runs=runs, preset=preset, plant=plant_name(plant), begins=begins)

@@ -35,7 +35,7 @@ def notes(comparison: Comparison) -> list[str]:
         "Errors are measured at each controller's own tracked point, as the paper did, and at the"
         " rear axle, one point for all."
     )
-    said = [where]
+    said = [comparison.begins, where]
     said += [
         f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
         for name, run in comparison.runs.items()

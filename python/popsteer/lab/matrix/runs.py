@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from popsteer import presets
 from popsteer.errors import ConfigError
 from popsteer.lab import compare
+from popsteer.lab.common.longitudinal import made as pedals_of
 from popsteer.lab.compare.runs import parameters
 from popsteer.lab.compare.step_time import time_steps
 from popsteer.sim import default_start, vehicle_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from popsteer._core import AdaptParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
+    from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.lab.compare.runs import Comparison
     from popsteer.sim import Metrics, Plant
     from popsteer.sim.closed_loop import Pose
@@ -42,7 +44,7 @@ class Matrix:
     comparisons: Sequence[Comparison]
     """One for each plant and track, with step times; at least one."""
     constant_speed: float | None
-    """Speed kept throughout [m/s]; None where the paper's coupled controller worked the pedals."""
+    """Speed kept throughout [m/s]; None where another controller worked the pedals."""
 
 
 def run(  # noqa: PLR0913 - as `compare`
@@ -56,6 +58,7 @@ def run(  # noqa: PLR0913 - as `compare`
     start_offset: float | None = None,
     speed: float | None = None,
     constant_speed: float | None = None,
+    longitudinal: LongitudinalParams | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Matrix:
@@ -83,6 +86,9 @@ def run(  # noqa: PLR0913 - as `compare`
         `popsteer.sim.default_start` has it.
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
+    longitudinal : parameters, optional
+        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
+        by default. A `SpeedTracker` plans for the vehicle that the controllers are given.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional
@@ -131,16 +137,18 @@ def run(  # noqa: PLR0913 - as `compare`
             start: Pose | None = None
             if start_offset is not None:
                 start = default_start(path, start_offset, vehicle_of(plant))
+            believed = vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle
             comparison = compare.run(
                 path,
                 params,
                 plant,
-                vehicle=vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle,
+                vehicle=believed,
                 adapt=adapt,
                 preset=preset,
                 start=start,
                 speed=speed,
                 constant_speed=constant_speed,
+                longitudinal=pedals_of(longitudinal, path, believed or vehicle_of(plant)),
                 settings=settings,
                 progress=advance,
             )

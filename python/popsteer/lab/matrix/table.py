@@ -90,8 +90,8 @@ def _table(shown: Sequence[Row], title: str) -> Table:
 
 
 def matrix_notes(found: Matrix) -> list[str]:
-    """Say of each run that did not reach the end why."""
-    return [
+    """Say where the runs start, and of each that did not reach the end why."""
+    return [*dict.fromkeys(each.begins for each in found.comparisons)] + [
         f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
         f" {row.metrics.time:.1f} s: {row.ending}."
         for row in rows(found)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from popsteer import sim
+from popsteer.lab.common.longitudinal import beginning
 from popsteer.sim import plant_name
 from popsteer.status import Status
 
@@ -213,6 +215,10 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         said.append(
             f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}."
         )
+    path, pedals = job.road
+    car = sim.vehicle_of(job.whole)
+    start = sim.default_start(job.path, job.start_offset, car)
+    said.append(beginning(start, path, car, job.speed, job.constant_speed, pedals))
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said

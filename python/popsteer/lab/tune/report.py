@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
 from popsteer._core import Path, SpeedPidParams
+from popsteer.lab.common.longitudinal import beginning
+from popsteer.sim import default_start, vehicle_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -129,6 +131,14 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
             f" most {tuned.effort_limit:g} times the steering rate."
         ),
     ]
+    begins = [
+        beginning(
+            default_start(path, vehicle=car), path, car, None, tuned.problem.constant_speed, pedals
+        )
+        for _, (path, pedals), made, _ in tuned.problem.scenarios
+        for car in [vehicle_of(made.plant)]
+    ]
+    said += dict.fromkeys(begins)
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():
             value = tuned.chosen.values[name]

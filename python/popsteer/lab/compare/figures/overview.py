@@ -44,7 +44,7 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
         _draw_bars(panels[place], comparison, quantity, theme)
         panels[place].set_title(label, fontsize=10.5)
     if is_authors_path(comparison.path):
-        figure.supxlabel("\n".join(notes(comparison)[1:]), fontsize=8.5, color=theme.faint)
+        figure.supxlabel("\n".join(notes(comparison)[2:]), fontsize=8.5, color=theme.faint)
     title = wrapped(caption(comparison), figure, 10.0)
     figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
