@@ -66,8 +66,15 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
     assert example is not None
     (tmp_path / "waypoints.csv").write_text("".join(f"{x}, 0.0, 5.0\n" for x in range(50)))
     monkeypatch.chdir(tmp_path)
-    poses = iter([(0.0, 0.5, 0.0, 5.0), (float("nan"), 0.0, 0.0, 5.0), (0.5, 0.4, 0.0, 5.0)])
-    turns = iter([True, True, True, False])
+    poses = iter(
+        [
+            *((0.0, 0.5, 0.0, 5.0), (float("nan"), 0.0, 0.0, 5.0), (0.5, 0.4, 0.0, 5.0)),
+            *[(0.5, 0.4, 0.0, 5.0)] * 40,
+            *((0.75 + 0.25 * k, 0.4, 0.0, 5.0) for k in range(3)),
+        ]
+    )
+    stopped: list[str] = []
+    turns = iter([True] * 46 + [False])
     logged: list[Any] = []
     actuated: list[tuple[float, float, bool]] = []
     exec(
@@ -79,9 +86,14 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
             "log": logged.append,
             "actuate": lambda *values: actuated.append(values),
             "watch": lambda *values: None,
+            "stop": stopped.append,
         },
     )
-    assert len(actuated) == 2
+    assert len(actuated) == 45
+    # The pose stood still for 2 s at 5 m/s: a fault, whose first reason stays when it thaws.
+    assert len(stopped) > 20
+    assert set(stopped) == {"implausible|pose-stale"}
+    actuated = actuated[:2]
     assert 0.01 > actuated[0][0] > actuated[1][0]
     # The path allows 5 m/s, and it is driven: neither pushed nor braked by more than noise.
     assert all(abs(acceleration) < 0.3 and not reverse for _, acceleration, reverse in actuated)

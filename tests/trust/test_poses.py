@@ -98,6 +98,18 @@ def test_healthy_cars_have_no_fault() -> None:
         assert drove.first(OUTLIER) == math.inf, seed
 
 
+def test_drift_of_the_position_is_reported_only_where_it_is_fast() -> None:
+    # docs/loop.md says so: below that only a second source of the position shows it.
+    for rate, reported in ((0.3, False), (2.0, True)):
+
+        def sense(time: float, pose: Pose, rate: float = rate) -> Pose:
+            return (pose[0], pose[1] + rate * max(0.0, time - START), *pose[2:])
+
+        drove = drive(course=straight(500.0), sense=sense, seconds=40.0, noise=(0.05, 0.01, 0.05))
+        assert (drove.first_fault() < START + 1.0) == reported
+        assert abs(drove.errors[-1][1]) > 29.0 * rate
+
+
 @pytest.mark.parametrize("degrees", [1.0, 2.0, 3.0])
 def test_play_of_the_steering_is_no_fault(degrees: float) -> None:
     for law in (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit):
