@@ -88,16 +88,20 @@ def test_start_speed_is_that_of_the_path_or_the_one_asked_for_in_its_direction()
 
 def test_random_start_lies_anywhere_on_a_lap_and_on_nine_tenths_of_an_open_path() -> None:
     lap = tracks.get("figure-eight")
-    closed = popsteer.Path(lap.xy, speed=lap.speed, closed=True)
+    closed = popsteer.Path(lap.xy, speed=4.0 + np.sin(np.arange(len(lap.xy))), closed=True)
     for path, most in ((closed, 1.0), (popsteer.Path(XY, speed=[3.0] * 41), 0.9)):
         task = TrackEnv(path, random_start=True, start_offset=(0.0, 0.0)).task
         rng = np.random.default_rng(0)
         shares = []
         for _ in range(400):
-            x, y, yaw = task.begin(rng, task.plant).start
+            (x, y, yaw), speed = task.begin(rng, task.plant)[1:]
             place = path.relocalise(x, y, yaw)
             arc = path.locate(x, y, yaw, place, 10.0).arc_length
             shares.append(arc / path.length)
+            # As fast as the waypoint before it asks for.
+            assert path.speed is not None
+            segment = np.searchsorted(path.s, arc + 1e-6, side="right") - 1
+            assert speed == path.speed[segment]
         counts, _ = np.histogram(shares, np.linspace(0.0, 1.0, 11))
         assert (counts[: round(10 * most)] > 15).all(), counts
         assert max(shares) <= most + 1e-9

@@ -87,6 +87,48 @@ def test_each_interruption_is_held_for_the_whole_time_and_no_longer() -> None:
     assert pilot.state is ros2.State.BRAKING
 
 
+def test_commanded_speed_stays_within_a_metre_a_second_of_the_measured_one() -> None:
+    for sign in (1.0, -1.0):
+        xy = sign * np.column_stack((np.arange(0.0, 90.0), np.zeros(90)))
+        path = popsteer.Path(xy, speed=np.full(90, sign * 4.0))
+        # A car that rolls on at 8 m/s, and one that stands still.
+        for measured, wanted in ((8.0, 7.0), (0.0, 1.0)):
+            pilot = ros2.Pilot(popsteer.Stanley(path, CAR))
+            for k in range(100):
+                place = sign * measured * DT * k
+                here = ros2.Measured(place, 0.0, 0.0, sign * measured, 0, "map", "base_link")
+                drive = pilot.step(here, 0.0, DT)
+            assert drive.speed == pytest.approx(sign * wanted), (sign, measured)
+
+
+def test_place_on_another_leg_or_lap_is_told_from_the_same_one_moved() -> None:
+    from popsteer.adapters.ros2.pilot import _is_on_another_leg
+
+    x = np.append(np.arange(0.0, 30.0), np.arange(30.0, 0.0, -1.0))
+    xy = np.column_stack((x, np.append(0.0 * x[:30], 0.1 + 0.0 * x[30:])))
+    back = np.arange(60) >= 30
+    turning = popsteer.Path(xy, reverse=back)
+    lap = popsteer.Path(xy)
+    moved = popsteer.Path(xy + np.array((0.29, 0.0)), reverse=back)
+    away = popsteer.Path(xy + np.array((0.31, 0.0)), reverse=back)
+    for new, was, now, other in (
+        (turning, 20, 39, True),
+        (turning, 39, 20, True),
+        (turning, 20, 21, False),
+        (turning, 20, 20, False),
+        (turning, None, 39, False),
+        (turning, 20, None, False),
+        (moved, 20, 39, True),
+        (away, 20, 39, False),
+        (lap, 20, 39, False),
+        (popsteer.Path(xy[:21]), 20, 3, False),
+    ):
+        assert _is_on_another_leg(turning, was, new, now) == other, (was, now)
+    # Laps that lie on each other in one direction: farther along than 20 m.
+    for now, other in ((20, False), (25, False), (26, True)):
+        assert _is_on_another_leg(lap, 5, lap, now) == other, now
+
+
 def test_intake_takes_stamps_in_order_and_the_same_one_twice() -> None:
     intake = Intake(messages.PATH, stale=0.3)
 

@@ -100,6 +100,28 @@ def test_jerk_from_standstill_builds_the_acceleration_up() -> None:
         assert profile.time < 2.0 * speed_profile(path, None, CAR).time
 
 
+def test_plans_within_a_jerk_keep_the_grip_of_the_tyres_and_reach_it() -> None:
+    pytest.importorskip("scipy")
+    bend = popsteer.Path(closed_spline(2, 120, 40.0), closed=True)
+    bounds = np.full(120, 20.0)
+    bounds[60] = 1.0
+    for exponent, jerk in ((1.0, 20.0), (2.0, 1.0), (math.inf, 0.5)):
+        limits = SpeedLimits(longitudinal_grip=1.1, exponent=exponent, max_jerk=jerk)
+        profile = speed_profile(bend, limits, CAR, speed_limits=bounds)
+        for name, beyond in excess(profile).items():
+            assert beyond <= 1e-6, (exponent, name)
+        assert np.abs(profile.acceleration).max() > (0.9 if jerk > 1.0 else 0.5)
+
+
+def test_bend_is_too_sharp_from_the_curvature_of_full_lock_on() -> None:
+    car = CAR.replace(max_steer=0.6, turning_wheelbase=2.5, understeer=0.01)
+    most = math.tan(0.6) / 2.5
+    bends = np.array([0.0, 0.999, -0.999, 1.001, -1.001, 0.5]) * most
+    path = popsteer.Path([(float(x), 0.0) for x in range(6)])
+    profile = speed_profile(path, None, car, curvature=bends)
+    assert profile.too_sharp.tolist() == [3, 4]
+
+
 def test_limits_below_a_metre_a_second_are_reached_and_kept() -> None:
     pytest.importorskip("scipy")
     for more in ({}, {"max_jerk": 1.0}):

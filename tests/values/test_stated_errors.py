@@ -28,6 +28,8 @@ CAR = popsteer.Vehicle(
 )
 DT = 0.05
 SEEDS = 3
+SPEED = 10.10736
+"""At which the car of `_clean(20.0)` turns most [m/s]."""
 
 
 def _clean(seconds: float = 40.0) -> dict[str, NDArray[np.float64]]:
@@ -141,4 +143,11 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
             assert found.errors[name] == pytest.approx(error, rel=0.01), name
         noise = [found.noise[name] for name in ("yaw", "yaw_drift", "position")]
         assert [found.delay, found.delay_error, *noise] == pytest.approx(others, rel=0.01)
+        # The length by which the car turns at the speed at which it turned most.
+        car = found.vehicle
+        assert found.speed == pytest.approx(SPEED, rel=1e-4)
+        length = (car.turning_wheelbase or car.wheelbase) + car.understeer * found.speed**2
+        assert found.turning_length == pytest.approx(length)
+        assert found.turning_length == pytest.approx(2.7 + 0.003 * SPEED**2, rel=0.01)
+        assert found.turning_length_error < 0.5 * found.errors[next(iter(fields))]
         assert found.vehicle.max_steer_rate == (None if vehicle is None else 0.5)
