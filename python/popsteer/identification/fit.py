@@ -278,8 +278,6 @@ class _Task:
         is too little to be seen in the residuals, and yet what limits how well the gain is known.
         """
         drive = self.drive
-        if drive.speed_noise == 0.0:
-            return 1.0
         drift, noise = [], []
         turned = np.diff(drive.yaw - error)
         for part in self.parts:

@@ -95,8 +95,6 @@ def _columns(drive: PreparedLog, heading: Array) -> list[Array]:
     step, turn = np.diff(drive.t), np.diff(heading)
     middle = heading[:-1] + 0.5 * turn
     speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
-    # In a pause nothing is driven.
-    step[drive.starts[1:] - 1] = 0.0
     along = np.stack((np.cos(middle), np.sin(middle)), axis=1)
     across = np.stack((-along[:, 1], along[:, 0]), axis=1)
     way = (speed * step)[:, None]

@@ -105,7 +105,7 @@ def known(jacobian: Array, residual: Array, memory: int) -> Known:
     inverse = (directions[:, excited] / information[excited]) @ directions[:, excited].T
     score = scaled * residual[:, None]
     middle = score.T @ score
-    for lag in range(1, min(memory, len(score) - 1) + 1):
+    for lag in range(1, memory + 1):
         weight = 1.0 - lag / (memory + 1)
         cross = score[lag:].T @ score[:-lag]
         middle += weight * (cross + cross.T)
