@@ -133,6 +133,3 @@ fn least_cost(
     let smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
     smaller(smoothed, by_segment)
 }
-
-#[cfg(test)]
-mod tests;

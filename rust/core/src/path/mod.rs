@@ -14,8 +14,6 @@
 mod best;
 mod boxes;
 pub mod carry;
-#[cfg(test)]
-mod fixtures;
 pub mod follow;
 pub(crate) mod index;
 pub mod jump;
@@ -31,6 +29,8 @@ pub mod relocalise;
 pub mod resample;
 mod shape;
 pub mod stop;
+#[cfg(test)]
+mod tests;
 pub mod view;
 
 pub use follow::{Follow, Located};

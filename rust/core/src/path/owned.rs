@@ -209,6 +209,3 @@ pub fn distinct_waypoints(x: &[f64], y: &[f64], closed: bool) -> Vec<usize> {
     }
     kept.into_iter().map(|(index, _)| index).collect()
 }
-
-#[cfg(test)]
-mod tests;

@@ -186,6 +186,3 @@ pub fn reference_speed(path: &PathView<'_>, projection: &Projection) -> Option<f
         magnitude
     })
 }
-
-#[cfg(test)]
-mod tests;

@@ -334,6 +334,3 @@ impl<'a> PathView<'a> {
         )
     }
 }
-
-#[cfg(test)]
-mod tests;

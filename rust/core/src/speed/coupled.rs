@@ -58,6 +58,3 @@ impl CoupledLongitudinal {
         Ok(Pedals::from_command(cutoff + reserve * (1.0 - cutoff)))
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -16,6 +16,8 @@ pub mod pid;
 #[cfg(feature = "alloc")]
 pub mod profile;
 mod stops;
+#[cfg(test)]
+mod tests;
 pub mod tracker;
 
 pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};

@@ -174,6 +174,3 @@ impl<'a> Rollout<'a> {
         wheel
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -101,6 +101,3 @@ impl VehicleState {
 pub fn checked_dt(dt: f64) -> Result<f64, InputError> {
     input_in_range("dt", dt, MIN_DT, MAX_DT)
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,4 +1,8 @@
+use super::bicycle::{get_predicted_location, kinematic_bicycle, state_transition};
+use super::state::{VehicleState, checked_dt};
 use super::*;
+use crate::math::{exp, saturate, sqrt, tan};
+use nalgebra::{SVector, Vector2};
 
 #[test]
 fn test_vehicle_bad_field_is_named() {
@@ -33,4 +37,88 @@ fn test_vehicle_points_are_told_from_the_pose() {
         (slipping.no_slip(), slipping.turning_length(10.0)),
         (0.0, 4.5)
     );
+}
+
+#[test]
+fn test_state_bad_field_is_named() {
+    let good = VehicleState {
+        x: 1.0,
+        y: 2.0,
+        yaw: 0.0,
+        speed: -3.0,
+    };
+    assert_eq!(good.checked(), Ok(good));
+    for bad in [f64::NAN, f64::INFINITY, 1e308] {
+        let field = |state: VehicleState| state.checked().unwrap_err().field;
+        assert_eq!(field(VehicleState { x: bad, ..good }), "x");
+        assert_eq!(field(VehicleState { y: -bad, ..good }), "y");
+        assert_eq!(field(VehicleState { yaw: bad, ..good }), "yaw");
+        assert_eq!(field(VehicleState { speed: bad, ..good }), "speed");
+    }
+    for bad in [0.0, -0.05, f64::NAN, f64::MIN_POSITIVE, 1e4] {
+        assert_eq!(checked_dt(bad).unwrap_err().field, "dt");
+    }
+}
+
+fn car(steer_lag: f64, max_steer_rate: Option<f64>) -> Vehicle {
+    Vehicle {
+        steer_lag,
+        max_steer_rate,
+        ..Vehicle::DEFAULT
+    }
+}
+
+#[test]
+fn test_move_wheel_is_a_first_order_response_with_a_limited_rate() {
+    let lagging = car(0.1, None).move_wheel(0.0, 1.0, 0.1);
+    assert!((lagging.wheel - (1.0 - exp(-1.0))).abs() < 1e-15);
+    let slow = car(0.0, Some(0.5));
+    assert_eq!(slow.move_wheel(0.0, 1.0, 0.1).wheel, 0.05);
+    assert_eq!(slow.move_wheel(0.0, 0.01, 0.1).wheel, 0.01);
+    // Against the differential equation in small steps.
+    let both = car(0.2, Some(0.4));
+    for (start, command, time) in [(0.0, 0.3, 0.5), (0.1, -0.6, 2.5), (0.2, 0.25, 0.3)] {
+        let (mut wheel, mut sum) = (start, 0.0);
+        let step = time / 1e5;
+        for _ in 0..100_000 {
+            let rate = saturate((command - wheel) / 0.2, -0.4, 0.4);
+            sum += (wheel + 0.5 * rate * step) * step;
+            wheel += rate * step;
+        }
+        let moved = both.move_wheel(start, command, time);
+        assert!((moved.wheel - wheel).abs() < 1e-5, "{moved:?} {wheel}");
+        assert!((moved.mean - sum / time).abs() < 1e-5, "{moved:?}");
+    }
+}
+
+#[test]
+fn test_state_transition_location_is_the_predicted_one() {
+    let vehicle = VehicleState {
+        x: 3.0,
+        y: -2.0,
+        yaw: 0.7,
+        speed: 12.0,
+    };
+    let state = SVector::<f64, 5>::new(3.0, -2.0, 0.7, 12.0, 0.3);
+    let next = state_transition(state, Vector2::new(0.5, 0.1), -0.2, 0.05);
+    let location = get_predicted_location(vehicle, -0.2, 0.05);
+    assert_eq!((next.x, next.y), (location.x, location.y));
+    assert_eq!((next.z, next.w), (0.7 + 0.3 * 0.05, 12.5));
+}
+
+#[test]
+fn test_kinematic_bicycle_drives_its_circle() {
+    let mut vehicle = VehicleState {
+        x: 0.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 5.0,
+    };
+    let (steer, wheelbase): (f64, f64) = (0.2, 3.0);
+    let radius = wheelbase / tan(steer);
+    for _ in 0..1000 {
+        vehicle = kinematic_bicycle(vehicle, steer, 0.0, wheelbase, 0.01);
+        let (dx, dy) = (vehicle.x, vehicle.y - radius);
+        assert!((sqrt(dx * dx + dy * dy) - radius).abs() < 1e-4);
+    }
 }

@@ -82,6 +82,3 @@ impl WheelIntegrals {
         self.slope += time * (1.0 + tangent * tangent);
     }
 }
-
-#[cfg(test)]
-mod tests;

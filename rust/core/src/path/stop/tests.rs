@@ -1,4 +1,4 @@
-use super::super::fixtures::{FOLLOW, at, shuttle};
+use super::super::tests::{FOLLOW, at, shuttle};
 use super::*;
 use crate::Path;
 use crate::geometry::Point;
