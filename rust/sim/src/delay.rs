@@ -84,6 +84,3 @@ impl Delay {
         sum / time
     }
 }
-
-#[cfg(test)]
-mod tests;

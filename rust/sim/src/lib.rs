@@ -42,6 +42,8 @@ pub mod record;
 pub mod run_state;
 pub mod settings;
 pub mod simulation;
+#[cfg(test)]
+mod tests;
 
 #[cfg(feature = "std")]
 pub use batch::{Batch, BatchError};

@@ -57,6 +57,3 @@ impl Perception {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

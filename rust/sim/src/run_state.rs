@@ -31,7 +31,7 @@ pub struct RunState {
 /// The segment that a point of the vehicle was last projected to; None before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Place(Option<usize>);
+pub(crate) struct Place(pub(crate) Option<usize>);
 
 impl Place {
     pub(crate) fn find(
@@ -66,6 +66,3 @@ impl RunState {
         self
     }
 }
-
-#[cfg(test)]
-mod tests;

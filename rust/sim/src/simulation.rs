@@ -338,6 +338,3 @@ impl std::fmt::Display for SimulationError {
 }
 
 impl std::error::Error for SimulationError {}
-
-#[cfg(test)]
-mod tests;

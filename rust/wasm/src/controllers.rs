@@ -38,21 +38,3 @@ pub(crate) fn make(name: &str, believed: Vehicle) -> Result<Option<Tracker<Law>>
         _ => return Ok(None),
     })))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn test_controllers_each_name_makes_one() {
-        for name in NAMES {
-            assert!(make(name, Vehicle::DEFAULT).unwrap().is_some(), "{name}");
-        }
-        assert!(make("mpc", Vehicle::DEFAULT).unwrap().is_none());
-        let bad = Vehicle {
-            wheelbase: 0.0,
-            ..Vehicle::DEFAULT
-        };
-        assert_eq!(make("pop", bad).unwrap_err().field, "wheelbase");
-    }
-}

@@ -14,7 +14,7 @@ use popsteer_sim::{
     Controller, Law, Longitudinal, Perception, Settings as Running, Simulation, closed_loop,
 };
 
-use crate::refusal::Refusal;
+use crate::Refusal;
 use crate::settings::Settings;
 
 /// What keeps the speed: as `popsteer.sim.run` keeps a constant one.

@@ -5,7 +5,7 @@ use popsteer_core::error::input_in_range;
 use popsteer_core::geometry::get_distance;
 use popsteer_core::math::{from_count, to_count};
 
-use crate::refusal::Refusal;
+use crate::Refusal;
 
 /// Distance of the track's waypoints [m].
 const SPACING: f64 = 1.0;
@@ -64,7 +64,7 @@ fn length(points: &[Point], closed: bool) -> f64 {
     sum
 }
 
-fn segments(points: &[Point], closed: bool) -> impl Iterator<Item = (Point, Point)> {
+pub(crate) fn segments(points: &[Point], closed: bool) -> impl Iterator<Item = (Point, Point)> {
     let back = usize::from(closed);
     let next = points.iter().cycle().skip(1);
     let count = (points.len() + back).saturating_sub(1);
@@ -120,6 +120,3 @@ fn blur(line: &mut [Point], closed: bool) {
         before = here;
     }
 }
-
-#[cfg(test)]
-mod tests;

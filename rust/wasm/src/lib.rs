@@ -28,7 +28,6 @@
 mod controllers;
 mod course;
 mod drawn;
-mod refusal;
 mod session;
 mod settings;
 #[cfg(test)]
@@ -37,6 +36,9 @@ mod tests;
 pub use session::{Session, Text};
 
 use std::cell::RefCell;
+
+/// Why nothing was done, as a message for a person.
+type Refusal = Box<dyn std::error::Error>;
 
 thread_local! {
     static SESSION: RefCell<Session> = const { RefCell::new(Session::new()) };

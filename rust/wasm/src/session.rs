@@ -5,10 +5,10 @@ use std::fmt::Write;
 use popsteer_core::{Path, Point, Status};
 use popsteer_sim::{Record, Simulation};
 
+use crate::Refusal;
 use crate::controllers;
 use crate::course::drive;
 use crate::drawn::smoothed;
-use crate::refusal::Refusal;
 use crate::settings::{self, Settings};
 
 /// The most numbers that there is room for.

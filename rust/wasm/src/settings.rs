@@ -83,6 +83,3 @@ impl Settings {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -31,23 +31,3 @@ impl PedalMap {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn test_pedals_give_the_acceleration_or_all_there_is() {
-        let map = PedalMap {
-            drive: 6.0,
-            braking: 9.0,
-            drag: 0.3,
-            air_drag: 0.0,
-        };
-        assert_eq!(map.of(3.0, 10.0), (1.0, 0.0));
-        assert_eq!(map.of(-12.0, 0.0), (0.0, 1.0));
-        assert_eq!(map.of(0.0, 0.0), (0.0, 0.0));
-        let none = PedalMap { drive: 0.0, ..map };
-        assert_eq!(none.of(0.0, 0.0), (1.0, 0.0));
-    }
-}
