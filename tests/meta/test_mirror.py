@@ -67,7 +67,7 @@ HELD = {
     "tracker/reported.rs": "tests/unit/test_refused.py",
     "tracker/state.rs": "tests/unit/test_api_state.py",
     "vehicle/past.rs": f"{_RUST}past.rs",
-    "vehicle/timed.rs": "rust/core/src/vehicle/timed/tests.rs",
+    "vehicle/timed.rs": "rust/core/src/vehicle/tests.rs",
     # The textbook's solution, by numpy.
     "vehicle/regression.rs": "tests/closed_loop/test_least_squares.py",
     "vehicle/estimator.rs": "tests/closed_loop/test_least_squares.py",

@@ -74,6 +74,8 @@ pub mod path;
 mod row;
 pub mod speed;
 pub mod status;
+#[cfg(test)]
+mod tests;
 pub mod tracker;
 pub mod vehicle;
 

@@ -173,6 +173,3 @@ pub fn ceil_to_count(value: f64) -> usize {
         whole
     }
 }
-
-#[cfg(test)]
-mod tests;

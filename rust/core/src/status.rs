@@ -168,6 +168,3 @@ impl fmt::Debug for Status {
         fmt::Display::fmt(self, f)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,12 +1,14 @@
-//! A step whole: hand-over, limits, points of the vehicle, errors, prediction, held input.
+//! A step whole: hand-over, limits, points of the vehicle, errors, prediction, held input, intention.
 
 use popsteer_core::bounds::MAX_YAW;
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
 };
+use popsteer_core::tracker::intend::Predicted;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Command, Path, Reported, Status, Tracker, Vehicle, VehicleState};
+use std::f64::consts::PI;
 
 fn straight() -> Path {
     Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()
@@ -160,12 +162,7 @@ fn test_any_point_of_the_vehicle_gives_the_same_angles() {
             .map(|k| VehicleState {
                 x: 1.0 + 0.25 * f64::from(k),
                 y: 1.5 * popsteer_core::math::sin(0.1 * f64::from(k)),
-                yaw: 0.2
-                    + if reverse {
-                        popsteer_core::math::PI
-                    } else {
-                        0.0
-                    },
+                yaw: 0.2 + if reverse { PI } else { 0.0 },
                 speed: if reverse { -5.0 } else { 5.0 },
             })
             .collect();
@@ -321,7 +318,7 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
     let tracker = stanley(Vehicle::DEFAULT);
     let mut state = tracker.initial_state();
     let backing = VehicleState {
-        yaw: popsteer_core::math::PI,
+        yaw: PI,
         speed: -2.0,
         ..beside()
     };
@@ -352,4 +349,40 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
     };
     assert_eq!(held(onward).status, Status::OK);
     assert_eq!(held(bad).status, Status::INPUT_HELD);
+}
+
+#[test]
+fn test_prediction_drives_on_to_the_next_stop_either_way() {
+    let car = Vehicle {
+        steer_lag: 0.0,
+        rear_axle: -1.0,
+        ..Vehicle::PAPER
+    };
+    let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
+    let short = || Path::new(&[0.0, 20.0], &[0.0; 2], None, false).unwrap();
+    let backwards = short().with_reverse(&[true; 2]).unwrap();
+    for (path, yaw, speed) in [(short(), 0.0, 5.0), (backwards, PI, -5.0)] {
+        let mut state = tracker.initial_state();
+        // The rear axle is 3 m before the end.
+        let vehicle = VehicleState {
+            x: 17.0 + yaw.cos(),
+            y: 0.0,
+            yaw,
+            speed,
+        };
+        let view = path.view();
+        tracker
+            .step(&view, &mut state, vehicle, 0.1, Reported::NOTHING)
+            .unwrap();
+        let mut out = [Predicted::DEFAULT; 12];
+        assert_eq!(tracker.predict(&view, &state, 0.1, &mut out), Ok(12));
+        for (k, instant) in (0..12).zip(&out) {
+            let time = 0.1 * f64::from(k);
+            let rear = f64::min(17.0 + 5.0 * time, 20.0);
+            assert!((instant.time - time).abs() < 1e-12);
+            let x = instant.vehicle.x - yaw.cos();
+            assert!((x - rear).abs() < 1e-9, "{speed}: {x} at {time}");
+            assert!(instant.vehicle.y.abs() < 1e-9 && instant.steer.abs() < 1e-9);
+        }
+    }
 }

@@ -244,6 +244,3 @@ impl SquaredDistances {
         self.approach + fraction * self.squared_length > 0.0
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -151,6 +151,3 @@ impl<'a> Grid<'a> {
             .chain(core::iter::once(self.last()))
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -271,6 +271,3 @@ fn between(nodes: &Nodes, turned: &[f64], arc: f64, node: &mut usize) -> f64 {
         _ => here,
     }
 }
-
-#[cfg(test)]
-mod tests;

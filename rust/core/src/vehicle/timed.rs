@@ -177,6 +177,3 @@ impl<const N: usize> From<Row<(f64, f64), N>> for Timed<N> {
         timed
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -46,6 +46,3 @@ pub(super) fn point_at(path: &PathView<'_>, arc: f64, near: usize) -> (Point, us
     );
     (point, segment)
 }
-
-#[cfg(test)]
-mod tests;

@@ -84,6 +84,3 @@ impl Plant for KinematicBicycle {
         state.vehicle = vehicle.ahead(-car.no_slip());
     }
 }
-
-#[cfg(test)]
-mod tests;
