@@ -113,12 +113,13 @@ def core_program(target: str) -> list[str]:
     # With --target the flags do not reach build scripts, which could not be linked with them.
     command = [
         *("cargo", "build", "--release", "--locked", "--features", "libfuzzer"),
-        *("--bin", target, "--target", host, "--target-dir", str(TARGET_DIR)),
+        *("--bin", "fuzz", "--target", host, "--target-dir", str(TARGET_DIR)),
     ]
     environment = os.environ | {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(COVERAGE)}
     if subprocess.run(command, cwd=HERE, env=environment, check=False).returncode:
         raise Missing(f"the target {target} does not build, as said above")
-    return [str(TARGET_DIR / host / "release" / target)]
+    os.environ["POPSTEER_FUZZ"] = target
+    return [str(TARGET_DIR / host / "release" / "fuzz")]
 
 
 def program(target: str) -> list[str]:

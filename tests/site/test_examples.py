@@ -19,7 +19,7 @@ ELSEWHERE = {
     "carla_drive.py": "tests/adapters/test_carla_example.py",
     "from_log_to_car.sh": "tests/cli/test_from_log_to_car.py",
     "highway_env.py": "tests/adapters/test_highway_env.py",
-    "ros2_vehicle.py": "tests/adapters/test_ros2_page.py",
+    "ros2_vehicle.py": "tests/adapters/test_pages.py",
     "embedded": "tests/core/test_embedded.py",
 }
 HERE = ("compare_controllers.py", "own_controller.py", "own_loop.py")

@@ -20,10 +20,10 @@ PAGES = ["README.md", *(f"docs/{file.name}" for file in sorted((ROOT / "docs").g
 ELSEWHERE = {
     "README.md": "tests/meta/test_readme.py",
     "docs/c.md": "tests/adapters/c/test_c_interface.py",
-    "docs/carla.md": "tests/adapters/test_carla_page.py",
+    "docs/carla.md": "tests/adapters/test_pages.py",
     "docs/compare_your_controller.md": "tests/cli/test_own.py",
     "docs/edges.md": "tests/closed_loop/test_cars_loop_stop.py",
-    "docs/ros2.md": "tests/adapters/test_ros2_page.py",
+    "docs/ros2.md": "tests/adapters/test_pages.py",
 }
 # What the code of a page takes as given, and what it needs beside popsteer.
 GIVEN = {

@@ -1,8 +1,8 @@
 //! What the fuzzer runs: each target takes any bytes, makes calls of the core from them, and
 //! panics where an answer breaks a rule.
 //!
-//! A target is a module with a function `check`; its program in `src/bin` hands it to libFuzzer,
-//! and `tests/replay.rs` runs it on each input of `corpus/NAME.hex` without.
+//! A target is a module with a function `check`; the program hands it to libFuzzer, and
+//! `tests/replay.rs` runs it on each input of `corpus/NAME.hex` without.
 
 mod backwards;
 pub mod bytes;

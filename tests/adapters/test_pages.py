@@ -1,4 +1,4 @@
-"""docs/ros2.md says what the commands and the code say."""
+"""docs/carla.md and docs/ros2.md say what their commands and code say, and what is missing."""
 
 from __future__ import annotations
 
@@ -13,20 +13,81 @@ import pytest
 
 from tests.helpers import ROOT
 
-PAGE = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
+CARLA, ROS2 = (
+    (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("carla", "ros2")
+)
 BLOCKS = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def test_ros2_page_code_prints_what_the_page_says() -> None:
-    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
-    blocks = BLOCKS.findall(PAGE)
+@pytest.mark.parametrize(
+    ("page", "extra", "module"), [(CARLA, "carla", "carla"), (ROS2, "ros2", "cyclonedds")]
+)
+def test_page_code_prints_what_the_page_says(page: str, extra: str, module: str) -> None:
+    pytest.importorskip(module, reason=f'the extra "{extra}" is not installed')
+    blocks = BLOCKS.findall(page)
     shown = [index for index, (kind, _) in enumerate(blocks) if kind == "text"]
     assert len(shown) == 1
     (_, code), (_, wanted) = blocks[shown[0] - 1 : shown[0] + 1]
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(code, "ros2.md", "exec"), {})
+        exec(compile(code, f"{extra}.md", "exec"), {})
     assert out.getvalue() == wanted
+
+
+def test_carla_page_code_that_needs_a_simulator_is_python() -> None:
+    code = [block for kind, block in BLOCKS.findall(CARLA) if kind == "python"]
+    assert len(code) == 3
+    for block in code:
+        compile(block, "carla.md", "exec")
+
+
+HIDDEN = "import sys; sys.modules['carla'] = None\n"
+WITHOUT = f"{HIDDEN}from popsteer.adapters import carla as adapter\n"
+MESSAGE = 'CARLA\'s client needs the extra "carla": pip install "popsteer[carla]"'
+
+
+def run(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", WITHOUT + code], check=False, capture_output=True, text=True
+    )
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "adapter.LocalPlanner(None)",
+        "adapter.transform_of(0.0, 0.0, 0.0)",
+        "adapter.vehicle_control(0.0, 0.0, 0.0, steering=adapter.Steering(1.0))",
+        "adapter.ackermann_control(0.0, 0.0)",
+    ],
+)
+def test_entry_names_the_extra_that_is_missing(call: str) -> None:
+    ended = run(call)
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines()[-1] == f"popsteer.extras.MissingExtra: {MESSAGE}"
+
+
+def test_adapter_is_imported_without_the_client() -> None:
+    ended = run("assert adapter.speed_from_kmh(36.0) == 10.0; print(*adapter.__all__)")
+    assert ended.returncode == 0, ended.stderr
+    assert "LocalPlanner" in ended.stdout
+
+
+def test_popsteer_imports_neither_adapter_nor_client() -> None:
+    code = "import sys, popsteer; sys.exit(any('carla' in name for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_example_without_the_extra_ends_with_one_line_and_status_2() -> None:
+    code = "import runpy; runpy.run_path(sys.argv.pop(), run_name='__main__')"
+    ended = subprocess.run(
+        [sys.executable, "-c", HIDDEN + code, "examples/carla_drive.py"],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    assert (ended.returncode, ended.stderr) == (2, f"carla_drive: {MESSAGE}\n")
 
 
 def test_ros2_page_names_the_topics_and_times_that_are_the_defaults() -> None:
@@ -34,15 +95,15 @@ def test_ros2_page_names_the_topics_and_times_that_are_the_defaults() -> None:
     from popsteer.adapters.ros2.topics import Topics
 
     plain, autoware, options = Topics(), Topics.of_autoware(), Options()
-    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE, re.MULTILINE))
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", ROS2, re.MULTILINE))
     for name in ("odometry", "path", "command", "predicted", "diagnostics", "clock"):
         _, default, other = rows[name].split(" | ")
         assert default.split(",")[0] == f"`{getattr(plain, name)}`"
         if getattr(autoware, name) != getattr(plain, name):
             assert other.split(",")[0] == f"`{getattr(autoware, name)}`"
-    assert f"`--stale`, {options.stale:g} s" in PAGE
-    assert f"`--hold`, {options.hold:g} s" in PAGE
-    assert f"`--timeout`, {options.timeout:g} s" in PAGE
+    assert f"`--stale`, {options.stale:g} s" in ROS2
+    assert f"`--hold`, {options.hold:g} s" in ROS2
+    assert f"`--timeout`, {options.timeout:g} s" in ROS2
 
 
 def test_ros2_example_without_a_node_ends_with_one_line_and_status_2() -> None:

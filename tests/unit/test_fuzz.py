@@ -1,4 +1,7 @@
-"""The fuzzer's runner says what is missing, and its table adds up what was run."""
+"""The fuzzer's runner, its table, and the CSV reader on every input that fuzzing has kept.
+
+The inputs of the core are replayed by `cargo test`.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.fuzz import csv_reader, table
 from tests.fuzz import run as fuzz
-from tests.fuzz import table
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -98,3 +101,21 @@ def test_fuzz_table_adds_up_runs_and_keeps_the_reader_apart() -> None:
     assert "| the core's together | 7,560 | 0.03 | 70 | 1 |" in made
     assert "| csv_reader | 9 |" in made
     assert "4 runs, 2026-01-02 to 2026-01-03, of commits abc." in made
+
+
+def test_csv_reader_corpus_replayed_breaks_no_rule(tmp_path: Path) -> None:
+    inputs = fuzz.read_corpus(fuzz.CSV)
+    assert len(inputs) >= 10
+    for kept in inputs:
+        csv_reader.check(kept, tmp_path / "waypoints.csv")
+
+
+def test_csv_reader_check_of_a_wrong_reader_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(file: Path) -> None:
+        raise IndexError
+
+    monkeypatch.setattr("popsteer.csv_file.read_waypoints", refuse)
+    with pytest.raises(IndexError):
+        csv_reader.check(b"0,0\n1,1\n", tmp_path / "waypoints.csv")
