@@ -103,7 +103,14 @@ def test_angle_comes_back_from_its_share_within_the_lock(angle: float, speed: fl
 
 def test_lock_at_speed_follows_the_steering_curve() -> None:
     steering = adapter.Steering(1.0, ((10.0, 1.0), (20.0, 0.5)))
-    for kmh, factor in ((0.0, 1.0), (10.0, 1.0), (15.0, 0.75), (20.0, 0.5), (90.0, 0.5)):
+    for kmh, factor in (
+        (0.0, 1.0),
+        (5.0, 1.0),
+        (10.0, 1.0),
+        (15.0, 0.75),
+        (20.0, 0.5),
+        (90.0, 0.5),
+    ):
         assert steering.at_full(kmh / 3.6) == pytest.approx(factor)
         assert steering.at_full(-kmh / 3.6) == pytest.approx(factor)
 

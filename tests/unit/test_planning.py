@@ -221,6 +221,7 @@ def test_bad_paths_and_bounds_are_named() -> None:
         ([0.0, 1.0], [1.0, 2.0], "spacing must have shape"),
         ([0.0, math.nan], 1.0, "curvature of waypoint 1"),
         ([0.0, 1.0], [0.0], "spacing after waypoint 0"),
+        ([0.0, 1.0, 1.0, 1.0], [1.0, 1.0, float("inf")], "spacing after waypoint 2"),
     ):
         with pytest.raises(PathError, match=words):
             speeds_along(bends, spacing)

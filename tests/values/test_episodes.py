@@ -76,6 +76,12 @@ def test_episode_backwards_is_the_one_forwards_turned_by_half_a_turn() -> None:
     assert back["x"][:both] == pytest.approx(-forth["x"][:both], abs=0.5)
 
 
+def test_vector_begins_without_a_seed_too_each_vehicle_at_a_place_of_its_own() -> None:
+    envs = TrackVectorEnv(3, track="slalom")
+    _, infos = envs.reset()
+    assert len(set(infos["y"].tolist())) == 3
+
+
 def test_start_speed_is_that_of_the_path_or_the_one_asked_for_in_its_direction() -> None:
     for twin in (SELF, BACKWARDS):
         path = twin.path(XY, [2.0 + 0.1 * k for k in range(41)])
@@ -105,6 +111,10 @@ def test_random_start_lies_anywhere_on_a_lap_and_on_nine_tenths_of_an_open_path(
         counts, _ = np.histogram(shares, np.linspace(0.0, 1.0, 11))
         assert (counts[: round(10 * most)] > 15).all(), counts
         assert max(shares) <= most + 1e-9
+        # And anywhere between two waypoints.
+        length = path.length / (len(path) - (most < 1.0))
+        between = np.remainder(np.array(shares) * path.length, length) / length
+        assert np.histogram(between, 5, (0.0, 1.0))[0].min() > 30
 
 
 def test_start_is_drawn_between_the_bounds_about_the_path() -> None:

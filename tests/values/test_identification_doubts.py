@@ -202,6 +202,9 @@ def test_place_that_was_given_is_kept_unless_the_drive_contradicts_it() -> None:
     assert kept == ({}, {"rear_axle": 0.01})
     moved = procedure._place(car, _point(rear_axle=-1.29), _drive(), {})
     assert moved == ({"no_slip_point": -1.29}, {"no_slip_point": 0.01})
+    # It is the point at the usual speed, 8 m/s, that does not slip.
+    slides: Any = procedure._place(car, _point(rear_axle=-1.35, slip=0.002), _drive(), {})
+    assert slides == ({"no_slip_point": pytest.approx(-1.222)}, {"no_slip_point": 0.01})
     unsure = procedure._place(car, _point(rear_axle=-1.19, at=0.09), _drive(), {})
     assert unsure == ({}, {"rear_axle": 0.09})
     other = car.replace(no_slip_point=-1.2)

@@ -151,3 +151,13 @@ def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
     many = [row(k, 0.001 * k) for k in range(250)]
     assert "of 84 of 250 runs and it" in envelope.envelope_figure(job(runs=250), many)["note"]
     assert driven == [249, *range(0, 250, 3)]
+
+
+def test_parameters_of_a_page_are_toml_that_says_what_they_are() -> None:
+    from popsteer.lab.report.origin import _toml
+
+    pid = popsteer.SpeedPidParams(kp=2.0, ki=0.5)
+    assert _toml("my-pop", {"a": 1.5, "b": None, "c": True, "d": "x", "e": pid}) == (
+        '[my_pop]\na = 1.5\n# b =\nc = true\nd = "x"\ne = { kp = 2.0, ki = 0.5, kd = 0.0 }\n'
+    )
+    assert _toml("my.pop", {}) == '["my.pop"]\n'

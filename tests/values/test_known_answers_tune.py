@@ -301,6 +301,21 @@ def test_run_whose_error_or_effort_alone_is_no_number_is_refused(
             assert found.efforts == {"straight": (effort if ended else 100.0,)}
 
 
+def test_cars_of_a_problem_have_noise_of_their_own_the_same_on_every_track() -> None:
+    vary = {"noise_yaw": distribution("noise_yaw", "uniform(0.001,0.01)")}
+    paths = {"a": STRAIGHT, "b": STRAIGHT}
+    scenarios = problem(paths=paths, vary=vary, cars=3, seed=5).scenarios
+    assert [name for name, *_ in scenarios] == ["a"] * 4 + ["b"] * 4
+    seeds = [seed for *_, seed in scenarios]
+    assert seeds[:4] == seeds[4:]
+    assert len(set(seeds)) == 4
+    assert set(seeds).isdisjoint(s for *_, s in problem(paths=paths, cars=3, seed=6).scenarios)
+    noises = [made.noise for _, _, made, _ in scenarios]
+    assert noises[0] is noises[4] is None
+    assert [each.yaw for each in noises[1:4]] == [each.yaw for each in noises[5:]]
+    assert len({each.yaw for each in noises[1:4]}) == 3
+
+
 def test_judging_takes_other_cars_and_only_tracks_that_have_what_is_kept(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

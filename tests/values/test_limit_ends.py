@@ -29,6 +29,10 @@ def test_lap_with_a_cusp_at_its_join_stops_there_from_any_first_waypoint() -> No
     for more in ({}, {"max_jerk": 3.0}):
         if more:
             pytest.importorskip("scipy")
+        bounds = np.full(80, 20.0)
+        bounds[17] = 0.0
+        profile = speed_profile(path, SpeedLimits(**more), CAR, speed_limits=bounds)
+        assert np.flatnonzero(profile.speed == 0.0).tolist() == [0, 17, 40]
         profile = speed_profile(path, SpeedLimits(**more), CAR)
         assert np.flatnonzero(profile.speed == 0.0).tolist() == [0, 40]
         assert profile.speed.max() > 5.0

@@ -113,6 +113,27 @@ def test_bag_whose_stamps_begin_late_is_read_by_the_recording(
     assert START > 0.0
 
 
+def test_stamps_within_the_first_second_of_a_clock_are_stamps() -> None:
+    from types import SimpleNamespace
+
+    from popsteer.logs import bag
+
+    times = [(0, 0), (0, 40_000_000), (1, 0), (2, 5)]
+    stamps = [SimpleNamespace(stamp=SimpleNamespace(sec=a, nanosec=b)) for a, b in times]
+    connection = SimpleNamespace(msgcount=4, msgtype="kind")
+    reader = SimpleNamespace(
+        messages=lambda _: [(connection, 10**9 * (50 + k), k) for k in range(4)],
+        deserialize=lambda k, _: stamps[k],
+    )
+    told: list[float] = []
+    for stamp, own in ((("stamp",), [math.nan, 0.04, 1.0, 2.000000005]), (None, [math.nan] * 4)):
+        found = bag._read(reader, [connection], stamp, lambda _: (7.0,), told.append, 0.5)
+        assert found[:, 0] == pytest.approx(own, nan_ok=True)
+        assert found[:, 1] == pytest.approx([50.0, 51.0, 52.0, 53.0])
+        assert found[:, 2].tolist() == [7.0] * 4
+    assert told == [0.5, 0.5]
+
+
 def test_angles_hold_from_their_own_times_and_come_in_any_order() -> None:
     times, angles = [0.35, 0.05, 0.05, math.nan, 0.9], [3.0, 1.0, 2.0, 9.0, math.nan]
     log = Log(**_columns(), commands=(times, angles))

@@ -29,6 +29,7 @@ COMMANDS = {
     "plan within": "plan bends.csv --keep-speeds --speed-limit 5:9:1.5 --speed-limit 20:30:2.5",
     "plan closed": "plan lap.csv --closed --set-vehicle max_steer=0.2 --set max_jerk=3",
     "plan smooth": "plan bends.csv --smooth 0.2 --out course.csv",
+    "plan smooth backwards": "plan turn.csv --smooth 0.1",
     "replay": "replay drive.csv --controllers stanley,pop,pid --set-vehicle wheelbase=2.7",
     "replay on": "replay right.csv --controllers stanley --waypoints bends.csv --no-adapt"
     " --column steer=wheel --unit steer=deg --unit speed=km/h",
@@ -50,6 +51,9 @@ def _write(folder: Path) -> None:
     y, speed = 4.0 * np.sin(x / 9.0), 3.0 + 0.02 * x
     rows = np.column_stack((x, y, speed)).round(3).tolist()
     (folder / "bends.csv").write_text("".join(f"{a},{b},{c}\n" for a, b, c in rows))
+    x = np.append(np.arange(0.0, 20.0, 0.5), np.arange(20.0, 8.0, -0.5))
+    rows = np.column_stack((x, 0.01 * x * x, np.where(np.arange(len(x)) < 40, 2.0, -2.0)))
+    (folder / "turn.csv").write_text("".join(f"{a},{b},{c}\n" for a, b, c in rows.tolist()))
     turn = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     rows = np.column_stack((12.0 * np.cos(turn), 7.0 * np.sin(turn))).round(3).tolist()
     (folder / "lap.csv").write_text("".join(f"{a},{b}\n" for a, b in rows))
