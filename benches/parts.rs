@@ -146,7 +146,7 @@ fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) {
     }
     let estimate = Estimate::DEFAULT;
     bench_part(criterion, "vehicle/predict", lap, |at| {
-        in_flight.predict(&DELAYED, at.vehicle, &estimate)
+        in_flight.predict(&DELAYED, at.vehicle, in_flight.wheel(), &estimate)
     });
     bench_part(criterion, "vehicle/wheel_integrals", lap, |at| {
         in_flight.wheel_integrals(&DELAYED, 0.01 * at.vehicle.speed, DT)

@@ -178,6 +178,7 @@ class _Controller(_Stateful[_ParamsT]):
         dt: float,
         *,
         applied_steer: float | None = None,
+        measured_steer: float | None = None,
         pose_age: float = 0.0,
     ) -> Command: ...
     def steer(
@@ -190,6 +191,7 @@ class _Controller(_Stateful[_ParamsT]):
         /,
         *,
         applied_steer: float | None = None,
+        measured_steer: float | None = None,
         pose_age: float = 0.0,
     ) -> float: ...
     def step_or_hold(
@@ -202,6 +204,7 @@ class _Controller(_Stateful[_ParamsT]):
         hold_limit: int = 10,
         *,
         applied_steer: float | None = None,
+        measured_steer: float | None = None,
         pose_age: float = 0.0,
     ) -> Command: ...
     def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
@@ -436,6 +439,7 @@ class Batch:
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
         applied_steer: ArrayLike | None = None,
+        measured_steer: ArrayLike | None = None,
         pose_age: ArrayLike = 0.0,
     ) -> _Floats: ...
     def step(
@@ -449,6 +453,7 @@ class Batch:
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
         applied_steer: ArrayLike | None = None,
+        measured_steer: ArrayLike | None = None,
         pose_age: ArrayLike = 0.0,
     ) -> CommandBatch: ...
     def set_path(
@@ -581,6 +586,7 @@ class _EmptyCall:
         /,
         *,
         applied_steer: float | None = None,
+        measured_steer: float | None = None,
         pose_age: float = 0.0,
     ) -> float: ...
 

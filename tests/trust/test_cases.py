@@ -10,8 +10,6 @@ from tests.trust.cases import CASES
 
 MISSED = {
     "yaw noise, 20 % lost, jitter: error by that of `adapt=None`",
-    # An angle measured at the wheels is taken for a command.
-    "the wheels' angle reported: error by that without",
 }
 
 

@@ -220,10 +220,15 @@ typedef struct popsteer_vehicle_state {
  */
 typedef struct popsteer_reported {
     /**
-     * The angle that was applied since the last step in place of the last command [rad]: a
-     * driver's, another controller's, or one that was measured. NAN: the last command.
+     * The command that was applied since the last step in place of the controller's [rad]: a
+     * driver's or another controller's. NAN: the controller's.
      */
     double applied_steer;
+    /**
+     * The angle of the wheels now, as a sensor measured it [rad], on the scale of the commands.
+     * NAN: not measured.
+     */
+    double measured_steer;
     /**
      * How long before the step pose and speed were measured [s], 0 to 1.
      */

@@ -26,14 +26,17 @@ same_fields!(CVehicleState, VehicleState, { x, y, yaw, speed });
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CReported {
-    /// The angle that was applied since the last step in place of the last command [rad]: a
-    /// driver's, another controller's, or one that was measured. NAN: the last command.
+    /// The command that was applied since the last step in place of the controller's [rad]: a
+    /// driver's or another controller's. NAN: the controller's.
     pub applied_steer: f64,
+    /// The angle of the wheels now, as a sensor measured it [rad], on the scale of the commands.
+    /// NAN: not measured.
+    pub measured_steer: f64,
     /// How long before the step pose and speed were measured [s], 0 to 1.
     pub pose_age: f64,
 }
 
-same_fields!(CReported, Reported, { applied_steer, pose_age });
+same_fields!(CReported, Reported, { applied_steer, measured_steer, pose_age });
 
 /// What one step answers.
 #[repr(C)]

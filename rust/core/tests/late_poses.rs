@@ -152,6 +152,7 @@ fn test_late_pose_is_rolled_to_the_present_and_on_to_where_the_vehicle_will_be()
             let reported = Reported {
                 applied_steer: applied,
                 pose_age: age,
+                ..Reported::NOTHING
             };
             let pose = truth.ago(age);
             let command = tracker
@@ -232,8 +233,8 @@ fn test_late_poses_show_the_vehicle_as_fresh_ones_do() {
         truth.acceleration = 0.03;
         for &age in ages.iter().cycle().take(1200) {
             let reported = Reported {
-                applied_steer: None,
                 pose_age: age,
+                ..Reported::NOTHING
             };
             let pose = truth.ago(age);
             let steer = tracker

@@ -206,7 +206,7 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
             let before = state.monitor;
             let reported = Reported {
                 applied_steer: (k > 0).then_some(0.2),
-                pose_age: 0.0,
+                ..Reported::NOTHING
             };
             tracker
                 .step(&path.view(), &mut state, vehicle, DT, reported)

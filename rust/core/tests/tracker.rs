@@ -386,3 +386,55 @@ fn test_prediction_drives_on_to_the_next_stop_either_way() {
         }
     }
 }
+
+#[test]
+fn test_prediction_starts_from_the_measured_angle_of_the_wheels() {
+    let car = Vehicle {
+        steer_lag: 0.15,
+        dead_time: 0.2,
+        steer_offset: 0.02,
+        ..Vehicle::PAPER
+    };
+    let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
+    let path = Path::new(&[0.0, 50.0], &[0.0; 2], None, false).unwrap();
+    let view = path.view();
+    let vehicle = |k: u32| VehicleState {
+        x: 0.5 * f64::from(k),
+        y: 1.0,
+        yaw: 0.0,
+        speed: 5.0,
+    };
+    let mut state = tracker.initial_state();
+    for k in 0..10 {
+        tracker
+            .step(&view, &mut state, vehicle(k), 0.1, Reported::NOTHING)
+            .unwrap();
+    }
+    let mut modelled = state;
+    let without = tracker
+        .step(&view, &mut modelled, vehicle(10), 0.1, Reported::NOTHING)
+        .unwrap();
+    let wheel = modelled.in_flight.unwrap().wheel();
+    let step_measured = |angle: f64| {
+        let reported = Reported {
+            measured_steer: Some(angle - car.steer_offset),
+            ..Reported::NOTHING
+        };
+        let mut state = state;
+        tracker
+            .step(&view, &mut state, vehicle(10), 0.1, reported)
+            .unwrap()
+            .predicted_cross_track_error
+    };
+    // Within the dead time the wheels come back to the command: for (0.15 s, 5 m/s) a left angle
+    // more of 0.1 rad turns by 5 tan(0.1) / L times 0.15 (1 - exp(-0.2 / 0.15)) s.
+    assert!((step_measured(wheel) - without.predicted_cross_track_error).abs() < 1e-12);
+    let (left, right) = (step_measured(wheel + 0.1), step_measured(wheel - 0.1));
+    let turn = 5.0 * 0.1 / car.wheelbase * 0.15 * (1.0 - (-0.2f64 / 0.15).exp());
+    // The tracked front axle goes aside by the turn times its distance, and by the way of the rear.
+    let aside = turn * car.wheelbase;
+    assert!(
+        left - right > 1.6 * aside && left - right < 4.0 * aside,
+        "{left} {right}"
+    );
+}

@@ -125,8 +125,10 @@ impl PyBatch {
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
     ///     status is the fault ``Status.INPUT_LOST``.
     /// applied_steer : array of shape (N,), optional
-    ///     The angles that were applied since the last step where those were not the last commands
+    ///     The commands that were applied since the last step where those were not the batch's
     ///     [rad]; see `step` of a controller.
+    /// measured_steer : array of shape (N,), optional
+    ///     The measured angles of the wheels [rad]; see `step` of a controller.
     /// pose_age : float or array of shape (N,), default 0.0
     ///     How long ago poses and speeds were measured [s], 0 to 1.
     ///
@@ -145,9 +147,9 @@ impl PyBatch {
     #[pyo3(
         signature = (
             x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
-            applied_steer=None, pose_age=Ages::Same(0.0)
+            applied_steer=None, measured_steer=None, pose_age=Ages::Same(0.0)
         ),
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0)"
     )]
     fn steer<'py>(
         &mut self,
@@ -160,13 +162,14 @@ impl PyBatch {
         on_error: &str,
         hold_limit: Count,
         applied_steer: Option<Bound<'py, PyAny>>,
+        measured_steer: Option<Bound<'py, PyAny>>,
         pose_age: Ages<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
-        let applied = applied_steer.as_ref();
+        let steers = [applied_steer.as_ref(), measured_steer.as_ref()];
         self.inputs
-            .read(count, [x, y, yaw, speed], applied, &pose_age)?;
+            .read(count, [x, y, yaw, speed], steers, &pose_age)?;
         let angles = PyArray1::<f64>::zeros(py, count, false);
         {
             let mut writable = angles.try_readwrite()?;
@@ -192,9 +195,9 @@ impl PyBatch {
     #[pyo3(
         signature = (
             x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
-            applied_steer=None, pose_age=Ages::Same(0.0)
+            applied_steer=None, measured_steer=None, pose_age=Ages::Same(0.0)
         ),
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0)"
     )]
     fn step<'py>(
         &mut self,
@@ -207,13 +210,14 @@ impl PyBatch {
         on_error: &str,
         hold_limit: Count,
         applied_steer: Option<Bound<'py, PyAny>>,
+        measured_steer: Option<Bound<'py, PyAny>>,
         pose_age: Ages<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
-        let applied = applied_steer.as_ref();
+        let steers = [applied_steer.as_ref(), measured_steer.as_ref()];
         self.inputs
-            .read(count, [x, y, yaw, speed], applied, &pose_age)?;
+            .read(count, [x, y, yaw, speed], steers, &pose_age)?;
         let mut commands = vec![None; count];
         let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
         let out = commands.as_mut_slice();

@@ -23,7 +23,7 @@ impl Inputs {
         &mut self,
         count: usize,
         [x, y, yaw, speed]: [&Bound<'_, PyAny>; 4],
-        applied_steer: Option<&Bound<'_, PyAny>>,
+        steers: [Option<&Bound<'_, PyAny>>; 2],
         pose_age: &Ages<'_>,
     ) -> PyResult<()> {
         let (x, y) = (column(x, "x", count)?, column(y, "y", count)?);
@@ -33,27 +33,34 @@ impl Inputs {
         self.vehicles.clear();
         self.vehicles
             .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
-        self.read_reported(count, applied_steer, pose_age)
+        self.read_reported(count, steers, pose_age)
     }
 
-    /// Copies what the vehicles report beside pose and speed.
+    /// Copies what the vehicles report beside pose and speed: applied and measured angles, ages.
     fn read_reported(
         &mut self,
         count: usize,
-        applied_steer: Option<&Bound<'_, PyAny>>,
+        steers: [Option<&Bound<'_, PyAny>>; 2],
         pose_age: &Ages<'_>,
     ) -> PyResult<()> {
         self.reported.clear();
-        if let (None, Ages::Same(age)) = (applied_steer, pose_age)
+        if let ([None, None], Ages::Same(age)) = (steers, pose_age)
             && age.to_bits() == 0
         {
             return Ok(());
         }
         self.reported.resize(count, Reported::NOTHING);
-        if let Some(applied) = applied_steer {
+        let [applied, measured] = steers;
+        if let Some(applied) = applied {
             let applied = column(applied, "applied_steer", count)?;
             for (report, &steer) in self.reported.iter_mut().zip(applied.as_array()) {
                 report.applied_steer = Some(steer);
+            }
+        }
+        if let Some(measured) = measured {
+            let measured = column(measured, "measured_steer", count)?;
+            for (report, &steer) in self.reported.iter_mut().zip(measured.as_array()) {
+                report.measured_steer = Some(steer);
             }
         }
         match pose_age {

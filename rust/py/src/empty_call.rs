@@ -21,8 +21,8 @@ impl PyEmptyCall {
 
     /// Return at once.
     #[pyo3(
-        signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
-        text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
+        signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)),
+        text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
     )]
     #[expect(
         unused_variables,
@@ -39,6 +39,7 @@ impl PyEmptyCall {
         speed: Number,
         dt: Number,
         applied_steer: Option<Number>,
+        measured_steer: Option<Number>,
         pose_age: Number,
     ) -> PyResult<f64> {
         Ok(yaw.0)

@@ -182,7 +182,7 @@ fn test_batch_that_changes_steps_as_its_vehicles_alone() {
     let mut angles = [0.0; 3];
     let reported = [0.0, 0.1, 0.0].map(|steer: f64| Reported {
         applied_steer: (steer > 0.0).then_some(steer),
-        pose_age: 0.0,
+        ..Reported::NOTHING
     });
     for k in 0..10 {
         if k == 5 {

@@ -69,10 +69,9 @@ class Recorder:
     def step_reported(
         self, pose: tuple[float, float, float], speed: float, dt: float, applied: float, age: float
     ) -> popsteer.Command:
-        self.script.append(f"r {words(*pose, speed, dt, applied, age)}")
-        return self._noted(
-            self.controller.step(*pose, speed, dt, applied_steer=applied, pose_age=age)
-        )
+        self.script.append(f"r {words(*pose, speed, dt, applied, 0.5 * applied, age)}")
+        angles = {"applied_steer": applied, "measured_steer": 0.5 * applied}
+        return self._noted(self.controller.step(*pose, speed, dt, **angles, pose_age=age))
 
     def lose(self, dt: float, hold_limit: int) -> popsteer.Command:
         """Take a step whose pose is not a number."""

@@ -94,7 +94,7 @@ static void call(char letter, FILE *script, popsteer_controller *controller,
     popsteer_command command;
     switch (letter) {
     case 's': /* x y yaw speed dt: a step */
-    case 'r': /* ... applied_steer pose_age: one that reports */
+    case 'r': /* ... applied_steer measured_steer pose_age: one that reports */
     case 'h': /* ... hold_limit: one that holds */ {
         popsteer_vehicle_state vehicle;
         vehicle.x = number(script);
@@ -107,6 +107,7 @@ static void call(char letter, FILE *script, popsteer_controller *controller,
         } else if (letter == 'r') {
             popsteer_reported reported = popsteer_reported_default();
             reported.applied_steer = number(script);
+            reported.measured_steer = number(script);
             reported.pose_age = number(script);
             show(popsteer_step(controller, vehicle, dt, &reported, &command), &command);
         } else {

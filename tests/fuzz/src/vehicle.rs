@@ -287,7 +287,9 @@ impl Life {
     /// No prediction goes farther or turns more than the vehicle can.
     fn check_predict(&self, state: VehicleState) {
         let (car, estimate) = (&self.car, &self.estimator.estimate);
-        let (seen, wheel) = self.in_flight.predict(car, state, estimate);
+        let (seen, wheel) = self
+            .in_flight
+            .predict(car, state, self.in_flight.wheel(), estimate);
         assert!(seen.x.is_finite() && seen.y.is_finite() && seen.yaw.is_finite());
         assert!(wheel.abs() <= car.max_steer + 1e-12);
         assert_eq!(seen.bounded().checked(), Ok(seen.bounded()));

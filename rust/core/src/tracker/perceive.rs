@@ -35,9 +35,9 @@ impl<L: LateralLaw> Tracker<L> {
         reported: Reported,
     ) -> Perception {
         if reported.pose_age > 0.0 || state.past.is_some() {
-            return self.perceive_aged(state, vehicle, dt, reported.pose_age);
+            return self.perceive_aged(state, vehicle, dt, reported);
         }
-        let (predicted, belief) = self.predict_now(state, vehicle, dt);
+        let (predicted, belief) = self.predict_now(state, vehicle, dt, reported.measured_steer);
         Perception {
             here: vehicle,
             predicted,
@@ -47,7 +47,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// [`perceive`](Self::perceive) for a pose that was measured `age` [s] ago: observes the motion
+    /// [`perceive`](Self::perceive) for a pose that was measured some time ago: observes the motion
     /// between the poses, puts the last command in flight, and predicts.
     #[cold]
     fn perceive_aged(
@@ -55,9 +55,9 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-        age: f64,
+        reported: Reported,
     ) -> Perception {
-        let car = self.vehicle();
+        let (car, age) = (self.vehicle(), reported.pose_age);
         let (steer, estimator) = (state.steer, &mut state.estimator);
         let mut in_flight = state.in_flight.as_mut().filter(|_| self.models);
         // Nothing is remembered before the first pose with an age: the wheels count as still.
@@ -95,7 +95,13 @@ impl<L: LateralLaw> Tracker<L> {
         let (predicted, wheel) = match &mut in_flight {
             Some(in_flight) => {
                 in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
-                arrival(car, in_flight, here, now, &estimate)
+                arrival(
+                    car,
+                    in_flight,
+                    reported.measured_steer,
+                    [here, now],
+                    &estimate,
+                )
             }
             None => (here, steer),
         };
@@ -116,6 +122,7 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
+        measured: Option<f64>,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
         // A tracker that models nothing ignores what a state of another vehicle holds.
@@ -135,7 +142,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let estimate = estimator.estimate;
         in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
-        let (predicted, wheel) = arrival(car, in_flight, vehicle, now, &estimate);
+        let (predicted, wheel) = arrival(car, in_flight, measured, [vehicle, now], &estimate);
         (predicted, Belief { wheel, estimate })
     }
 
@@ -181,23 +188,28 @@ fn curvature(car: &Vehicle, wheel: f64, speed: f64, estimate: &Estimate) -> f64 
     estimate.gain * tan(angle) / car.turning_length(speed)
 }
 
-/// The vehicle when the next command reaches the wheels, and the angle of these then [rad]. `here` is
-/// the vehicle's point now, `now` its no-slip point.
+/// The vehicle when the next command reaches the wheels, and the angle of these then [rad]. They
+/// start from the `measured` angle, or the modelled one. `here` is the vehicle's point now, `now` its
+/// no-slip point.
 #[inline]
 fn arrival(
     car: &Vehicle,
     in_flight: &InFlight,
-    here: VehicleState,
-    now: VehicleState,
+    measured: Option<f64>,
+    [here, now]: [VehicleState; 2],
     estimate: &Estimate,
 ) -> (VehicleState, f64) {
+    let wheel = match measured {
+        Some(angle) => car.at_wheels(angle + car.steer_offset),
+        None => in_flight.wheel(),
+    };
     if estimate.delays(car) {
-        let (predicted, wheel) = in_flight.predict(car, now, estimate);
+        let (predicted, wheel) = in_flight.predict(car, now, wheel, estimate);
         // The input was valid, so its prediction is put within the bounds and not refused.
         let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();
         (predicted, wheel)
     } else {
-        (here, in_flight.wheel())
+        (here, wheel)
     }
 }
 

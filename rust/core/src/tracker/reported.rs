@@ -1,4 +1,5 @@
-//! Optional inputs of a step: the angle that was really applied, and the age of the pose.
+//! Optional inputs of a step: the command that was really applied, the measured angle of the wheels,
+//! and the age of the pose.
 
 use crate::error::{InputError, input_in_range, input_within};
 use crate::vehicle::Vehicle;
@@ -7,10 +8,15 @@ use crate::vehicle::past::MAX_POSE_AGE;
 /// The optional inputs of a step, besides pose and speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reported {
-    /// The angle that was applied since the last step in place of the commanded one [rad]: a
-    /// driver's, another controller's, or one that was measured. Prediction, estimates and limits
-    /// continue from it. An angle of up to 90 degrees counts as the nearest one within `max_steer`.
+    /// The command that was applied since the last step in place of the controller's [rad]: a
+    /// driver's or another controller's. Prediction, estimates and limits continue from it. Dead
+    /// time and lag are still ahead of it. An angle of up to 90 degrees counts as the nearest one
+    /// within `max_steer`.
     pub applied_steer: Option<f64>,
+    /// The angle of the wheels now, as a sensor measured it [rad], on the scale of the commands: the
+    /// `steer_offset` is not in it. Dead time and lag are behind it: the prediction starts from it
+    /// in place of the modelled angle, and nothing else changes. Range as `applied_steer`.
+    pub measured_steer: Option<f64>,
     /// How long before the step pose and speed were measured [s], from 0 to [`MAX_POSE_AGE`].
     pub pose_age: f64,
 }
@@ -19,6 +25,7 @@ impl Reported {
     /// The last command was applied, and the pose is that of now.
     pub const NOTHING: Self = Self {
         applied_steer: None,
+        measured_steer: None,
         pose_age: 0.0,
     };
 
@@ -29,22 +36,18 @@ impl Reported {
     /// [`InputError`], naming the number that is not finite or beyond its bound.
     #[inline]
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
-        if self.applied_steer.is_none() && self.pose_age.to_bits() == 0 {
+        if self == Self::NOTHING {
             return Ok(self);
         }
-        let applied_steer = match self.applied_steer {
-            None => None,
-            Some(steer) => Some(checked_steer(vehicle, steer)?),
+        let limit = core::f64::consts::FRAC_PI_2;
+        let checked = |name, steer: Option<f64>| match steer {
+            None => Ok(None),
+            Some(steer) => input_within(name, steer, limit).map(|it| Some(vehicle.at_wheels(it))),
         };
-        input_in_range("pose_age", self.pose_age, 0.0, MAX_POSE_AGE)?;
         Ok(Self {
-            applied_steer,
-            pose_age: self.pose_age,
+            applied_steer: checked("applied_steer", self.applied_steer)?,
+            measured_steer: checked("measured_steer", self.measured_steer)?,
+            pose_age: input_in_range("pose_age", self.pose_age, 0.0, MAX_POSE_AGE)?,
         })
     }
-}
-
-fn checked_steer(vehicle: &Vehicle, steer: f64) -> Result<f64, InputError> {
-    let limit = core::f64::consts::FRAC_PI_2;
-    input_within("applied_steer", steer, limit).map(|steer| vehicle.at_wheels(steer))
 }

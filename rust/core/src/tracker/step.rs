@@ -301,7 +301,7 @@ impl<L: LateralLaw> Tracker<L> {
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
         if let Some(applied) = reported.applied_steer {
-            // The angle that was applied takes the place of the last command.
+            // The command that was applied takes the place of the last one.
             state.steer = applied;
             state.law.set_steer(applied);
         }

@@ -134,16 +134,17 @@ impl InFlight {
     }
 
     /// The vehicle and its wheels as they will be when a command given now reaches them: rolled
-    /// forward through the commands in flight. The state is that of the no-slip point;
-    /// the `estimate` corrects `vehicle`.
+    /// forward through the commands in flight, from the wheels' angle `wheel` [rad]. The state is
+    /// that of the no-slip point; the `estimate` corrects `vehicle`.
     pub fn predict(
         &self,
         vehicle: &Vehicle,
         state: VehicleState,
+        wheel: f64,
         estimate: &Estimate,
     ) -> (VehicleState, f64) {
         let mut rollout = Rollout::new(vehicle, estimate, state);
-        let wheel = rollout.drive(self.wheel, self.commands());
+        let wheel = rollout.drive(wheel, self.commands());
         (rollout.state(), wheel)
     }
 }

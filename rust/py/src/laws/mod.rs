@@ -27,9 +27,10 @@ use crate::tracker::state;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
 /// The optional inputs of a step.
-fn reported(applied_steer: Option<Number>, pose_age: Number) -> Reported {
+fn reported(applied: Option<Number>, measured: Option<Number>, pose_age: Number) -> Reported {
     Reported {
-        applied_steer: applied_steer.map(|steer| steer.0),
+        applied_steer: applied.map(|steer| steer.0),
+        measured_steer: measured.map(|steer| steer.0),
         pose_age: pose_age.0,
     }
 }

@@ -141,11 +141,16 @@ macro_rules! controller {
             ///     Time since the last step that answered [s], 1e-6 to 1e3: after one that was
             ///     refused, or did not take place, all of the time since.
             /// applied_steer : float, optional
-            ///     The angle that was applied since the last step where that was not the last
-            ///     command [rad]: a driver's, another controller's, or one that was measured; up to
-            ///     a quarter turn, and counted as at most `max_steer`. Commands in flight,
-            ///     estimates and limits continue from it. Given at each step the controller only
-            ///     watches: its answers do not depend on what it answered before.
+            ///     The command that was applied since the last step where that was not the
+            ///     controller's [rad]: a driver's or another controller's; up to a quarter turn, and
+            ///     counted as at most `max_steer`. Commands in flight, estimates and limits continue
+            ///     from it. Given at each step the controller only watches: its answers do not
+            ///     depend on what it answered before.
+            /// measured_steer : float, optional
+            ///     The angle of the wheels now, as a sensor measured it [rad]; same range, and on
+            ///     the scale of the commands: the vehicle's `steer_offset` is not in it. Dead time
+            ///     and lag are behind it, so the prediction starts from it in place of the modelled
+            ///     angle; nothing else changes.
             /// pose_age : float, default 0.0
             ///     How long ago pose and speed were measured [s], 0 to 1: what the localisation
             ///     takes, which is not the steering's `dead_time`. The vehicle is rolled forward
@@ -161,9 +166,9 @@ macro_rules! controller {
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[inline]
-            #[pyo3(signature = (x, y, yaw, speed, dt, *, applied_steer=None, pose_age=Number(0.0)))]
+            #[pyo3(signature = (x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)))]
             #[pyo3(
-                text_signature = "($self, x, y, yaw, speed, dt, *, applied_steer=None, pose_age=0.0)"
+                text_signature = "($self, x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
             )]
             fn step(
                 &mut self,
@@ -174,10 +179,11 @@ macro_rules! controller {
                 speed: Number,
                 dt: Number,
                 applied_steer: Option<Number>,
+                measured_steer: Option<Number>,
                 pose_age: Number,
             ) -> PyResult<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let reported = reported(applied_steer, pose_age);
+                let reported = reported(applied_steer, measured_steer, pose_age);
                 self.law
                     .step(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .map(PyCommand)
@@ -193,8 +199,8 @@ macro_rules! controller {
             /// float
             ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
             #[pyo3(
-                signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
-                text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
+                signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)),
+                text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
             )]
             fn steer(
                 &mut self,
@@ -205,10 +211,11 @@ macro_rules! controller {
                 speed: Number,
                 dt: Number,
                 applied_steer: Option<Number>,
+                measured_steer: Option<Number>,
                 pose_age: Number,
             ) -> PyResult<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let reported = reported(applied_steer, pose_age);
+                let reported = reported(applied_steer, measured_steer, pose_age);
                 self.law
                     .steer(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .or_raise(py)
@@ -237,7 +244,9 @@ macro_rules! controller {
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.
             /// applied_steer : float, optional
-            ///     The angle that was applied since the last step [rad]; see `step`.
+            ///     The command that was applied since the last step [rad]; see `step`.
+            /// measured_steer : float, optional
+            ///     The measured angle of the wheels [rad]; see `step`.
             /// pose_age : float, default 0.0
             ///     How long ago pose and speed were measured [s]; see `step`.
             ///
@@ -250,9 +259,9 @@ macro_rules! controller {
             #[pyo3(
                 signature = (
                     x, y, yaw, speed, dt, hold_limit=Count(10), *,
-                    applied_steer=None, pose_age=Number(0.0)
+                    applied_steer=None, measured_steer=None, pose_age=Number(0.0)
                 ),
-                text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10, *, applied_steer=None, pose_age=0.0)"
+                text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
             )]
             fn step_or_hold(
                 &mut self,
@@ -263,11 +272,12 @@ macro_rules! controller {
                 dt: Number,
                 hold_limit: Count,
                 applied_steer: Option<Number>,
+                measured_steer: Option<Number>,
                 pose_age: Number,
             ) -> PyCommand {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let (path, limit) = (self.path.view(), hold_limit.saturated());
-                let (law, reported) = (&self.law, reported(applied_steer, pose_age));
+                let (law, reported) = (&self.law, reported(applied_steer, measured_steer, pose_age));
                 let state = &mut self.state;
                 PyCommand(law.step_or_hold(&path, state, vehicle, dt.0, limit, reported))
             }

@@ -43,7 +43,7 @@ impl PyInFlight {
         let Self { vehicle, in_flight } = self;
         in_flight.elapse(vehicle, last, dt, 0.0);
         let now = now.ahead(vehicle.no_slip());
-        let (then, wheel) = in_flight.predict(vehicle, now, &Estimate::DEFAULT);
+        let (then, wheel) = in_flight.predict(vehicle, now, in_flight.wheel(), &Estimate::DEFAULT);
         Ok((then.x, then.y, then.yaw, then.speed, wheel))
     }
 }

@@ -107,7 +107,8 @@ fn decide<L: Subject>(
         belief.wheel = in_flight.wheel();
         // The slip is observed after this, and changes nothing that counts here.
         if estimator.estimate.delays(car) {
-            let (predicted, wheel) = in_flight.predict(car, now, &estimator.estimate);
+            let (predicted, wheel) =
+                in_flight.predict(car, now, in_flight.wheel(), &estimator.estimate);
             shown = predicted.bounded().ahead(-car.no_slip()).bounded();
             belief.wheel = wheel;
         }

@@ -1,4 +1,4 @@
-//! Steps that report more than a pose: the angle that was applied, and how old the pose is.
+//! Steps that report more than a pose: the applied command, the measured angle, how old the pose is.
 
 use super::{Life, same};
 use crate::bytes::Bytes;
@@ -13,14 +13,19 @@ impl<L: Subject> Life<L> {
     /// Steps the state and steers its twin, with reports good and bad.
     pub(super) fn step_reported(&mut self, bytes: &mut Bytes) {
         let (seen, dt) = (vehicle(bytes, &self.path.view()), dt(bytes));
+        let kind = bytes.byte();
         let reported = Reported {
-            applied_steer: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 0.6, 2.0)),
+            applied_steer: (kind & 1 == 1).then(|| symmetric(bytes, 0.6, 2.0)),
+            measured_steer: (kind & 2 == 2).then(|| symmetric(bytes, 0.6, 2.0)),
             pose_age: bytes.number([0.0, 0.2], [0.0, MAX_POSE_AGE]),
         };
-        let angle = reported.applied_steer.unwrap_or(0.0);
+        let angles = [reported.applied_steer, reported.measured_steer];
         let good = seen.checked().is_ok()
             && checked_dt(dt).is_ok()
-            && angle.abs() <= FRAC_PI_2
+            && angles
+                .iter()
+                .flatten()
+                .all(|angle| angle.abs() <= FRAC_PI_2)
             && (0.0..=MAX_POSE_AGE).contains(&reported.pose_age);
 
         let path = self.path.view();

@@ -88,7 +88,7 @@ fn test_predict_braking_stops_and_does_not_turn_round() {
             acceleration: -5.0 * speed,
             ..Estimate::DEFAULT
         };
-        let (seen, _) = in_flight.predict(&car, state, &estimate);
+        let (seen, _) = in_flight.predict(&car, state, in_flight.wheel, &estimate);
         assert_eq!(seen.speed, 0.0);
         assert!((seen.x - 0.1 * speed).abs() < 1e-12, "{seen:?}");
     }
@@ -109,7 +109,10 @@ fn test_predict_is_where_the_vehicle_comes_to_be() {
     for command in [0.1, -0.2, 0.3, 0.05, 0.1, 0.0, 0.1, 0.0, 0.2, 0.0] {
         if !driven.is_empty() {
             kept.elapse(&car, last, 0.05, 0.0);
-            predicted.push(kept.predict(&car, vehicle, &Estimate::DEFAULT).0);
+            predicted.push(
+                kept.predict(&car, vehicle, kept.wheel, &Estimate::DEFAULT)
+                    .0,
+            );
         }
         driven.push(vehicle);
         last = command;
