@@ -83,7 +83,7 @@ class Metrics:
     rms_steer_rate: float
     """Root of the mean square of the steering rate commanded [rad/s]."""
     mean_speed: float
-    """Mean speed [m/s]."""
+    """Mean speed, forward or backwards [m/s]."""
     time: float
     """Time driven [s]."""
     steps: int

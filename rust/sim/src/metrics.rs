@@ -39,7 +39,7 @@ pub struct Metrics {
     pub max_abs_steer: f64,
     /// Root of the mean square of the steering rate commanded [rad/s].
     pub rms_steer_rate: f64,
-    /// Mean speed [m/s].
+    /// Mean speed, forward or backwards [m/s].
     pub mean_speed: f64,
     /// Time driven [s].
     pub time: f64,
@@ -139,7 +139,7 @@ impl Gatherer {
         }
         self.previous_steer = Some(record.steer);
         self.max_abs_steer = self.max_abs_steer.max(record.steer.abs());
-        self.speed_sum += record.speed;
+        self.speed_sum += record.speed.abs();
         self.steps += 1;
         self.faults |= record.status.faults();
     }
