@@ -146,7 +146,10 @@ fn test_metrics_of_a_run_are_those_of_its_errors() {
     }
     assert!(close(metrics.rms_steer_rate, stats(&rates)[1]));
     assert!(close(metrics.max_abs_steer, 0.13));
-    assert!(close(metrics.mean_speed, speeds.iter().map(|speed| speed.abs()).sum::<f64>() / 6.0));
+    assert!(close(
+        metrics.mean_speed,
+        speeds.iter().map(|speed| speed.abs()).sum::<f64>() / 6.0
+    ));
     assert!(close(metrics.time, 0.3) && metrics.steps == 6 && !metrics.finished);
     assert_eq!(metrics.faults, Status::INPUT_LOST);
 
