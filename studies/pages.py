@@ -22,6 +22,7 @@ from studies.path_end import end_lines
 from studies.pose_age import age_lines
 from studies.preview_pop import preview_lines
 from studies.replanning import input_lines, replanning_lines
+from studies.slopes import speed_lines, stop_lines
 from studies.theory import carrot_lines, choice_lines, late_line, margin_lines
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "cases": ("loop.md", case_lines),
     "replanning": ("loop.md", replanning_lines),
     "missing inputs": ("loop.md", input_lines),
+    "stops": ("planning.md", stop_lines),
+    "speeds": ("planning.md", speed_lines),
     "parking": ("planning.md", parking_lines),
     "pose age": ("edges.md", age_lines),
     "end": ("edges.md", end_lines),

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import popsteer
+from popsteer import plants
 from studies.layout import line
+from studies.moved import PERIOD, Moved, OwnCar, Shipped
 
-PERIOD, STEP = 0.05, 0.005
-"""Of the control and of the car's motion [s]."""
 LAG = 0.15
 """Of the wheels and of the drive, and the dead time [s]."""
 RATE = 0.4
@@ -23,6 +22,8 @@ CAR: dict[str, Any] = {
     "max_steer_rate": RATE,
     **dict.fromkeys(("steer_lag", "dead_time", "drive_lag"), LAG),
 }
+PLAY = 0.01
+"""Of its steering [rad]."""
 SEEDS = range(4)
 
 Piece = tuple[bool, float, float]
@@ -85,32 +86,31 @@ def drawn(pieces: list[Piece]) -> tuple[popsteer.Path, np.ndarray, list[bool]]:
     return popsteer.Path(found[:, :2], reverse=reverse), found, reverse
 
 
-def park(pieces: list[Piece], seed: int, **fields: Any) -> Parked:
-    """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults."""
+def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked:
+    """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults.
+
+    It is the car above, or a plant by its name; `told` is what they are told otherwise.
+    """
     path, poses, reverse = drawn(pieces)
-    vehicle = popsteer.Vehicle(**CAR, **fields)
+    car: Moved = OwnCar(popsteer.Vehicle(**CAR), play=PLAY)
+    if plant:
+        car = Shipped(plants.get(plant), path)
+    vehicle = car.vehicle.replace(**{"steers_at_rest": True, **told})
     steering, pace = popsteer.PreviewPop(path, vehicle), popsteer.SpeedTracker(path, vehicle)
     noise = np.random.default_rng(seed)
     cusps = [k for k in range(1, len(reverse)) if reverse[k] != reverse[k - 1]]
     legs = [0, *cusps, len(poses) - 1]
-    flight = deque([0.0] * round(LAG / STEP))
-    x = y = yaw = speed = wheel = pull = aside = 0.0
+    aside = 0.0
     leg = standing = 0
     time = math.inf
     for count in range(round(60.0 / PERIOD)):
         dx, dy, turned = noise.normal(0.0, (0.02, 0.02, 0.003))
+        x, y, yaw, speed = car.state
         measured = (x + dx, y + dy, yaw + turned, speed, PERIOD)
-        steer, drive = steering.steer(*measured), pace.step(*measured)
+        drive = pace.step(*measured)
         gear = -1.0 if drive.reverse else 1.0
-        for _ in range(round(PERIOD / STEP)):
-            flight.append(steer)
-            wheel += STEP * max(-RATE, min(RATE, (flight.popleft() - wheel) / LAG))
-            pull += STEP / LAG * (drive.acceleration - pull)
-            ahead = gear * speed + STEP * max(pull, 0.0)
-            speed = gear * math.copysign(max(abs(ahead) + STEP * min(pull, 0.0), 0.0), ahead)
-            x += STEP * speed * math.cos(yaw)
-            y += STEP * speed * math.sin(yaw)
-            yaw += STEP * speed * math.tan(wheel) / 2.7
+        car.advance(steering.steer(*measured), drive.acceleration, reverse=drive.reverse)
+        x, y, yaw, speed = car.state
         is_turned = leg + 2 < len(legs) and drive.reverse == reverse[legs[leg + 1]]
         if is_turned and gear * speed >= 0.0:
             leg += 1
@@ -129,19 +129,23 @@ def park(pieces: list[Piece], seed: int, **fields: Any) -> Parked:
     return Parked(aside, math.hypot(x - end[0], y - end[1]), heading, time)
 
 
-def row(pieces: list[Piece], **fields: Any) -> Parked:
+def row(pieces: list[Piece], plant: str = "", **told: Any) -> Parked:
     """Give the largest of each number over the seeds."""
-    runs = [park(pieces, seed, **fields) for seed in SEEDS]
+    runs = [park(pieces, seed, plant, **told) for seed in SEEDS]
     return Parked(*(max(each) for each in zip(*runs, strict=True)))
 
 
 def parking_lines() -> list[str]:
-    """Word a row for each bay and radius; the last cell is without wheels that turn at rest."""
+    """Word a row for each bay and radius: the study's car, one in MuJoCo, and what is not told."""
     lines = []
     for radius in (5.0, 7.0, 9.0):
         for name, pieces in bays(radius).items():
-            found, kept = row(pieces, steers_at_rest=True), row(pieces)
-            cells = (f"{found.aside:.2f}", f"{found.place:.3f}", f"{found.heading:.1f}")
+            found, kept = row(pieces), row(pieces, steers_at_rest=False)
+            cells = [
+                f"{each.aside:.2f}, {each.place:.3f} m, {each.heading:.1f}°"
+                for each in (found, row(pieces, "mujoco-car"), row(pieces, drive_lag=0.0))
+            ]
             others = f"{kept.aside:.2f}, {kept.place:.2f} m, {kept.heading:.0f}°"
-            lines.append(line(f"{name}, {radius:.0f} m", *cells, f"{found.time:.0f}", others))
+            bay = f"{name}, {radius:.0f} m"
+            lines.append(line(bay, f"{found.time:.0f}", *cells, others))
     return lines

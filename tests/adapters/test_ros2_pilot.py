@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
+from popsteer import reference
 from popsteer.adapters import ros2
 from tests.helpers import looped
 
@@ -56,9 +57,28 @@ def driven(
 def test_speed_of_zero_is_a_stop_but_for_a_start_a_cusp_and_the_end(
     speeds: list[float], stop: float
 ) -> None:
-    places, ends, _ = driven(straight([float(speed) for speed in speeds]), 45.0)
+    path = straight([float(speed) for speed in speeds])
+    places, ends, _ = driven(path, 45.0)
     assert places[-1] == pytest.approx(stop, abs=0.06)
     assert abs(ends[-1]) < 1e-9
+    # The same to the speed tracker, and to the paths of core and reference: which way each segment
+    # is driven, and that the speed goes down to 0 there.
+    tracker = popsteer.SpeedTracker(path)
+    x = speed = 0.0
+    for _ in range(2250):
+        command = tracker.step(x, 0.0, 0.0, speed, DT)
+        gear = -1.0 if command.reverse else 1.0
+        speed = gear * max(gear * speed + command.acceleration * DT, 0.0)
+        x += speed * DT
+    assert command.standing
+    assert x == pytest.approx(stop, abs=0.06)
+    twin = reference.Path(np.column_stack((path.x, path.y)), speed=path.speed)
+    assert (path.reverse is None) == (twin.reverse is None)
+    assert path.reverse is None or tuple(path.reverse) == twin.reverse
+    for at in range(len(path)):
+        known = path.reference_speed(path.x[at], 0.0, at)
+        assert known == twin.reference_speed(path.x[at], 0.0, at)
+        assert (known == 0.0) == (speeds[at] == 0)
 
 
 def test_vehicle_stands_before_speeds_of_zero_and_stays() -> None:
