@@ -66,6 +66,7 @@ __all__ = [
     "_path_cusps",
     "_plan_speeds",
     "_speed_defaults",
+    "_with_speed",
     "build_profile",
     "get_distance",
     "get_predicted_location",
@@ -600,6 +601,7 @@ class _InFlight:
 _speed_defaults: dict[str, float]
 
 def _path_curvature(path: Path, smoothing_length: float) -> _Floats: ...
+def _with_speed(path: Path, speed: _Floats) -> Path: ...
 def _path_cusps(path: Path) -> _Flags: ...
 def _plan_speeds(
     curvature: _Floats,

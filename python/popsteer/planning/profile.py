@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer._core import Path, Vehicle
+from popsteer._core import Path, Vehicle, _with_speed
 from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
@@ -77,19 +77,23 @@ class SpeedProfile:
         signed = speed if reverse is None else np.where(reverse, -speed, speed)
         if reverse is not None and not path.closed:
             signed[-1] = -speed[-1] if reverse[-2] else speed[-1]
-        xy = np.column_stack((path.x, path.y))
-        course = Path(xy, speed=signed, closed=path.closed, reverse=reverse, grade=path.grade)
-        squared = speed * speed
-        spacing = _spacing(path)
-        acceleration = 0.5 * (np.roll(squared, -1) - squared)[: spacing.size] / spacing
+        # In place: a long path has no room for more copies.
+        acceleration = np.square(speed)
+        after = acceleration[:1] if path.closed else ()
+        acceleration = np.diff(acceleration, append=after)
+        acceleration *= 0.5
+        acceleration /= _spacing(path)
+        course = _with_speed(path, signed)
         return cls(course, speed, acceleration, curvature, limit, limits, vehicle)
 
     @property
     def time(self) -> float:
         """Time that the path takes [s], of a closed one a lap."""
+        time = np.roll(self.speed, -1)
+        time += self.speed
         spacing = _spacing(self.path)
-        means = 0.5 * (self.speed + np.roll(self.speed, -1))[: spacing.size]
-        return float((spacing / means).sum())
+        time = np.divide(spacing, time[: spacing.size], out=spacing)
+        return 2.0 * float(time.sum())
 
     def shares(self) -> dict[str, float]:
         """Tell what limits the speed along which share of the length.

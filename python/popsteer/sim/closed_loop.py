@@ -19,6 +19,7 @@ from popsteer._core import (
     SpeedPidParams,
     SpeedTracker,
     Vehicle,
+    _with_speed,
 )
 from popsteer.errors import ConfigError, PathError
 from popsteer.ranges import check_count, check_in_range
@@ -154,12 +155,10 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     where the speed is not in [0, 100].
     """
     check_in_range("constant_speed", speed, 0.0, 100.0)
-    xy = np.column_stack((path.x, path.y))
-    speeds = np.full(len(xy), float(speed))
+    speeds = np.full(len(path), float(speed))
     if path.reverse is not None:
         speeds[path.reverse] *= -1.0
-    kept = Path(xy, speed=speeds, closed=path.closed, reverse=path.reverse, grade=path.grade)
-    return kept, SpeedPid(_KEEPING)
+    return _with_speed(path, speeds), SpeedPid(_KEEPING)
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ

@@ -242,3 +242,28 @@ fn test_section_across_the_start_of_a_lap_is_smoothed_as_one() {
     }
     assert_close(&path_curvature(&closed.view(), LENGTH), &expected, 1e-9);
 }
+
+/// A path of more waypoints than are smoothed at once has the curvature of its parts.
+#[test]
+fn test_curvature_of_a_very_long_path_is_that_of_its_parts() {
+    let place = |k: usize| {
+        let x = 0.5 * popsteer_core::math::from_count(k);
+        // Wobbles of 2 cm, as noise has them.
+        (x, 9.0 * (x / 31.0).sin() + 0.02 * (2.0 * x).sin())
+    };
+    let count = 150_000;
+    let part = |from: usize, to: usize, closed: bool| {
+        let (x, y): (Vec<f64>, Vec<f64>) = (from..to).map(place).unzip();
+        path_curvature(&Path::new(&x, &y, None, closed).unwrap().view(), LENGTH)
+    };
+    for closed in [false, true] {
+        let whole = part(0, count, closed);
+        for seam in [1 << 16, 1 << 17] {
+            let alone = part(seam - 600, seam + 600, false);
+            for k in 300..900 {
+                let error = whole[seam - 600 + k] - alone[k];
+                assert!(error.abs() < 1e-5, "{closed}, {k}: {error}");
+            }
+        }
+    }
+}

@@ -66,7 +66,7 @@ mod _core {
         speed::controllers::{
             PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
         },
-        speed::planning::{path_curvature, path_cusps, plan_speeds},
+        speed::planning::{path_curvature, path_cusps, plan_speeds, with_speed},
         speed::tracker::{PySpeedCommand, PySpeedTracker, PySpeedTrackerParams},
         tracker::command::PyCommand,
         tracker::commands::PyCommandBatch,

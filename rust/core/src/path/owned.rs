@@ -5,9 +5,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::boxes::{self, Bounds};
-use super::measure::{COINCIDING, Measures, measure};
+use super::measure::{COINCIDING, Measures, check_column, measure};
 use super::shape::spline;
 use super::view::PathView;
+use crate::bounds::MAX_SPEED;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
 
@@ -92,6 +93,19 @@ impl Path {
         let mut path = Self { reverse, ..self };
         path.ends = path.section_ends();
         Ok(path)
+    }
+
+    /// A copy with other reference speeds [m/s]; which stretches are driven backwards stays.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`]: not an entry for each waypoint, or one that is out of its range.
+    pub fn with_speed(&self, speed: &[f64]) -> Result<Self, PathError> {
+        check_column("speed", speed, self.x.len(), MAX_SPEED)?;
+        Ok(Self {
+            speed: Some(speed.into()),
+            ..self.clone()
+        })
     }
 
     /// The same path with the slope at each waypoint, as [`PathView::with_grade`].

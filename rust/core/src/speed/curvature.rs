@@ -22,8 +22,10 @@ use crate::path::PathView;
 
 /// Nodes in a smoothing length: waypoints closer together than that are averaged first.
 const NODES: f64 = 4.0;
-/// How far a closed path is continued at its seam, in smoothing lengths: what lies farther off
-/// moves a waypoint by less than 1e-4 of its own error.
+/// How many waypoints are smoothed at once: a longer path takes no more memory.
+const PART: usize = 1 << 16;
+/// How far a closed path is continued at its seam, and a part beyond its ends, in smoothing lengths:
+/// what lies farther off moves a waypoint by less than 1e-4 of its own error.
 const SEAM: f64 = 20.0;
 /// The same in nodes, where these are far apart.
 const SEAM_NODES: usize = 8;
@@ -77,38 +79,67 @@ fn smooth_section(
     length: f64,
     curvature: &mut [f64],
 ) {
-    let (mut nodes, arcs) = average(path, begin, segments, length);
-    smooth(&mut nodes, length);
-    let turned = turns_at(&nodes);
-    let mut node = 0;
     // The waypoint at its end is the next section's, but for the last of an open path.
     let open_end = !path.is_closed() && begin + segments + 1 == path.len();
     let count = if open_end { segments + 1 } else { segments };
-    for (step, &arc) in arcs.iter().take(count).enumerate() {
-        let place = (begin + step) % path.len();
-        if let Some(value) = curvature.get_mut(place) {
-            *value = between(&nodes, &turned, arc, &mut node);
-        }
+    for first in (0..count).step_by(PART) {
+        let kept = PART.min(count - first);
+        let before = margin(path, begin + first, length, first, false);
+        let last = first + kept - 1;
+        let after = margin(path, begin + last, length, segments - last, true);
+        smooth_part(
+            path,
+            begin + first,
+            (before, kept, after),
+            length,
+            curvature,
+        );
     }
 }
 
 /// The curvature of a closed path that is driven in one direction.
 fn smooth_loop(path: &PathView<'_>, length: f64, curvature: &mut [f64]) {
     let count = path.len();
-    let enough = SEAM * length;
-    let mut before = 0;
-    let mut arc = 0.0;
-    while arc < enough && before < 4 * count || before < SEAM_NODES {
-        before += 1;
-        arc += path.segment_length((4 * count - before) % count);
+    for first in (0..count).step_by(PART) {
+        let kept = PART.min(count - first);
+        let before = margin(path, first, length, 4 * count, false);
+        smooth_part(path, first, (before, kept, before + 1), length, curvature);
     }
-    let begin = 5 * count - before;
-    let (mut nodes, arcs) = average(path, begin % count, 2 * before + count, length);
+}
+
+/// How many waypoints beside waypoint `place` are smoothed with it, at most `room`.
+fn margin(path: &PathView<'_>, place: usize, length: f64, room: usize, ahead: bool) -> usize {
+    let count = path.len();
+    let (mut beside, mut arc) = (0, 0.0);
+    while beside < room && (arc < SEAM * length || beside < SEAM_NODES) {
+        beside += 1;
+        let segment = if ahead {
+            place + beside - 1
+        } else {
+            place + 5 * count - beside
+        };
+        arc += path.segment_length(segment % count);
+    }
+    beside
+}
+
+/// The curvature of `kept` waypoints from `first` on, smoothed with those `before` and `after` them.
+fn smooth_part(
+    path: &PathView<'_>,
+    first: usize,
+    (before, kept, after): (usize, usize, usize),
+    length: f64,
+    curvature: &mut [f64],
+) {
+    let begin = first + 5 * path.len() - before;
+    let (mut nodes, arcs) = average(path, begin, before + kept - 1 + after, length);
     smooth(&mut nodes, length);
     let turned = turns_at(&nodes);
     let mut node = 0;
-    for (value, &arc) in curvature.iter_mut().zip(arcs.iter().skip(before)) {
-        *value = between(&nodes, &turned, arc, &mut node);
+    for (step, &arc) in arcs.iter().skip(before).take(kept).enumerate() {
+        if let Some(value) = curvature.get_mut((first + step) % path.len()) {
+            *value = between(&nodes, &turned, arc, &mut node);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Planning for `popsteer.planning`, which checks shapes and words the results.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyReadonlyArray1};
 use popsteer_core::error::config_in_range;
 use popsteer_core::speed::{
@@ -25,6 +27,13 @@ pub(crate) fn path_curvature<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let length = config_in_range("smoothing_length", smoothing_length, 1e-3, 1e3).or_raise(py)?;
     Ok(PyArray1::from_vec(py, curvature_of(&path.0.view(), length)))
+}
+
+/// A path with other reference speeds [m/s], and all else as it is.
+#[pyfunction(name = "_with_speed")]
+pub(crate) fn with_speed(py: Python<'_>, path: &PyPath, speed: Floats<'_>) -> PyResult<PyPath> {
+    let found = path.0.with_speed(speed.as_slice()?).or_raise(py)?;
+    Ok(PyPath(Arc::new(found)))
 }
 
 /// At which waypoints of a path the vehicle changes its direction.
