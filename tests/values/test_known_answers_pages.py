@@ -42,6 +42,15 @@ def test_percentiles_of_steps_are_of_each_controllers_own_times() -> None:
         first = next(x for x, y in zip(trace["x"], trace["y"], strict=True) if y)
         assert 0.88 * lowest < first <= lowest * (1.0 + 1e-9)
     assert figure["traces"][0]["y"][0] == 0.0
+    # The axis ends half as far again as the slowest but a thousandth; what took longer is said.
+    stand_in.latencies = {"pop": [1000] * 4000 + [80_000], "stanley": [500] * 10}
+    (figure,) = times.latency_figure(stand_in)
+    assert figure["layout"]["xaxis"]["range"][1] == pytest.approx(math.log10(1.5))
+    assert "up to 80 µs" in str(figure)
+    stand_in.latencies["stanley"] = [60_000] * 10
+    (figure,) = times.latency_figure(stand_in)
+    assert figure["layout"]["xaxis"]["range"][1] > math.log10(60.0)
+    assert "up to" not in str(figure)
     assert times.latency_figure(SimpleNamespace(latencies={})) == []  # type: ignore[arg-type]
 
 
