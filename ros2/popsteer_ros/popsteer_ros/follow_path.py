@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from nav2_msgs.action import FollowPath
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -13,10 +13,24 @@ from rclpy.task import Future
 from popsteer.adapters.ros2 import State
 
 if TYPE_CHECKING:
-    from .node import Track
+    from popsteer.adapters.ros2 import Node
 
 _RESULT = FollowPath.Result
 _STANDING = 0.05  # the vehicle has arrived below this [m/s]
+
+
+class Track(Protocol):
+    """What a goal takes of the node that drives it."""
+
+    core: Node | None
+
+    def seconds(self) -> float:
+        """Give the time of the node [s]."""
+        ...
+
+    def value(self, name: str) -> Any:
+        """Give a parameter of the node."""
+        ...
 
 
 class Follow:
