@@ -103,7 +103,12 @@ fn smooth_loop(path: &PathView<'_>, length: f64, curvature: &mut [f64]) {
     for first in (0..count).step_by(PART) {
         let kept = PART.min(count - first);
         let before = margin(path, first, length, 4 * count, false);
-        smooth_part(path, first, (before, kept, before + 1), length, curvature);
+        let after = if kept == count {
+            before + 1
+        } else {
+            margin(path, first + kept - 1, length, count, true)
+        };
+        smooth_part(path, first, (before, kept, after), length, curvature);
     }
 }
 
