@@ -1,31 +1,50 @@
 """Drives vehicles that are what controllers were told, and counts the faults that are reported.
 
-    python -m studies.alarms              # the matrix, the edges, and 1,000 noisy laps
-    python -m studies.alarms --laps 60    # fewer laps
+    python -m studies.alarms              # all of them
+    python -m studies.alarms --laps 60    # fewer noisy laps
 
-No run may be `implausible`, and none `deviating` whose error kept its limit; the exit code is 1
-where one is.
+The matrix, the edges, noisy laps; and in a loop of its own (tests/trust): 200 cars that are as told
+within 10 % with noise, losses and jitter, play of the steering, paths that begin ahead, small cars;
+then twelve circuits with hairpins, planned at 4 m/s² with 4 m/s² of braking, on each plant. The
+conditions are counted over all steps. No run may be
+`implausible`, and none `deviating` whose error kept its limit; the exit code is 1 where one is.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import random
 import sys
-from typing import TYPE_CHECKING
+from collections import Counter
+from typing import TYPE_CHECKING, Any
 
-from popsteer import Status, controllers, sim
+import numpy as np
+
+from popsteer import Path, SpeedTracker, Status, Vehicle, controllers, sim
 from popsteer.lab import compare
 from studies import edges
 from studies.layout import track
+from tests.trust.car import TOLD, Car, bends, circuit, drive, jitter, somebody
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from tests.trust.car import Drive
 
 NAMES = ("pop", "preview-pop", "pure-pursuit", "stanley", "pid")
 PLANTS = ("carla-identified", "kinematic-bicycle", "commonroad-mb-2", "mujoco-car")
 TRACKS = ("racetrack", "double-lane-change", "slalom")
 LAP_PLANTS = ("carla-identified", "kinematic-bicycle")
+HEALTHY, CIRCUITS = 200, 12
+SMALL = Vehicle(
+    wheelbase=0.33,
+    rear_axle=-0.165,
+    max_steer=0.5,
+    max_steer_rate=3.0,
+    steer_lag=0.05,
+    dead_time=0.05,
+)
 NOISE = sim.Noise(position=0.1, yaw=0.005, speed=0.05)
 
 
@@ -70,6 +89,81 @@ def laps(count: int) -> Iterator[bool]:
                 yield is_false(Status(int(faults)), float(error), limit)
 
 
+def is_wrong(driven: Drive, limit: float) -> bool:
+    """Whether a drive of a car that is as told has a fault that is not so."""
+    seen.update(status for _, status in driven.statuses)
+    faults = Status.OK
+    for _, status in driven.statuses:
+        faults |= status
+    return is_false(faults, driven.tracked, limit)
+
+
+def healthy() -> Iterator[bool]:
+    """Drive cars as told within 10 %, through noise, losses and jitter, by each controller."""
+    for seed in range(HEALTHY):
+        rng = random.Random(seed)
+        car, speed = somebody(rng), rng.uniform(3.0, 9.0)
+        law = controllers.get(NAMES[seed % len(NAMES)]).controller
+        loop: dict[str, Any] = {
+            "speed": speed,
+            "noise": (0.05, 0.01, 0.05),
+            "loss": 0.2,
+            "periods": jitter(0.5),
+        }
+        # The largest of some hundred noisy measurements is farther off than the car.
+        limit = 0.5 * TOLD.wheelbase - 0.2
+        yield is_wrong(drive(law, car=car, fresh=True, seed=seed, **loop), limit)
+
+
+def others() -> Iterator[bool]:
+    """Drive with play of the steering, onto paths that begin 8 m ahead, and small cars."""
+    ahead = bends()[17:]
+    xy = np.arange(0.0, 40.0, 0.05)
+    narrow = np.column_stack((xy, 0.5 * np.sin(xy)))
+    for name in NAMES:
+        law = controllers.get(name).controller
+        for degrees in (1.0, 2.0, 3.0):
+            yield is_wrong(drive(law, car=Car(play=math.radians(degrees)), fresh=True), 1.35)
+        yield is_wrong(drive(law, waypoints=ahead, seconds=10.0), 1.35)
+        for speed in (1.0, 2.0, 3.0):
+            car = Car(0.33, 0.05, 0.05, 3.0, 0.5, centre=0.165)
+            options: dict[str, Any] = {
+                "told": SMALL,
+                "course": narrow,
+                "speed": speed,
+                "seconds": 15.0,
+            }
+            yield is_wrong(drive(law, car=car, fresh=True, **options), 0.165)
+
+
+def circuits() -> Iterator[bool]:
+    """Drive closed splines with hairpins at 4 m/s²; the largest lateral acceleration is kept."""
+    for plant in PLANTS:
+        limits: dict[str, Any] = {
+            "max_speed": 30.0,
+            "max_acceleration": 2.5,
+            "max_deceleration": 4.0,
+        }
+        car = sim.vehicle_of(plant).replace(max_lateral_acceleration=4.0, **limits)
+        for seed in range(CIRCUITS):
+            path = Path(circuit(seed, 1.0), closed=True)
+            controller = controllers.get("preview-pop").controller(path, car)
+            run = sim.run(controller, plant, speed=4.0, longitudinal=SpeedTracker(path, car))
+            rate = np.gradient(np.unwrap(run.records["yaw"]), run.records["time"])
+            # Over 0.15 s, as a gyroscope would be read; not of the start beside the path.
+            lateral = np.abs(np.convolve(rate, np.ones(3) / 3.0, "same") * run.records["speed"])
+            most[plant] = max(most.get(plant, 0.0), float(lateral[100:-5].max()))
+            seen.update(map(Status, map(int, run.records["status"])))
+            faults = Status.OK if run.metrics.finished else Status.IMPLAUSIBLE
+            yield bool(faults) or bool(run.metrics.faults & Status.IMPLAUSIBLE)
+
+
+seen: Counter[Status] = Counter()
+"""In how many steps each status was seen, of the drives that count them."""
+most: dict[str, float] = {}
+"""The largest lateral acceleration on the circuits, by plant [m/s^2]."""
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
@@ -77,10 +171,22 @@ def main() -> int:
     parser.add_argument("--laps", type=int, default=1000, help="noisy laps, at least")
     wanted = parser.parse_args().laps
     wrong = 0
-    for title, runs in (("matrix", matrix()), ("edges", pathological()), ("laps", laps(wanted))):
+    groups = {
+        "matrix": matrix(),
+        "edges": pathological(),
+        "laps": laps(wanted),
+        "healthy": healthy(),
+        "others": others(),
+        "circuits": circuits(),
+    }
+    for title, runs in groups.items():
+        seen.clear()
         found = list(runs)
         wrong += sum(found)
         print(f"{title:8} {len(found):5} runs, {sum(found)} false alarms", flush=True)
+        if seen:
+            print(f"{'':8} steps: {', '.join(f'{each} {n}' for each, n in seen.most_common())}")
+    print("lateral acceleration, told 4 m/s²:", {each: round(a, 2) for each, a in most.items()})
     return int(wrong > 0)
 
 

@@ -221,6 +221,8 @@ class Drive:
     statuses: list[tuple[float, popsteer.Status]]
     steers: list[tuple[float, float]]
     estimate: popsteer.Estimate
+    tracked: float = 0.0
+    """Largest distance of the point that the controller tracks from the path [m]."""
 
     def mean(self, since: float = 5.0) -> float:
         """Mean distance from the path after a time [m]."""
@@ -260,16 +262,21 @@ def drive(
     beside: float = 0.0,
     sense: Sense | None = None,
     report: Callable[[Car], dict[str, float]] | None = None,
+    waypoints: Curve | None = None,
     **options: Any,
 ) -> Drive:
-    """Drive a car by a controller in a loop; `sense` makes of the true pose the measured one."""
+    """Drive a car by a controller in a loop; `sense` makes of the true pose the measured one.
+
+    The path is the course, or that of other `waypoints`.
+    """
     rng, arrays = random.Random(seed), np.random.default_rng(seed)
     car = car or Car()
     course = bends() if course is None else course
     periods = periods or jitter(0.0)
 
     def planned() -> popsteer.Path:
-        return popsteer.Path(course + arrays.normal(0.0, waypoint_noise, course.shape))
+        xy = course if waypoints is None else waypoints
+        return popsteer.Path(xy + arrays.normal(0.0, waypoint_noise, xy.shape))
 
     def wanted(time: float) -> float:
         return speed(time) if callable(speed) else speed
@@ -289,6 +296,9 @@ def drive(
             break
         drive.errors.append((car.time, place.cross_track_error))
         pose = car.pose()
+        ahead = steering.tracked_point
+        at = pose[0] + ahead * math.cos(pose[2]), pose[1] + ahead * math.sin(pose[2])
+        drive.tracked = max(drive.tracked, abs(truth.project(*at).cross_track_error))
         x, y, yaw, sensed = (
             value + (rng.gauss(0.0, by) if by else 0.0)
             for value, by in zip(pose, (noise[0], noise[0], noise[1], noise[2]), strict=True)

@@ -37,7 +37,7 @@ pub struct MonitorState {
     pub offset_square: f64,
     /// The same rates times the residuals [rad/s].
     pub offset_sum: f64,
-    /// Remaining time of the alarm [s].
+    /// Remaining time of the alarm [s]; without one, below 0 for how long there has been doubt.
     pub alarm: f64,
     /// Whether the vehicle was within the limit of the deviation.
     pub within: bool,
@@ -72,6 +72,11 @@ impl MonitorState {
     pub(super) const LEAST_TIME: f64 = 0.2;
     /// Nothing is concluded from a longer period [s]: too much happens in it.
     pub(super) const MAX_PERIOD: f64 = 0.3;
+    /// For how long the turns are beyond what is explained before that is an alarm [s]. A car that
+    /// brakes into a hairpin on its tyres is so for a step.
+    pub const CONFIRM_TIME: f64 = 0.1;
+    /// Beyond by so many tolerances it is an alarm at once.
+    pub(super) const CLEAR: f64 = 1.5;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
     /// Bound that no valid input reaches.
@@ -110,6 +115,22 @@ impl MonitorState {
         self.delayed = 0.0;
         self.reach = 0.0;
         self.excess = 0.0;
+    }
+
+    /// Whether there is an alarm, `dt` [s] later, with a `tolerance` [rad] of what is not explained.
+    #[inline]
+    pub(super) fn raise_alarm(&mut self, tolerance: f64, dt: f64) -> bool {
+        if self.time < Self::LEAST_TIME || !self.is_beyond(tolerance) {
+            self.alarm = saturate(self.alarm - dt, 0.0, Self::ALARM_TIME);
+        } else if self.alarm > 0.0
+            || self.alarm - dt <= -Self::CONFIRM_TIME
+            || self.is_beyond(Self::CLEAR * tolerance)
+        {
+            self.alarm = Self::ALARM_TIME;
+        } else {
+            self.alarm -= dt;
+        }
+        self.alarm > 0.0
     }
 
     /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
@@ -209,7 +230,7 @@ impl MonitorState {
             (self.noise, 0.0, Self::MAX),
             (self.offset_square, 0.0, Self::MAX),
             (self.offset_sum, -Self::MAX, Self::MAX),
-            (self.alarm, 0.0, Self::ALARM_TIME),
+            (self.alarm, -Self::CONFIRM_TIME, Self::ALARM_TIME),
         ] {
             input_in_range("monitor", value, low, high)?;
         }
