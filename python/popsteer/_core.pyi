@@ -381,7 +381,6 @@ class Estimate(_NamedValue):
     acceleration: Final[float]
 
 @final
-@final
 class Pop(_Controller[PopParams]): ...
 
 @final
@@ -396,7 +395,6 @@ class PurePursuit(_Controller[PurePursuitParams]): ...
 @final
 class Stanley(_Controller[StanleyParams]): ...
 
-@final
 @final
 class CommandBatch:
     def __new__(
