@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from popsteer.lab.common.theme import THEMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any
 
     from matplotlib.axes import Axes
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
+    from popsteer.sim import Run
 
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart
@@ -94,3 +96,29 @@ def logarithmic(panel: Axes) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def limit(run: Run, record: str) -> float:
+    """Bound what a record does once the start has died out.
+
+    The start, metres beside the path, would leave the rest a flat line; and a run that leaves the
+    road would do so to the other controllers. The bound is the largest absolute value after the
+    settling time, and at least a fifth of the largest of all; 0 of a run that did not finish.
+    """
+    if not run.metrics.finished:
+        return 0.0
+    values = np.abs(run.records[record])
+    settled = values[run.records["time"] >= run.settings.settling_time]
+    return float(max(settled.max(initial=0.0), 0.2 * values.max(initial=0.0)))
+
+
+def nice_limit(limits: Iterable[float]) -> float:
+    """Round the largest of some bounds up, with room for a note.
+
+    It is at least 1.35 times the largest, in steps of two digits; 1 where all are 0.
+    """
+    largest = 1.35 * max(limits)
+    if largest <= 0.0:
+        return 1.0
+    step = 10.0 ** (math.floor(math.log10(largest)) - 1)
+    return round(math.ceil(largest / step) * step, 12)

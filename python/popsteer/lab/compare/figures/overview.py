@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
-from popsteer.lab.common.draw import wrapped
+from popsteer.lab.common.draw import limit, nice_limit, wrapped
 from popsteer.lab.common.names import title_of
-from popsteer.lab.compare.figures.scale import limit, nice_limit
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import caption, notes
 
