@@ -120,9 +120,17 @@ def test_wall_clock_that_is_set_is_noticed_and_no_period(
             bench.send_pose()
         states.append(bench.state)
 
+    jumped, said = bench.node.jumped, []
+
+    def told(by: float) -> None:
+        said.append(by)
+        jumped(by)
+
+    monkeypatch.setattr(bench.node, "jumped", told)
     found = spun(bench, monkeypatch, each, 30)
     assert [dt for dt, _ in found] == pytest.approx([0.02] * 30)
     assert bench.node.loop.jumps == 1
+    assert said == pytest.approx([seconds])
     assert "driving" in states[:20]
     assert any(f"time jumped by {seconds:+.2f} s" in line for line in bench.lines) or (
         states[21] == "driving"  # a pose of the new time has come in the same cycle

@@ -61,7 +61,12 @@ def test_report_beyond_its_bounds_is_refused_by_name(law: Law) -> None:
             assert controller.state == before
     with pytest.raises(InputError, match=r"^x must"):
         controller.step(nan, *STEP[1:], applied_steer=nan)
-    for reported in ({"applied_steer": 0.5 * pi}, {"measured_steer": -0.5 * pi}, {"pose_age": 1.0}, {"pose_age": 0.0}):
+    for reported in (
+        {"applied_steer": 0.5 * pi},
+        {"measured_steer": -0.5 * pi},
+        {"pose_age": 1.0},
+        {"pose_age": 0.0},
+    ):
         assert math.isfinite(controller.step(*STEP, **reported).steer)
     for time, dt in ((nan, 0.05), (-1.0, 0.05), (1001.0, 0.05), (1.0, 0.0), (1.0, 1e-7)):
         with pytest.raises(InputError):

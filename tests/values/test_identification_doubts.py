@@ -119,6 +119,10 @@ def test_delay_that_is_not_known_is_given_and_its_sum_kept() -> None:
         assert set(doubt.unknown) == {"steer_lag", "dead_time"}
         assert f"{sum(total):.3f} ± 0.03 s" in doubt.unknown["dead_time"]
         assert f"that {lag:.3g} s of it" in doubt.unknown["steer_lag"]
+    both = _fit(dead_time=0.03, steer_lag=0.04)
+    doubt = identifiability.unsure(both, _drive(), GIVEN)
+    assert doubt is not None
+    assert "0.300 ± 0.05 s" in doubt.unknown["dead_time"]
     for errors in ({"dead_time": 0.051}, {"dead_time": 0.03, "steer_lag": -1.0}):
         doubt = identifiability.unsure(_fit(**errors), _drive(), GIVEN)
         assert doubt is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -188,3 +189,21 @@ def test_worst_tenth_stands_for_failures_from_ten_runs_on() -> None:
     failed = [*rows[:-1], {**rows[-1], "success": False}]
     (said,) = [note for note in summary.notes(job(), failed) if "Kolmogorov" in note]
     assert "runs that failed from" in said
+
+
+def test_progress_of_a_sweep_counts_runs_over_all_of_its_chunks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from popsteer.lab.sweep import workers
+
+    def drive(_: Any, chunk: Any, threads: int, advance: Any) -> list[dict[str, Any]]:
+        advance(0.5)
+        return [{"run": run, "threads": threads} for run in chunk]
+
+    monkeypatch.setattr(workers, "drive", drive)
+    monkeypatch.setattr(workers, "_CORE_CHUNK", 2)
+    told: list[float] = []
+    chunks = list(workers.on_core(job(), [7, 8, 9, 3, 4], 6, told.append))
+    assert [[row["run"] for row in rows] for rows in chunks] == [[7, 8], [9, 3], [4]]
+    assert {row["threads"] for rows in chunks for row in rows} == {6}
+    assert told == [1.0, 3.0, 4.5]

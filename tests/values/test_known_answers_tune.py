@@ -195,6 +195,17 @@ def test_processes_that_join_a_study_draw_otherwise_than_the_first_and_each_othe
     assert len(set(values)) == 6
 
 
+def test_searches_of_other_seeds_draw_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("optuna")
+    monkeypatch.setattr(tune.Problem, "score", lambda *_: USUAL)
+    # 64 apart and more: each has numbers of its own, and the same ones again.
+    drawn = [
+        tune.run(problem(seed=seed), trials=1).trials[0].values for seed in (3, 67, 2**20 + 3, 3)
+    ]
+    assert drawn[0] == drawn[3]
+    assert len({each["min_lookahead"] for each in drawn}) == 3
+
+
 def test_near_the_best_stays_in_bounds_and_differs_by_trial() -> None:
     base = problem()
     tried = [trial(k, 1.0 / (k + 1), 0.1) for k in range(22)]

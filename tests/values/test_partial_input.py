@@ -134,6 +134,28 @@ def test_stamps_within_the_first_second_of_a_clock_are_stamps() -> None:
     assert told == [0.5, 0.5]
 
 
+def test_topic_without_messages_is_none_unless_it_is_asked_for() -> None:
+    from types import SimpleNamespace
+
+    from popsteer.logs import bag
+
+    there: list[Any] = [
+        SimpleNamespace(topic="/first", msgtype="better", msgcount=0),
+        SimpleNamespace(topic="/second", msgtype="good", msgcount=3),
+        SimpleNamespace(topic="/third", msgtype="good", msgcount=0),
+    ]
+    path: Any = "bag"
+    types = ("better", "good")
+    assert bag._choose(path, there, "steer", types, {}) == [there[1]]
+    assert bag._choose(path, there, "steer", types, {"steer": "/first"}) == [there[0]]
+    there[0].msgcount = 1
+    assert bag._choose(path, there, "steer", types, {}) == [there[0]]
+    for each in there:
+        each.msgcount = 0
+    with pytest.raises(LogError, match="no topic of better or good for steer"):
+        bag._choose(path, there, "steer", types, {})
+
+
 def test_angles_hold_from_their_own_times_and_come_in_any_order() -> None:
     times, angles = [0.35, 0.05, 0.05, math.nan, 0.9], [3.0, 1.0, 2.0, 9.0, math.nan]
     log = Log(**_columns(), commands=(times, angles))
