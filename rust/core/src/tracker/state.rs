@@ -152,11 +152,13 @@ impl Answer {
     }
 }
 
-/// Declares [`TrackerState`], and [`ShortState`], which has its fields but for the long ones.
+/// Declares [`TrackerState`], and [`ShortState`], which has its fields but for the long ones and those
+/// that are as they were at first.
 macro_rules! states {
     (
         { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
         long { $($(#[doc = $long_text:literal])+ $long:ident: $long_kind:ty,)+ }
+        untouched { $($(#[doc = $rare_text:literal])+ $rare:ident: $rare_kind:ty,)+ }
         { $($(#[doc = $last_text:literal])+ $last:ident: $last_kind:ty,)+ }
     ) => {
         /// What a [`Tracker`](super::Tracker) remembers.
@@ -165,10 +167,12 @@ macro_rules! states {
         pub struct TrackerState<S> {
             $($(#[doc = $text])+ pub $field: $kind,)+
             $($(#[doc = $long_text])+ pub $long: Option<$long_kind>,)+
+            $($(#[doc = $rare_text])+ pub $rare: $rare_kind,)+
             $($(#[doc = $last_text])+ pub $last: $last_kind,)+
         }
 
-        /// A [`TrackerState`] without commands in flight and without a past: 5 kB less.
+        /// A [`TrackerState`] without commands in flight and without a past: 5 kB less. Nothing is
+        /// estimated then.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct ShortState<S> {
             $($field: $kind,)+
@@ -179,21 +183,34 @@ macro_rules! states {
             /// The same as `state`, if that has neither.
             #[inline]
             pub fn of(state: &TrackerState<S>) -> Option<Self> {
-                let is_short = $(state.$long.is_none())&&+;
+                let is_short = $(state.$long.is_none())&&+
+                    $(&& state.$rare == <$rare_kind>::default())+;
                 is_short.then(|| Self {
                     $($field: state.$field.clone(),)+
                     $($last: state.$last.clone(),)+
                 })
             }
 
-            /// The whole state.
+            /// Puts the whole state into `state`.
             #[inline]
-            pub fn whole(&self) -> TrackerState<S> {
-                TrackerState {
-                    $($field: self.$field.clone(),)+
-                    $($long: None,)+
-                    $($last: self.$last.clone(),)+
+            pub fn unpack(&self, state: &mut TrackerState<S>) {
+                $(state.$field.clone_from(&self.$field);)+
+                $(state.$long = None;)+
+                $(state.$rare = <$rare_kind>::default();)+
+                $(state.$last.clone_from(&self.$last);)+
+            }
+
+            /// Takes what a step made of an unpacked `state`; false where it is no longer short.
+            /// A tracker that has no commands in flight estimates nothing.
+            #[inline]
+            #[must_use]
+            pub fn pack(&mut self, state: &TrackerState<S>) -> bool {
+                let is_short = $(state.$long.is_none())&&+;
+                if is_short {
+                    $(self.$field.clone_from(&state.$field);)+
+                    $(self.$last.clone_from(&state.$last);)+
                 }
+                is_short
             }
         }
     };
@@ -228,9 +245,11 @@ states! {
         /// The wheels' recent angles; None before the first pose with an age.
         past: Past,
     }
-    {
+    untouched {
         /// The estimator's state.
         estimator: Estimator,
+    }
+    {
         /// What the monitor remembers; None before the first step.
         monitor: Option<MonitorState>,
         /// The poses that are believed; None before the first step, and without a gate.

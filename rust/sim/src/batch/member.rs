@@ -54,9 +54,15 @@ impl<L: LateralLaw> Kept<L> {
         }
     }
 
-    /// One step. The command of a refused input has no numbers, and the direction of the last one.
+    /// A state to unpack others into.
+    pub(super) fn room(&self) -> TrackerState<L::State> {
+        self.tracker.initial_state()
+    }
+
+    /// One step, with the state unpacked into `room`. The command of a refused input has no numbers, and the direction of the last one.
     pub(super) fn step(
         &mut self,
+        room: &mut TrackerState<L::State>,
         input: VehicleState,
         dt: f64,
         on_error: OnError,
@@ -64,11 +70,11 @@ impl<L: LateralLaw> Kept<L> {
     ) -> Command {
         let (tracker, path) = (&self.tracker, self.path.view());
         if let OnError::Hold(limit) = on_error {
-            return self
-                .state
-                .with(|state| tracker.step_or_hold(&path, state, input, dt, limit, reported));
+            return self.state.with(room, |state| {
+                tracker.step_or_hold(&path, state, input, dt, limit, reported)
+            });
         }
-        self.state.with(|state| {
+        self.state.with(room, |state| {
             let answer = tracker.step(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);
@@ -80,16 +86,17 @@ impl<L: LateralLaw> Kept<L> {
     /// The angle of [`step`](Self::step).
     pub(super) fn steer(
         &mut self,
+        room: &mut TrackerState<L::State>,
         input: VehicleState,
         dt: f64,
         on_error: OnError,
         reported: Reported,
     ) -> f64 {
         if matches!(on_error, OnError::Hold(_)) {
-            return self.step(input, dt, on_error, reported).steer;
+            return self.step(room, input, dt, on_error, reported).steer;
         }
         let (tracker, path) = (&self.tracker, self.path.view());
-        self.state.with(|state| {
+        self.state.with(room, |state| {
             let answer = tracker.steer(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);

@@ -70,7 +70,7 @@ where
         self.members.iter().map(|member| Member {
             tracker: Tracker::clone(&member.tracker),
             path: Arc::clone(&member.path),
-            state: member.state.whole(),
+            state: member.state.whole(member.room()),
         })
     }
 
@@ -85,17 +85,20 @@ where
     /// beyond the batch changes nothing.
     pub fn set_path(&mut self, vehicle: usize, path: Arc<Path>) {
         if let Some(member) = self.members.get_mut(vehicle) {
+            let mut room = member.room();
             let (tracker, old) = (&member.tracker, member.path.view());
-            member
-                .state
-                .with(|state| tracker.set_path(state, &old, &path.view()));
+            member.state.with(&mut room, |state| {
+                tracker.set_path(state, &old, &path.view());
+            });
             member.path = path;
         }
     }
 
     /// The states, in order.
     pub fn states(&self) -> impl ExactSizeIterator<Item = TrackerState<L::State>> {
-        self.members.iter().map(|member| member.state.whole())
+        self.members
+            .iter()
+            .map(|member| member.state.whole(member.room()))
     }
 
     /// Puts the states, in order; each is one that [`Tracker::check_state`] accepts.
@@ -127,8 +130,8 @@ where
         out: &mut [T],
         write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, input, reported, place: &mut T| {
-            write(place, member.step(input, dt, on_error, reported));
+        let one = |member: &mut Kept<L>, room: &mut _, input, reported, place: &mut T| {
+            write(place, member.step(room, input, dt, on_error, reported));
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -150,8 +153,8 @@ where
         reported: &[Reported],
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, input, reported, angle: &mut f64| {
-            *angle = member.steer(input, dt, on_error, reported);
+        let one = |member: &mut Kept<L>, room: &mut _, input, reported, angle: &mut f64| {
+            *angle = member.steer(room, input, dt, on_error, reported);
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -163,7 +166,7 @@ where
         on_error: OnError,
         reported: &[Reported],
         out: &mut [T],
-        one: impl Fn(&mut Kept<L>, VehicleState, Reported, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, &mut TrackerState<L::State>, VehicleState, Reported, &mut T) + Sync,
     ) -> Result<(), BatchError> {
         let reported_of = |vehicle: usize| reported.get(vehicle).copied().unwrap_or_default();
         let given = reported.is_empty() || reported.len() == self.len();
@@ -191,10 +194,14 @@ where
             });
             refused.map_or(Ok(()), Err)?;
         }
+        let Some(room) = self.members.first().map(Kept::room) else {
+            return Ok(());
+        };
         if self.len() <= CHUNK {
+            let mut room = room;
             let members = self.members.iter_mut().zip(inputs).zip(out);
             for (vehicle, ((member, &input), place)) in members.enumerate() {
-                one(member, input, reported_of(vehicle), place);
+                one(member, &mut room, input, reported_of(vehicle), place);
             }
             return Ok(());
         }
@@ -204,9 +211,12 @@ where
             .zip(out.par_iter_mut())
             .enumerate()
             .with_min_len(CHUNK)
-            .for_each(|(vehicle, ((member, &input), place))| {
-                one(member, input, reported_of(vehicle), place);
-            });
+            .for_each_init(
+                || room.clone(),
+                |room, (vehicle, ((member, &input), place))| {
+                    one(member, room, input, reported_of(vehicle), place);
+                },
+            );
         Ok(())
     }
 }

@@ -24,27 +24,35 @@ impl<S: Clone> KeptState<S> {
         }
     }
 
-    /// What `change` comes to with the state.
+    /// What `change` comes to with the state, unpacked into `room`: any state, which spares the move
+    /// of one that is mostly empty.
     #[inline]
-    pub(super) fn with<T>(&mut self, change: impl FnOnce(&mut TrackerState<S>) -> T) -> T {
+    pub(super) fn with<T>(
+        &mut self,
+        room: &mut TrackerState<S>,
+        change: impl FnOnce(&mut TrackerState<S>) -> T,
+    ) -> T {
         match self {
             Self::Whole(state) => change(state),
             Self::Short(short) => {
-                let mut state = short.whole();
-                let answer = change(&mut state);
-                match ShortState::of(&state) {
-                    Some(changed) => *short = changed,
-                    None => *self = Self::Whole(Box::new(state)),
+                short.unpack(room);
+                let answer = change(room);
+                if !short.pack(room) {
+                    *self = Self::Whole(Box::new(room.clone()));
                 }
                 answer
             }
         }
     }
 
-    pub(super) fn whole(&self) -> TrackerState<S> {
+    /// The whole state, in `room`.
+    pub(super) fn whole(&self, mut room: TrackerState<S>) -> TrackerState<S> {
         match self {
             Self::Whole(state) => TrackerState::clone(state),
-            Self::Short(short) => short.whole(),
+            Self::Short(short) => {
+                short.unpack(&mut room);
+                room
+            }
         }
     }
 }
