@@ -39,7 +39,7 @@ OUT = ROOT / "out" / "fuzz"
 CORPUS = HERE / "corpus"
 TARGET_DIR = ROOT / "target" / "fuzz"
 
-CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "speed_tracker", "predict")
+CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "speed_tracker", "predict", "trust")
 CSV = "csv_reader"
 LONGEST_INPUT = {
     "path": 320,
@@ -49,6 +49,7 @@ LONGEST_INPUT = {
     "longitudinal": 96,
     "speed_tracker": 320,
     "predict": 192,
+    "trust": 192,
     CSV: 512,
 }
 

@@ -14,13 +14,14 @@ pub mod predict;
 mod scene;
 pub mod speed_tracker;
 mod subject;
+pub mod trust;
 pub mod vehicle;
 
 /// The name of a target, which is also that of its corpus, and what it runs.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
     ("path", path::check),
     ("laws", laws::check),
     ("limited", limited::check),
@@ -28,4 +29,5 @@ pub const TARGETS: [Target; 7] = [
     ("longitudinal", longitudinal::check),
     ("speed_tracker", speed_tracker::check),
     ("predict", predict::check),
+    ("trust", trust::check),
 ];

@@ -204,7 +204,12 @@ impl Gate {
         let (last, last_turned) = self.jump;
         let apart = Point::new(off.x - last.x, off.y - last.y);
         let agrees = self.agreed > 0.0
-            && self.explains(car, (arc.0, arc.0 * arc.1), apart, turned - last_turned);
+            && self.explains(
+                car,
+                (arc.0, arc.0 * arc.1),
+                apart,
+                wrap(turned - last_turned),
+            );
         self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
         let wheelbases = sqrt(off.x * off.x + off.y * off.y) / car.wheelbase;
