@@ -154,7 +154,7 @@ fn in_flight(vehicle: VehicleState) -> f64 {
         in_flight.elapse(&car, black_box(0.2), dt, black_box(0.0));
     }
     let estimate = black_box(Estimate::DEFAULT);
-    let (seen, wheel) = in_flight.predict(&car, vehicle, &estimate);
+    let (seen, wheel) = in_flight.predict(&car, vehicle, in_flight.wheel(), &estimate);
     let integrals = in_flight.wheel_integrals(&car, black_box(0.2), black_box(0.05));
     let restored = InFlight::restore(
         &car,

@@ -76,7 +76,7 @@ impl MonitorState {
     /// brakes into a hairpin on its tyres is so for a step.
     pub const CONFIRM_TIME: f64 = 0.1;
     /// Beyond by so many tolerances it is an alarm at once.
-    pub(super) const CLEAR: f64 = 1.5;
+    pub(super) const CLEAR: f64 = 1.15;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
     /// Bound that no valid input reaches.
