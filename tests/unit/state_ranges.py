@@ -118,7 +118,7 @@ RANGES: list[tuple[str, float, float, str]] = [
             *((name, -1e100, 1e100) for name in ("measured", "expected", "delayed", "rate")),
             *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 2.0)),
             *(("noise", 0.0, 1e100), ("offset_square", 0.0, 1e100), ("offset_sum", -1e100, 1e100)),
-            ("alarm", -0.1, 2.0),
+            ("alarm", 0.0, 2.0),
         )
     ),
 ]

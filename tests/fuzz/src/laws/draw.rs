@@ -133,7 +133,7 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         noise: symmetric(bytes, 1e-4, most).abs(),
         offset_square: symmetric(bytes, 10.0, most).abs(),
         offset_sum: symmetric(bytes, 1.0, most),
-        alarm: bytes.within(-MonitorState::CONFIRM_TIME, MonitorState::ALARM_TIME),
+        alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
         within: bytes.byte() & 1 == 1,
     })
 }

@@ -153,15 +153,18 @@ impl Monitor {
         if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
             monitored.interrupt();
         }
+        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             monitored.observe(turn, rate, excess, share, dt);
-            monitored.yaw = Some(now.vehicle.yaw);
-            return monitored.raise_alarm(self.params.turn_tolerance, dt);
+            let is_beyond = monitored.is_beyond(self.params.turn_tolerance);
+            if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
+                monitored.alarm = MonitorState::ALARM_TIME;
+            }
+        } else {
+            monitored.rate = rate;
         }
-        monitored.rate = rate;
         monitored.yaw = Some(now.vehicle.yaw);
-        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         monitored.alarm > 0.0
     }
 }

@@ -26,8 +26,9 @@ pub struct MonitorState {
     pub rate: f64,
     /// Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards.
     pub reach: f64,
-    /// Turn by the tangent of the commanded angles beyond that by the angles themselves [rad]: how
-    /// much more than in proportion large angles turn the vehicle.
+    /// Turn by the tangent of the commanded angles beyond that by the angles themselves, which is
+    /// how much more than in proportion large angles turn the vehicle, and a part of the turn
+    /// against that of the window [rad].
     pub excess: f64,
     /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME) [s].
     pub time: f64,
@@ -37,7 +38,7 @@ pub struct MonitorState {
     pub offset_square: f64,
     /// The same rates times the residuals [rad/s].
     pub offset_sum: f64,
-    /// Remaining time of the alarm [s]; without one, below 0 for how long there has been doubt.
+    /// Remaining time of the alarm [s].
     pub alarm: f64,
     /// Whether the vehicle was within the limit of the deviation.
     pub within: bool,
@@ -66,17 +67,16 @@ impl MonitorState {
     /// Tolerance for large angles, as a share of `excess`: at commands that oscillate from lock to
     /// lock, the tangent amplifies every error of the modelled wheels.
     const EXCESS: f64 = 0.5;
+    /// Part of a turn against that of the window that counts as excess: where a car brakes from one
+    /// bend into the next, its gain changes within the window, and turns to both sides do not cancel
+    /// as those that its commands explain.
+    const AGAINST: f64 = 0.12;
     /// Noise tolerance, in standard deviations.
     const DEVIATIONS: f64 = 5.0;
     /// Nothing is concluded before the noise was measured for so long [s].
     pub(super) const LEAST_TIME: f64 = 0.2;
     /// Nothing is concluded from a longer period [s]: too much happens in it.
     pub(super) const MAX_PERIOD: f64 = 0.3;
-    /// For how long the turns are beyond what is explained before that is an alarm [s]. A car that
-    /// brakes into a hairpin on its tyres is so for a step.
-    pub const CONFIRM_TIME: f64 = 0.1;
-    /// Beyond by so many tolerances it is an alarm at once.
-    pub(super) const CLEAR: f64 = 1.15;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
     /// Bound that no valid input reaches.
@@ -117,22 +117,6 @@ impl MonitorState {
         self.excess = 0.0;
     }
 
-    /// Whether there is an alarm, `dt` [s] later, with a `tolerance` [rad] of what is not explained.
-    #[inline]
-    pub(super) fn raise_alarm(&mut self, tolerance: f64, dt: f64) -> bool {
-        if self.time < Self::LEAST_TIME || !self.is_beyond(tolerance) {
-            self.alarm = saturate(self.alarm - dt, 0.0, Self::ALARM_TIME);
-        } else if self.alarm > 0.0
-            || self.alarm - dt <= -Self::CONFIRM_TIME
-            || self.is_beyond(Self::CLEAR * tolerance)
-        {
-            self.alarm = Self::ALARM_TIME;
-        } else {
-            self.alarm -= dt;
-        }
-        self.alarm > 0.0
-    }
-
     /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
     /// `rate` [rad/s], a radian of steering offset at `share` [1/s]; the last command would by
     /// `excess` [rad/s] more than in proportion to its angle.
@@ -146,7 +130,12 @@ impl MonitorState {
         self.expected = (self.expected + expected) * kept;
         self.delayed = (self.delayed + self.rate * dt) * kept;
         self.reach = (self.reach + share * dt) * kept;
-        self.excess = (self.excess + excess.abs() * dt) * kept;
+        let against = if rate * self.expected < 0.0 {
+            Self::AGAINST * rate.abs()
+        } else {
+            0.0
+        };
+        self.excess = (self.excess + (excess.abs() + against) * dt) * kept;
         self.observe_noise(residual, dt);
         self.observe_offset(residual, share, dt);
     }
@@ -230,7 +219,7 @@ impl MonitorState {
             (self.noise, 0.0, Self::MAX),
             (self.offset_square, 0.0, Self::MAX),
             (self.offset_sum, -Self::MAX, Self::MAX),
-            (self.alarm, -Self::CONFIRM_TIME, Self::ALARM_TIME),
+            (self.alarm, 0.0, Self::ALARM_TIME),
         ] {
             input_in_range("monitor", value, low, high)?;
         }

@@ -88,6 +88,22 @@ fn test_sums_of_steps_that_are_all_alike_come_to_their_window() {
     assert!((state.offset_sum + largest).abs() < 1e-9, "{state:?}");
 }
 
+/// A turn against that of the window is uncertain by a part of it, one that goes on is not.
+#[test]
+fn test_turn_against_that_of_the_window_counts_as_excess() {
+    for side in [1.0, -1.0] {
+        let mut state = MonitorState::settled(0.0);
+        for _ in 0..10 {
+            state.observe(0.01, side * 0.2, 0.0, 1.0, 0.05);
+        }
+        assert_eq!(state.excess, 0.0);
+        state.observe(0.01, side * -0.3, 0.0, 1.0, 0.05);
+        let kept = MonitorState::WINDOW / (MonitorState::WINDOW + 0.05);
+        let part = MonitorState::AGAINST * 0.3 * 0.05 * kept;
+        assert!((state.excess - part).abs() < 1e-15, "{state:?}");
+    }
+}
+
 /// Nothing expected, no noise, and an offset that is known.
 fn quiet() -> MonitorState {
     MonitorState {
