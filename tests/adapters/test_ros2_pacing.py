@@ -209,3 +209,15 @@ def test_altered_ticks_do_not_end_the_node() -> None:
 
     pacing.spin(bench.node, bench.member, stopped)
     assert bench.node.loop.cycles >= 2
+
+
+def test_pace_of_a_simulation_begins_anew_where_its_time_jumps() -> None:
+    pace = pacing.Pace(PERIOD, START, START)
+    now = START
+    for by, said in ((PERIOD, 0.0), (-5 * 10**9, -5.0), (PERIOD, 0.0), (3 * 10**9, 3.0)):
+        now += by
+        assert pace.jump(now, now) == pytest.approx(said)
+        assert now >= pace.earliest
+        passed, missed = pace.step(now, came=True)
+        assert (round(passed, 9), missed) == (0.02, 0)
+    assert pace.due == now + PERIOD * 3 // 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from nav2_msgs.action import FollowPath
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -13,24 +13,11 @@ from rclpy.task import Future
 from popsteer.adapters.ros2 import State
 
 if TYPE_CHECKING:
-    from popsteer.adapters.ros2 import Node
+    from .node import Track
 
 _RESULT = FollowPath.Result
 _STANDING = 0.05  # the vehicle has arrived below this [m/s]
-
-
-class Track(Protocol):
-    """What a goal takes of the node that drives it."""
-
-    core: Node | None
-
-    def seconds(self) -> float:
-        """Give the time of the node [s]."""
-        ...
-
-    def value(self, name: str) -> Any:
-        """Give a parameter of the node."""
-        ...
+_CONTROLLERS = ("", "FollowPath", "popsteer")
 
 
 class Follow:
@@ -58,11 +45,7 @@ class Follow:
 
     def _accept(self, goal: Any) -> GoalResponse:
         """Refuse what is no goal of this controller, and what comes while it is not active."""
-        usable = self._track.core is not None and goal.controller_id in (
-            "",
-            "FollowPath",
-            "popsteer",
-        )
+        usable = self._track.core is not None and goal.controller_id in _CONTROLLERS
         return GoalResponse.ACCEPT if usable else GoalResponse.REJECT
 
     async def _execute(self, goal: Any) -> Any:
@@ -71,7 +54,8 @@ class Follow:
         if core is None or not core.intake.take_course(serialize_message(goal.request.path), now):
             goal.abort()
             said = "" if core is None else core.intake.course_refused
-            return _RESULT(error_code=_RESULT.INVALID_PATH, error_msg=said)
+            code = _RESULT.TF_ERROR if "transform" in said else _RESULT.INVALID_PATH
+            return _RESULT(error_code=code, error_msg=said)
         self._goal, self._ended = goal, Future()
         self._begun = self._since = now
         self._best = math.inf
@@ -82,25 +66,29 @@ class Follow:
         """Look after a step whether the goal is reached, cancelled or lost; tell of it."""
         core, track = self._track.core, self._track
         if self._goal is None or core is None:
-            return None
+            return
         now, pilot, measured = track.seconds(), core.pilot, core.intake.measured
         if self._goal.is_cancel_requested:
-            return self._end(_RESULT.NONE, "cancelled")
-        if pilot is None or pilot.command is None or measured is None:
+            self._end(_RESULT.NONE, "cancelled")
+        elif pilot is None or pilot.command is None or measured is None:
             if now - self._begun > core.options.timeout:
                 self._end(_RESULT.TF_ERROR, core.waits)
-            return None
-        left = pilot.command.distance_to_stop
-        feedback = FollowPath.Feedback(distance_to_goal=float(left), speed=float(measured.speed))
+        elif pilot.state is not State.DRIVING:  # what it knew of its place may be of another path
+            if pilot.state is State.STANDING and now - self._begun > core.options.hold:
+                lost = "odometry" in pilot.reason
+                self._end(_RESULT.TF_ERROR if lost else _RESULT.NO_VALID_CONTROL, pilot.reason)
+        else:
+            self._tell(now, pilot.command.distance_to_stop, measured.speed)
+
+    def _tell(self, now: float, remaining: float, speed: float) -> None:
+        """Give feedback, and look whether the goal is reached or no more come nearer to."""
+        feedback = FollowPath.Feedback(distance_to_goal=float(remaining), speed=float(speed))
         self._goal.publish_feedback(feedback)
-        if left < track.value("goal_tolerance") and abs(measured.speed) < _STANDING:
+        if remaining < self._track.value("goal_tolerance") and abs(speed) < _STANDING:
             return self._end(None, "")
-        if pilot.state is State.STANDING and now - self._begun > core.options.hold:
-            code = _RESULT.TF_ERROR if "odometry" in pilot.reason else _RESULT.NO_VALID_CONTROL
-            return self._end(code, pilot.reason)
-        if left < self._best - track.value("progress_distance"):
-            self._best, self._since = left, now
-        if now - self._since > track.value("progress_time"):
+        if remaining < self._best - self._track.value("progress_distance"):
+            self._best, self._since = remaining, now
+        if now - self._since > self._track.value("progress_time"):
             self._end(_RESULT.FAILED_TO_MAKE_PROGRESS, "no progress along the path")
         return None
 

@@ -14,19 +14,22 @@ from popsteer.adapters.ros2 import Measured, MessageError, yaw_of
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+Pose = tuple[float, float, float]
+
 
 class Frames:
     """Transforms what odometry says.
 
-    `base` is the frame of the vehicle's point; empty for the odometry's own child frame.
+    `base` is the frame of the vehicle's point; empty for the odometry's own child frame. A
+    transform that is older than odometry by more than `stale` [s] is not used.
     """
 
-    def __init__(self, node: Node, base: str) -> None:
-        self.base = base
+    def __init__(self, node: Node) -> None:
+        self.base, self.stale = "", math.inf
         self._buffer = Buffer(cache_time=Duration(seconds=10))
         self._listener = TransformListener(self._buffer, node)
 
-    def find(self, target: str, source: str, stamp: int = 0) -> tuple[float, float, float]:
+    def find(self, target: str, source: str, stamp: int = 0) -> Pose:
         """Give place and yaw of a frame in another: at a time [ns], or else the last known.
 
         Raises MessageError where tf does not know them.
@@ -37,6 +40,10 @@ class Frames:
             except TransformException as error:
                 said = str(error)
                 continue
+            known = Time.from_msg(found.header.stamp).nanoseconds  # 0 of what does not move
+            age = 1e-9 * (stamp - known) if known else 0.0
+            if age > self.stale:
+                raise MessageError(f"transform from {source!r} to {target!r} is {age:.1f} s old")
             moved = found.transform
             return moved.translation.x, moved.translation.y, yaw_of(moved.rotation)
         raise MessageError(f"no transform from {source!r} to {target!r}: {said}")
@@ -58,9 +65,7 @@ class Frames:
         self._listener.unregister()
 
 
-def _after(
-    first: tuple[float, float, float], then: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def _after(first: Pose, then: Pose) -> Pose:
     """Give a pose that is given in the frame of another pose."""
     (x, y, yaw), (ahead, left, turn) = first, then
     c, s = math.cos(yaw), math.sin(yaw)

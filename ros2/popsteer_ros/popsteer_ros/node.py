@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import signal
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -11,12 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
-from rclpy.executors import ExternalShutdownException
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
 
 import popsteer
-from popsteer import PopsteerError, controllers
+from popsteer import ConfigError, PopsteerError, controllers
 from popsteer.adapters.ros2 import MessageError, Node, Options, Topics, messages
+from popsteer.adapters.ros2.pacing import Pace
 
 from .frames import Frames
 from .transport import Transport
@@ -34,6 +39,7 @@ COMMANDS = {
 NUMBERS = {
     "rate": (50.0, "steps a second at most, and where no odometry comes [Hz]", 1.0, 1000.0),
     "stale": (0.3, "odometry older than this is not steered by [s]", 0.01, 1.0),
+    "tf_stale": (1.0, "a moving transform older than this is not used [s]", 0.01, 1e6),
     "hold": (0.2, "how long the last command is held before it brakes [s]", 0.0, 10.0),
     "keep_path": (1.0, "how long the last path stays where later ones are refused [s]", 0.0, 1e6),
     "timeout": (10.0, "how long a goal waits for odometry and transforms [s]", 0.0, 1e6),
@@ -42,23 +48,23 @@ NUMBERS = {
     "progress_distance": (0.5, "progress is to come nearer to the end by this [m]", 0.0, 100.0),
     "progress_time": (10.0, "a goal without progress is aborted after this [s]", 0.1, 1e6),
 }
-LIVE = ("stale", "hold", "keep_path", "goal_tolerance", "progress_distance", "progress_time")
 WORDS = {
     "vehicle": ("", "the vehicle: a file *.toml or a name"),
     "controller": ("preview-pop", "the controller"),
     "command_type": ("ackermann", f"what is published: {', '.join(COMMANDS)}"),
     "base_frame": ("", "frame of the vehicle's point; the odometry's child frame if empty"),
-    "rear_axle_frame": (
-        "",
-        "frame of the rear axle: its place in base_frame is used if tf knows it",
-    ),
+    "rear_axle_frame": ("", "frame of the rear axle: its place in base_frame is used"),
     "path_file": ("", "a path as CSV: x, y, speed; or a raceline s; x; y; psi; kappa; vx; ax"),
     "path_frame": ("map", "frame of path_file"),
 }
 FLAGS = {
-    "closed": "whether the last point of a path joins its first",
-    "autoware": "Autoware's topics and messages",
+    "closed": (False, "whether the last point of a path joins its first"),
+    "autoware": (False, "Autoware's topics and messages"),
 }
+OPTIONS = ("rate", "stale", "hold", "keep_path", "timeout", "closed")
+GOALS = ("goal_tolerance", "progress_distance", "progress_time")
+LIVE = ("stale", "tf_stale", "hold", "keep_path", *GOALS)
+FIXED = {*NUMBERS, *WORDS, *FLAGS} - {*LIVE}
 
 
 class Track(LifecycleNode):
@@ -66,25 +72,22 @@ class Track(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("popsteer", **options)
-        for name, (number, what, low, high) in NUMBERS.items():
-            limits = [FloatingPointRange(from_value=low, to_value=high)]
-            described = ParameterDescriptor(description=what, floating_point_range=limits)
-            self.declare_parameter(name, number, described)
-        for name, (word, what) in WORDS.items():
-            self.declare_parameter(name, word, ParameterDescriptor(description=what))
-        for name, what in FLAGS.items():
-            self.declare_parameter(
-                name, value=False, descriptor=ParameterDescriptor(description=what)
-            )
+        for name, (default, what, *limits) in {**NUMBERS, **WORDS, **FLAGS}.items():
+            described = ParameterDescriptor(description=what)
+            if limits:
+                low, high = limits
+                described.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+            self.declare_parameter(name, default, described)
         self.core: Node | None = None
         self.frames: Frames | None = None
         self._follow: Any = None
         self._link: Transport | None = None
         self._timer: Any = None
         self._now: Callable[[], int] = time.monotonic_ns
-        self._before = self._base = 0
+        self._pace = Pace(1, 0, 0)
         self._came = False
-        self.add_on_set_parameters_callback(self._change)
+        self.add_on_set_parameters_callback(self._check)
+        self.add_post_set_parameters_callback(self._change)
 
     def value(self, name: str) -> Any:
         """Give a parameter."""
@@ -98,35 +101,39 @@ class Track(LifecycleNode):
         return int(self.get_clock().now().nanoseconds)
 
     def on_configure(self, _: Any) -> TransitionCallbackReturn:
-        """Check what is given, hear tf, and load the vehicle."""
+        """Check what is given, and hear tf."""
         try:
-            self._load()
-        except (PopsteerError, OSError, KeyError) as error:
+            self._load({})
+        except (PopsteerError, OSError) as error:
             self.get_logger().error(str(error))
             return TransitionCallbackReturn.FAILURE
-        self.frames = Frames(self, self.value("base_frame"))
+        self.frames = Frames(self)
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: Any) -> TransitionCallbackReturn:
         """Hear odometry and paths, and steer."""
-        if self.frames is None:
+        try:
+            car, kind, path = self._load({})
+        except (PopsteerError, OSError) as error:
+            self.get_logger().error(str(error))
             return TransitionCallbackReturn.FAILURE
         self._link = Transport(self, self._odometry_came)
         plain = Topics.of_autoware() if self.value("autoware") else Topics()
-        kind = self.value("command_type")
-        names = {"command": "cmd_vel"} if kind.startswith("twist") else {}
+        sent = self.value("command_type")
+        names = {"command": "cmd_vel"} if sent.startswith("twist") else {}
         topics = plain.renamed(names, self.get_name(), self.get_namespace())
         if not self.value("autoware"):
-            topics = replace(topics, command_type=COMMANDS[kind])
-        numbers = {
-            name: self.value(name) for name in ("rate", "stale", "hold", "keep_path", "timeout")
-        }
-        options = Options(**numbers, closed=self.value("closed"), topics=topics)
-        self.core = Node(self._link, self._controller, options, say=self.get_logger().info)
+            topics = replace(topics, command_type=COMMANDS[sent])
+        options = Options(**{name: self.value(name) for name in OPTIONS}, topics=topics)
+
+        def controller(path: popsteer.Path) -> Any:
+            return kind(path, self._with_axle(car))
+
+        self.core = Node(self._link, controller, options, say=self.get_logger().info)
+        self.frames.base = self.value("base_frame")
         self.core.intake.transform = self.frames.transform
         self._link.release = self.core.release
-        if self.value("path_file"):
-            path = load_path(self.value("path_file"), closed=self.value("closed"))
+        if path is not None:
             self.core.intake.use(path, self.value("path_frame"))
         try:
             from .follow_path import Follow
@@ -139,8 +146,11 @@ class Track(LifecycleNode):
         # Periods are those of a steady clock, or of the simulation's.
         simulated = self.value("use_sim_time")
         self._now = self._nanoseconds if simulated else time.monotonic_ns
-        self._before = self._base = self._now()
-        self._timer = self.create_timer(0.25 / options.rate, self._tick)
+        clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
+        period = round(options.period * 1e9)
+        self._pace = Pace(period, self._now(), self._nanoseconds())
+        self._timer = self.create_timer(options.period, self._tick, clock=clock)
+        self._change([])
         return super().on_activate(state)
 
     def on_deactivate(self, state: Any) -> TransitionCallbackReturn:
@@ -173,25 +183,31 @@ class Track(LifecycleNode):
         self.core = self._link = None
         gc.unfreeze()
 
-    def _load(self) -> tuple[popsteer.Vehicle, Any]:
-        given = self.value("vehicle")
+    def _load(self, new: dict[str, Any]) -> tuple[popsteer.Vehicle, Any, popsteer.Path | None]:
+        """Give vehicle, controller and path that the parameters name, some of which are new."""
+        names = ("vehicle", "max_speed", "command_type", "controller", "path_file", "closed")
+        given, limit, sent, steers, file, closed = (
+            new.get(name, self.value(name)) for name in names
+        )
+        if not given:
+            raise ConfigError("vehicle", given, "a file *.toml or a name")
         read = popsteer.Vehicle.load if given.endswith(".toml") else popsteer.vehicles.get
         car = read(given)
-        limit = self.value("max_speed")
         car = car.replace(max_speed=limit if car.max_speed is None else min(limit, car.max_speed))
-        if self.value("command_type") not in COMMANDS:
-            raise popsteer.ConfigError.unknown("command_type", self.value("command_type"), COMMANDS)
-        return car, controllers.get(self.value("controller")).controller
+        if sent not in COMMANDS:
+            raise ConfigError.unknown("command_type", sent, COMMANDS)
+        path = load_path(file, closed=closed) if file else None
+        return car, controllers.get(steers).controller, path
 
-    def _controller(self, path: popsteer.Path) -> Any:
-        car, kind = self._load()
-        axle, base = self.value("rear_axle_frame"), self.value("base_frame") or "base_link"
-        if axle and self.frames is not None:
-            try:
-                car = car.replace(rear_axle=self.frames.find(base, axle)[0])
-            except MessageError as error:
-                self.get_logger().warning(f"rear_axle is the vehicle's own: {error}")
-        return kind(path, car)
+    def _with_axle(self, car: popsteer.Vehicle) -> popsteer.Vehicle:
+        """Give the vehicle with the rear axle that tf knows, where it is asked for."""
+        axle = self.value("rear_axle_frame")
+        try:
+            base = self.frames.base or self.core.intake.measured.child_frame
+            return car.replace(rear_axle=self.frames.find(base, axle)[0]) if axle else car
+        except MessageError as error:
+            self.get_logger().warning(f"rear_axle is the vehicle's own: {error}")
+            return car
 
     def _odometry_came(self) -> None:
         self._came = True
@@ -199,37 +215,43 @@ class Track(LifecycleNode):
 
     def _tick(self) -> None:
         """Step on the odometry, or by the timer where it stays away, as `spin` does."""
-        core = self.core
+        core, pace = self.core, self._pace
         if core is None:
             return
-        period = round(1e9 / core.options.rate)
-        now = self._now()
-        if now < self._before:  # a simulation that begins anew
-            core.jumped(1e-9 * (now - self._before))
-            self._before = self._base = now
-        passed = now - self._base
-        if passed < 0.75 * period or not (self._came or passed >= 1.5 * period):
-            return
-        missed = max(passed - period * 3 // 2, 0) // period
-        core.cycle(self._nanoseconds(), 1e-9 * (now - self._before), missed)
-        self._before = self._base = now
-        self._came = False
-        if self._follow is not None:
-            self._follow.check()
+        now, came = self._now(), self._came
+        if jump := pace.jump(now, self._nanoseconds()):
+            core.jumped(jump)
+        if now >= (pace.earliest if came else pace.due):
+            self._came = False
+            core.cycle(self._nanoseconds(), *pace.step(now, came=came))
+            if self._follow is not None:
+                self._follow.check()
+        next_one = pace.earliest if self._came else pace.due
+        self._timer.timer_period_ns = max(next_one - self._now(), 1_000_000)
+        self._timer.reset()
 
-    def _change(self, parameters: list[Any]) -> SetParametersResult:
-        """Take new values while it drives; refuse those that only a new start can take."""
-        for each in parameters:
-            if self.core is not None and each.name not in (*LIVE, "use_sim_time"):
-                if each.name in (*NUMBERS, *WORDS, *FLAGS):
-                    said = f"{each.name} can be changed while the node is inactive"
-                    return SetParametersResult(successful=False, reason=said)
-            elif self.core is not None and each.name in ("stale", "hold", "keep_path"):
-                self.core.options = replace(self.core.options, **{each.name: each.value})
-                self.core.intake.stale = self.core.options.stale
-                if self.core.pilot is not None:
-                    self.core.pilot.hold = self.core.options.hold
-        return SetParametersResult(successful=True)
+    def _check(self, parameters: list[Any]) -> SetParametersResult:
+        """Refuse what only a new start can take, and what cannot be."""
+        new = {each.name: each.value for each in parameters}
+        late = sorted(FIXED & {*new}) if self.core is not None else []
+        said = f"{', '.join(late)} can be changed while the node is inactive" if late else ""
+        if self.core is None and self.frames is not None:
+            try:
+                self._load(new)
+            except (PopsteerError, OSError) as error:
+                said = str(error)
+        return SetParametersResult(successful=not said, reason=said)
+
+    def _change(self, _: list[Any]) -> None:
+        """Take what the parameters are now."""
+        if self.core is None or self.frames is None:
+            return
+        self.frames.stale = self.value("tf_stale")
+        now = {name: self.value(name) for name in ("stale", "hold", "keep_path")}
+        self.core.options = replace(self.core.options, **now)
+        self.core.intake.stale = self.core.options.stale
+        if self.core.pilot is not None:
+            self.core.pilot.hold = self.core.options.hold
 
 
 def load_path(file: str, *, closed: bool) -> popsteer.Path:
@@ -245,18 +267,20 @@ def load_path(file: str, *, closed: bool) -> popsteer.Path:
 
 
 def main() -> None:
-    """Run the node; it stands until it is activated."""
-    rclpy.init()
-    node = Track()
+    """Run the node until SIGINT or SIGTERM; it stands until it is activated."""
+    # rclpy's own handlers would take the publishers away before the last command.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    node, executor = Track(), SingleThreadedExecutor()
+    executor.add_node(node)
     try:
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        while not ended.is_set():
+            executor.spin_once(timeout_sec=0.1)
+    except ExternalShutdownException:
         pass
     finally:
         node.stop()
         node.destroy_node()
         rclpy.try_shutdown()
-
-
-if __name__ == "__main__":
-    main()

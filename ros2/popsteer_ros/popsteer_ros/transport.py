@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -18,70 +19,40 @@ if TYPE_CHECKING:
 _DEPTH = 10
 
 
-def _qos(*, reliable: bool, latched: bool, depth: int) -> QoSProfile:
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
-
-
 class Reader:
-    """A subscription, whose messages wait until they are taken."""
+    """What has come in on a topic."""
 
-    def __init__(
-        self, node: Node, topic: str, kind: str, qos: QoSProfile, came: Callable[[], object]
-    ) -> None:
-        self._queue: deque[bytes] = deque(maxlen=_DEPTH)
-
-        def take(data: bytes) -> None:
-            self._queue.append(bytes(data))
-            came()
-
-        self.entity = node.create_subscription(
-            get_message(kind),
-            topic,
-            take,
-            qos,
-            raw=True,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+    def __init__(self) -> None:
+        self.queue: deque[bytes] = deque(maxlen=_DEPTH)
 
     def take(self) -> list[bytes]:
-        """Take what has come in, the oldest first."""
-        found = list(self._queue)
-        self._queue.clear()
+        """Take it, the oldest first."""
+        found = list(self.queue)
+        self.queue.clear()
         return found
 
 
 class Writer:
     """A publisher of bytes."""
 
-    def __init__(self, node: Node, topic: str, kind: str, qos: QoSProfile) -> None:
-        options = QoSOverridingOptions.with_default_policies()
-        self.entity = node.create_publisher(
-            get_message(kind), topic, qos, qos_overriding_options=options
-        )
+    def __init__(self, publisher: Any) -> None:
+        self._publisher = publisher
 
     def write(self, data: bytes) -> None:
         """Publish a message."""
-        self.entity.publish(data)
+        self._publisher.publish(data)
 
     @property
     def peers(self) -> int:
         """How many subscribers hear it."""
-        return int(self.entity.get_subscription_count())
-
-
-class _Service:
-    """A service that rclpy answers by itself."""
-
-    def take(self) -> list[bytes]:
-        return []
+        return int(self._publisher.get_subscription_count())
 
 
 class Transport:
-    """What the node needs of a member of a domain, over the node of rclpy."""
+    """What the node needs of a member of a domain, over the node of rclpy.
+
+    `came` is called when there is odometry to step on.
+    """
 
     def __init__(self, node: Node, came: Callable[[], object]) -> None:
         self.node, self.namespace = node.get_name(), node.get_namespace()
@@ -89,13 +60,12 @@ class Transport:
         self.graph = self  # rclpy's node knows the graph
         self.release: Callable[[], str] = str
         self._node, self._came = node, came
-        self._entities: list[tuple[Callable[[Any], object], Any]] = []
+        self._closers: list[Callable[[], object]] = []
         self._published: set[str] = set()
 
-    def reader(self, topic: str, kind: str, *, reliable: bool = False) -> Reader:
-        """Subscribe; `came` is called for what may be stepped on."""
-        qos = _qos(reliable=reliable, latched=False, depth=_DEPTH)
-        return self._subscribed(Reader(self._node, topic, kind, qos, self._came))
+    def reader(self, topic: str, kind: str) -> Reader:
+        """Subscribe to all publishers of a topic."""
+        return self._subscribe(topic, kind, ReliabilityPolicy.BEST_EFFORT, self._came)
 
     def latest(self, topic: str, kind: str) -> Reader:
         """Subscribe to the reliable publishers of a path.
@@ -103,30 +73,51 @@ class Transport:
         The path that a planner has kept comes by the QoS override ``durability: transient_local``
         alone: a subscription of rclpy has one QoS.
         """
-        qos = _qos(reliable=True, latched=False, depth=_DEPTH)
-        return self._subscribed(Reader(self._node, topic, kind, qos, lambda: None))
+        return self._subscribe(topic, kind, ReliabilityPolicy.RELIABLE, lambda: None)
 
-    def _subscribed(self, reader: Reader) -> Reader:
-        self._entities.append((self._node.destroy_subscription, reader.entity))
+    def _subscribe(
+        self, topic: str, kind: str, reliability: Any, came: Callable[[], object]
+    ) -> Reader:
+        reader = Reader()
+
+        def take(data: bytes) -> None:
+            reader.queue.append(bytes(data))
+            came()
+
+        found = self._node.create_subscription(
+            get_message(kind),
+            topic,
+            take,
+            QoSProfile(depth=_DEPTH, reliability=reliability),
+            raw=True,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._closers.append(partial(self._node.destroy_subscription, found))
         return reader
 
     def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
         """Publish on a topic, reliably."""
-        found = Writer(self._node, topic, kind, _qos(reliable=True, latched=latched, depth=depth))
-        self._entities.append((self._node.destroy_publisher, found.entity))
+        kept = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        found = self._node.create_publisher(
+            get_message(kind),
+            topic,
+            QoSProfile(depth=depth, durability=kept),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._closers.append(partial(self._node.destroy_publisher, found))
         self._published.add(topic)
-        return found
+        return Writer(found)
 
-    def service(self, name: str) -> _Service:
-        """Offer the service that forgets a fault."""
+    def service(self, name: str) -> Reader:
+        """Offer the service that forgets a fault; rclpy answers it, so no requests wait here."""
 
         def answer(_: Any, response: Any) -> Any:
             response.success, response.message = True, self.release()
             return response
 
         found = self._node.create_service(Trigger, name, answer)
-        self._entities.append((self._node.destroy_service, found))
-        return _Service()
+        self._closers.append(partial(self._node.destroy_service, found))
+        return Reader()
 
     def look(self) -> None:
         """Nothing to do: rclpy looks by itself."""
@@ -137,6 +128,5 @@ class Transport:
 
     def close(self) -> None:
         """Take all readers, writers and services away."""
-        for destroy, entity in self._entities:
-            destroy(entity)
-        self._entities.clear()
+        while self._closers:
+            self._closers.pop()()

@@ -31,16 +31,17 @@ WHEELBASE = 2.7
 class Car:
     """A kinematic car at 50 Hz, whose odometry drifts: its frame turns and moves in the map."""
 
-    def __init__(self, *, drifts: bool = False, **parameters: Any) -> None:
-        given = {"vehicle": "paper", **parameters}
-        overrides = [Parameter(name, value=value) for name, value in given.items()]
-        self.track = Track(parameter_overrides=overrides)
+    def __init__(self, *, drifts: bool = False, outside: bool = False, **parameters: Any) -> None:
         self.node = rclpy.create_node("car")
         self.executor = SingleThreadedExecutor()
-        self.executor.add_node(self.track)
         self.executor.add_node(self.node)
+        if not outside:  # else the node is a process of its own
+            given = {"vehicle": "paper", **parameters}
+            overrides = [Parameter(name, value=value) for name, value in given.items()]
+            self.track = Track(parameter_overrides=overrides)
+            self.executor.add_node(self.track)
         self.x = self.y = self.yaw = self.speed = self.steer = 0.0
-        self.drifts, self.farthest, self.publishes = drifts, 0.0, True
+        self.drifts, self.farthest, self.publishes, self.localised = drifts, 0.0, True, True
         self.begun = time.monotonic()
         self.odometry = self.node.create_publisher(Odometry, "odom", 1)
         self.paths = self.node.create_publisher(Path, "path", 1)
@@ -64,7 +65,7 @@ class Car:
         passed = time.monotonic() - self.begun
         turn, shift = (0.1 + 0.01 * passed, 3.0 + 0.05 * passed) if self.drifts else (0.0, 0.0)
         now = self.node.get_clock().now().to_msg()
-        if self.drifts:
+        if self.drifts and self.localised:
             moved = TransformStamped()
             moved.header.stamp, moved.header.frame_id, moved.child_frame_id = now, "map", "odom"
             moved.transform.translation.x = shift
@@ -111,9 +112,10 @@ class Car:
         return ended.result().status, ended.result().result.error_code
 
     def close(self) -> None:
-        self.track.stop()
         self.executor.shutdown()
-        self.track.destroy_node()
+        if hasattr(self, "track"):
+            self.track.stop()
+            self.track.destroy_node()
         self.node.destroy_node()
 
 
@@ -152,7 +154,7 @@ def test_lifecycle_goes_both_ways_and_ends_with_a_command_to_stand() -> None:
     car.track.trigger_deactivate()
     assert state() == "inactive"
     assert car.until(lambda: car.commands[-1].drive.speed == 0.0)
-    assert car.node.count_publishers("/drive") == 0
+    assert car.until(lambda: car.node.count_publishers("/drive") == 0)
     car.track.trigger_cleanup()
     assert state() == "unconfigured"
     car.start()
@@ -181,6 +183,64 @@ def test_parameters_change_while_it_drives_and_are_checked() -> None:
         False,
         "controller can be changed while the node is inactive",
     )
+    car.close()
+
+
+def test_parameters_that_are_set_together_are_all_taken_or_none() -> None:
+    car = Car().start()
+    both = [Parameter("hold", value=0.5), Parameter("controller", value="pop")]
+    assert not car.track.set_parameters_atomically(both).successful
+    assert (car.track.value("hold"), car.track.core.options.hold) == (0.2, 0.2)
+    car.close()
+
+
+def test_parameters_that_change_while_it_is_inactive_are_checked_and_count() -> None:
+    car = Car()
+    car.track.trigger_configure()
+    for name, value, said in (
+        ("command_type", "sail", "unknown command_type"),
+        ("controller", "sail", "unknown controller"),
+        ("vehicle", "nowhere.toml", "nowhere.toml"),
+        ("path_file", "nowhere.csv", "nowhere.csv"),
+    ):
+        refused = car.track.set_parameters([Parameter(name, value=value)])[0]
+        assert not refused.successful
+        assert said in refused.reason
+    car.track.set_parameters([Parameter("base_frame", value="axle")])
+    car.track.trigger_activate()
+    assert car.track.frames.base == "axle"
+    car.close()
+
+
+def test_path_file_that_is_none_is_refused_when_configured() -> None:
+    car = Car(path_file="nowhere.csv")
+    car.track.trigger_configure()
+    assert car.track._state_machine.current_state[1] == "unconfigured"
+    car.close()
+
+
+def test_steps_go_on_at_the_rate_where_no_odometry_comes() -> None:
+    car = Car().start()
+    core = car.track.core
+    cycles, begun = core.loop.cycles, time.monotonic()
+    car.publishes = False
+    assert not car.until(lambda: False, 2.0)
+    rate = (core.loop.cycles - cycles) / (time.monotonic() - begun)
+    assert 40.0 < rate < 51.0
+    car.close()
+
+
+def test_localisation_that_dies_is_stopped_for_and_gone_on_with() -> None:
+    car = Car(drifts=True).start()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(0.0, 200.0))
+    assert car.until(lambda: car.speed > 1.0)
+    car.localised = False  # odometry goes on
+    assert car.until(lambda: car.track.core.pilot.state.value == "standing")
+    assert "transform from 'odom' to 'map' is" in car.track.core.pilot.reason
+    car.localised = True
+    assert car.until(lambda: car.speed > 1.0)
     car.close()
 
 
@@ -227,6 +287,13 @@ def test_goals_that_cannot_be_driven_are_aborted_with_their_codes() -> None:
     assert car.until(lambda: car.speed > 1.0)
     car.publishes = False  # the odometry dies
     assert car.outcome(lost) == (ABORTED, codes.TF_ERROR)
+    car.publishes = True
+    assert car.outcome(car.goal(4.0)) == (SUCCEEDED, 0)
+    assert car.outcome(car.goal(4.0, "nowhere")) == (ABORTED, codes.TF_ERROR)
+    car.publishes = False
+    assert not car.until(lambda: False, 0.5)
+    # It does not know its place: that it stands at the end of the last path is no success.
+    assert car.outcome(car.goal(40.0)) == (ABORTED, codes.TF_ERROR)
     car.publishes = True
     stuck = car.goal(40.0)
     car.obey = lambda _: None  # type: ignore[method-assign]

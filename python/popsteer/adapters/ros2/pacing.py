@@ -45,23 +45,57 @@ def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> N
         node.finish(now[0])
 
 
+class Pace:
+    """When a node steps: on its odometry, or by a timer where that stays away. All times are in ns.
+
+    It begins at `now` of the clock that measures its periods, where its stamps are of `wall`.
+    """
+
+    def __init__(self, period: int, now: int, wall: int) -> None:
+        self._period = period
+        self._before = self._base = now
+        self._offset = wall - now
+        self._came = False
+
+    @property
+    def earliest(self) -> int:
+        """When it steps on odometry."""
+        return self._base + self._period * 3 // 4
+
+    @property
+    def due(self) -> int:
+        """When it steps without; odometry has half a period longer where it came the last time."""
+        return self._base + (self._period * 3 // 2 if self._came else self._period)
+
+    def jump(self, now: int, wall: int) -> float:
+        """Say by how much a clock has jumped [s], else 0; periods begin anew where theirs has."""
+        moved, self._offset = wall - now - self._offset, wall - now
+        passed = now - self._before
+        if passed < 0 or (wall == now and passed > max(_SIM_JUMP * _SECOND, 5 * self._period)):
+            self._before = self._base = now - self._period
+            moved = passed
+        return moved / _SECOND if abs(moved) > _JUMP * _SECOND else 0.0
+
+    def step(self, now: int, *, came: bool) -> tuple[float, int]:
+        """Step, on odometry if it `came`; give the time since the last [s], and steps missed."""
+        due = self.due
+        missed = max(now - due, 0) // self._period
+        passed = (now - self._before) / _SECOND
+        self._before, self._base = now, now if came else due + missed * self._period
+        self._came = came
+        return passed, missed
+
+
 def _spin_real(node: Node, stopped: Callable[[], bool], at: list[int]) -> None:
-    period = round(node.options.period * _SECOND)
-    begun = before = base = time.monotonic_ns()
-    offset = time.time_ns() - begun
-    came = False
+    begun = time.monotonic_ns()
+    pace = Pace(round(node.options.period * _SECOND), begun, time.time_ns())
     while not stopped():
-        # It steps on the odometry, which is given half a period longer where it came the last time.
-        due = base + (period * 3 // 2 if came else period)
-        time.sleep(max(base + period * 3 // 4 - time.monotonic_ns(), 0) / _SECOND)
-        came = node.odometry_reader.wait(max(due - time.monotonic_ns(), 0) / _SECOND)
+        time.sleep(max(pace.earliest - time.monotonic_ns(), 0) / _SECOND)
+        came = node.odometry_reader.wait(max(pace.due - time.monotonic_ns(), 0) / _SECOND)
         steady, at[0] = time.monotonic_ns(), time.time_ns()
-        jump, offset = at[0] - steady - offset, at[0] - steady
-        if abs(jump) > _JUMP * _SECOND:
-            node.jumped(jump / _SECOND)
-        missed = max(steady - due, 0) // period
-        node.cycle(at[0], (steady - before) / _SECOND, missed)
-        before, base = steady, steady if came else due + missed * period
+        if jump := pace.jump(steady, at[0]):
+            node.jumped(jump)
+        node.cycle(at[0], *pace.step(steady, came=came))
         node.check_silence((steady - begun) / _SECOND)
 
 
