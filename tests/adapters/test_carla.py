@@ -234,6 +234,12 @@ def test_second_step_in_a_frame_repeats_the_first() -> None:
     again = planner.run_step()
     assert (again.steer, again.throttle) == (first.steer, first.throttle)
     assert planner.controller.state == state
+    # A simulator that is started anew counts from 0: that is another frame.
+    actor.tick()
+    planner.run_step()
+    before, actor.world.time = planner.command, 0.0
+    planner.run_step()
+    assert planner.command is not before
 
 
 def test_pose_that_is_no_number_is_held_and_then_stops_the_car(

@@ -365,6 +365,10 @@ def test_report_has_errors_deviation_and_estimates(bench: Bench) -> None:
     assert float(report["values"]["cross_track_error_m"]) == pytest.approx(0.1, abs=0.01)
     assert float(report["values"]["deviation_m"]) == pytest.approx(0.1, abs=0.01)
     assert float(report["values"]["estimated_dead_time_s"]) == pytest.approx(0.1, abs=0.06)
+    for y, greatest in ((0.6, 0.6), (0.1, 0.1)):  # since the last report
+        bench.run(3, y=y)
+        bench.run(1)
+        assert float(bench.report()["values"]["deviation_m"]) == pytest.approx(greatest, abs=0.05)
 
 
 def test_intended_trajectory_begins_at_the_vehicle(bench: Bench) -> None:
@@ -482,3 +486,14 @@ def test_wait_is_over_in_time_and_says_what_is_known() -> None:
     assert bench.until(lambda: bench.node.intake.odometry.refused > 0, at=1)
     with pytest.raises(popsteer.PopsteerError, match="simulated time needs --sim-time"):
         bench.node.check_silence(0.5)
+
+
+def test_reports_go_on_after_each_time_that_the_clock_jumps_back() -> None:
+    bench = Bench()
+    for _ in range(3):
+        bench.node.jumped(-100.0)
+        bench.now -= 100 * 10**9
+        bench.reports.take()
+        for _ in range(60):
+            bench.cycle()
+        assert bench.reports.wait(1.0)

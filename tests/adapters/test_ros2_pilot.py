@@ -210,3 +210,31 @@ def test_odometry_that_ends_while_it_brakes_does_not_stop_the_braking() -> None:
     speeds = [pilot.step(None, 0.0, DT, "no odometry").speed for _ in range(5)]
     assert pilot.state is ros2.State.BRAKING
     assert np.diff(speeds) == pytest.approx(-0.04)
+
+
+def test_pilot_tells_the_controller_how_old_the_pose_is_up_to_a_second() -> None:
+    path = popsteer.Path([(2.0 * k, 3.0 * np.sin(k / 4.0)) for k in range(60)], speed=[6.0] * 60)
+    here = ros2.Measured(0.0, 0.05, 0.36, 6.0, 0, "map", "base_link")
+    found = set()
+    for age, told in ((-0.1, 0.0), (0.0, 0.0), (0.15, 0.15), (0.4, 0.4), (1.0, 1.0), (3.0, 1.0)):
+        plain = popsteer.PreviewPop(path).step(0.0, 0.05, 0.36, 6.0, DT, pose_age=told)
+        pilot = ros2.Pilot(popsteer.PreviewPop(path))
+        assert pilot.step(here, age, DT).steer == plain.steer, age
+        assert pilot.command == plain, age
+        found.add(plain.predicted_cross_track_error)
+    assert len(found) == 4
+
+
+def test_command_allows_as_hard_a_braking_as_it_asks_for() -> None:
+    for sign in (1.0, -1.0):
+        path = straight([sign * 10.0] * 5 + [0.0])
+        hardest = 0.0
+        for before in (2.0, 5.0, 12.0, 24.0):
+            # It does not slow down as it is told to, so that it is told to brake harder.
+            pilot = ros2.Pilot(popsteer.Stanley(path))
+            for x in np.arange(25.0 - before, 25.0, 10.0 * DT):
+                here = ros2.Measured(sign * x, 0.0, 0.0, sign * 10.0, 0, "map", "base_link")
+                drive = pilot.step(here, 0.0, DT)
+                assert drive.limit >= -drive.acceleration, (sign, before)
+                hardest = max(hardest, -drive.acceleration)
+        assert hardest > 4.0

@@ -52,6 +52,21 @@ OPTIONS: dict[str, dict[str, tuple[str, Any]]] = {
         ),
         "--track circle": ("course", "circle"),
     },
+    "matrix --controllers pop --plants kinematic-bicycle --tracks slalom": {
+        "--no-adapt": ("adapt", None),
+        "--dt 0.02": ("settings", popsteer.sim.Settings(dt=0.02)),
+        "--constant-speed 3.5": ("constant_speed", 3.5),
+        "--start-offset -0.4": ("start_offset", -0.4),
+        "--speed 2": ("speed", 2.0),
+    },
+    "stability --controllers pop": {
+        "--no-adapt": ("adapt", None),
+        "--dt 0.02": ("dt", 0.02),
+        "--set-plant dead_time=0.17": (
+            "plant",
+            popsteer.vehicles.get("paper").replace(dead_time=0.17),
+        ),
+    },
 }
 
 
@@ -75,6 +90,8 @@ def test_every_option_reaches_what_it_is_for_and_nothing_else(
     monkeypatch.setattr(lab.sweep, "run", kept_of(("job", "out")))
     monkeypatch.setattr(lab.tune, "run", kept_of(("job", "storage")))
     monkeypatch.setattr(lab.replay, "run", kept_of(("log", "tuning", "vehicle")))
+    monkeypatch.setattr(lab.matrix, "run", kept_of(("paths", "tuning", "plants")))
+    monkeypatch.setattr(lab.stability, "run", kept_of(("tuning", "plant", "speeds")))
 
     def asked(*words: str) -> dict[str, Any]:
         outcome = command.call(capsys, *words)

@@ -158,3 +158,25 @@ def test_action_is_a_share_of_the_largest_angle_and_the_pedals_move_the_car() ->
         env.reset(seed=0)
         *_, info = env.step([0.0, pedal])
         assert (info["speed"] - 5.0) * sign > 0.01
+
+
+def test_random_start_on_the_last_segment_of_a_lap_heads_for_the_first_waypoint() -> None:
+    xy = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)]
+    path = popsteer.Path(xy, speed=[3.0] * 4, closed=True)
+    task = TrackEnv(path, random_start=True, start_offset=(0.0, 0.0), start_yaw=(0.0, 0.0)).task
+    rng = np.random.default_rng(0)
+    car = sim.vehicle_of(task.plant)
+    sides = set()
+    for _ in range(60):
+        x, y, yaw = task.begin(rng, task.plant).start
+        x, y = x + car.rear_axle * math.cos(yaw), y + car.rear_axle * math.sin(yaw)
+        side = round(yaw / (0.5 * math.pi)) % 4
+        sides.add(side)
+        assert math.remainder(yaw - side * 0.5 * math.pi, math.tau) == pytest.approx(0.0, abs=1e-9)
+        assert (y, x, y, x)[side] == pytest.approx((0.0, 20.0, 20.0, 0.0)[side], abs=1e-9)
+    assert sides == {0, 1, 2, 3}
+
+
+def test_pictures_are_shown_as_fast_as_they_are_driven() -> None:
+    for dt, fps in ((0.05, 20), (0.1, 10), (0.02, 50), (1.0, 1)):
+        assert TrackEnv("straight", dt=dt).metadata["render_fps"] == fps

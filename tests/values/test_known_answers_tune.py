@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -390,3 +391,12 @@ def test_search_tells_the_trial_and_the_greater_share_of_trials_and_time(
         )
         assert [what for what, _ in told] == ["trial 1", "trial 2"]
         assert [share for _, share in told] == pytest.approx(shares)
+
+
+def test_whole_numbers_of_a_tuning_stay_whole_and_the_others_as_they_are() -> None:
+    search = {"buffer_length": distribution("buffer_length", "uniform(5,40)")}
+    base = replace(problem(), controller="pid", base=popsteer.PidParams(), search=search)
+    for drawn, whole in ((6.4, 6), (6.6, 7), (40.0, 40)):
+        found: Any = base.changed({"buffer_length": drawn, "kp": 0.01 * drawn})
+        assert (found.buffer_length, found.kp) == (whole, 0.01 * drawn)
+        assert isinstance(found.buffer_length, int)

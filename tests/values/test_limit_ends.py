@@ -226,3 +226,15 @@ def test_limits_along_a_path_only_lower_the_speeds_that_are_kept() -> None:
     found = _bounds(path, ["0:3:5", "2:4.5:3"], keep_speeds=False)
     assert found is not None
     assert found.tolist() == [5.0, 5.0, 3.0, 3.0, 3.0, 3.0, *[1e4] * 5]
+
+
+def test_last_speed_of_a_plan_has_the_sign_of_the_segment_that_leads_there() -> None:
+    xy = [(float(x), 0.0) for x in (*range(31), *range(29, -1, -1))]
+    for signs in (1.0, -1.0):
+        there = np.where(np.arange(61) < 30, signs, -signs)
+        path = popsteer.Path(xy, reverse=there < 0.0)
+        speed = speed_profile(path, SpeedLimits(end_speed=1.0), CAR).path.speed
+        assert speed is not None
+        assert speed[-1] == pytest.approx(-signs)
+        assert (np.sign(speed[1:30]) == signs).all()
+        assert (np.sign(speed[31:]) == -signs).all()
