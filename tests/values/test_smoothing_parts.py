@@ -89,5 +89,6 @@ def test_clean_bend_keeps_its_radius_and_noise_is_smoothed_within_its_tolerance(
         bend = np.gradient(np.unwrap(np.arctan2(y, x)), made.s)
         inner = slice(len(made) // 5, -len(made) // 5)
         assert bend[inner] == pytest.approx(1.0 / 12.0, abs=0.35 / 12.0)
-        # As smooth as the tolerance allows: more of it is used than a tenth.
-        assert np.abs(off).max() > 0.1 * tolerance
+        # As smooth as the tolerance allows: more of it is used than a tenth; a clean bend is kept.
+        used = np.abs(off).max() / tolerance
+        assert used > 0.1 if noise else used < 0.02

@@ -13,8 +13,6 @@ from popsteer.extras import require
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
 
     Floats = NDArray[np.float64]
@@ -28,6 +26,9 @@ _SHARE = 0.3
 _AVERAGED = 0.2
 _AVERAGED_END = 0.6
 _MANY = 3.5
+# The parabola that leads on at an end is through so many tolerances. Shorter: noise counts; longer:
+# a bend that begins there is cut.
+_END = 56.0
 # How far on a waypoint has to lead, in tolerances, for it to count.
 _ON = 0.5
 _LEAST = 6
@@ -215,16 +216,21 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
     """Find the smoothest spline within the tolerance."""
     from scipy.interpolate import make_smoothing_spline
 
+    noise = _MANY * _noise(xy)
+    # The smoothest spline is straight at its ends, where the driven line need not be.
+    before, xy_before = _led_on(along[::-1], xy[::-1], tolerance)
+    after, xy_after = _led_on(along, xy, tolerance)
+    along = np.concatenate((before[::-1], along, after))
+    xy = np.concatenate((xy_before[::-1], xy, xy_after))
     # Shorter windows at the ends, where the line could turn away within a long one.
     to_end = np.minimum(along - along[0], along[-1] - along)
     half = np.clip(to_end, 0.1 * _WINDOW * tolerance, 0.5 * _WINDOW * tolerance)
     low = np.searchsorted(along, along - half)
     high = np.searchsorted(along, along + half, side="right")
     counts = high - low
-    noise = _MANY * _noise(xy) / np.sqrt(counts)
     at_end = half < 0.5 * _WINDOW * tolerance
     rest = np.where(at_end, _AVERAGED_END, _AVERAGED) * tolerance
-    most_offset = _SHARE * tolerance + np.minimum(noise, rest)
+    most_offset = _SHARE * tolerance + np.minimum(noise / np.sqrt(counts), rest)
     # From weights that smooth next to nothing to those that leave a straight line.
     least, most = 4.0 * np.log10(0.1 * tolerance), 5.0 * np.log10(along[-1])
     best = make_smoothing_spline(along, xy, lam=10.0**least)
@@ -237,36 +243,23 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
             best, least = found, middle
         else:
             most = middle
-    return _with_ends(best, along, xy, min(int(np.median(counts)), len(xy)))
+    return best
 
 
-def _with_ends(
-    line: Any,  # noqa: ANN401 - of scipy
-    along: Floats,
-    xy: Floats,
-    window: int,
-) -> Callable[[Floats], Floats]:
-    """Bring the ends of a spline to where the last `window` waypoints lead.
+def _led_on(along: Floats, xy: Floats, tolerance: float) -> tuple[Floats, Floats]:
+    """Lead a line on beyond its last waypoint: places along it, and waypoints there.
 
-    The smoothest spline is straight at its ends, where the driven line need not be.
+    They lie on the parabola through the last `_END` tolerances, by least squares.
     """
-    if window < _LEAST:
-        return line  # type: ignore[no-any-return]
-    offsets = xy - line(along)
-    # Of the line through the offsets, its value at the end.
-    weights = np.linspace(4.0, -2.0, window) / window
-
-    first, last = weights @ offsets[:window], weights[::-1] @ offsets[-window:]
-    # Twice the window, so that the curvature hardly changes.
-    reach = 2.0 * (along[window - 1] - along[0])
-
-    def moved(place: Floats) -> Floats:
-        near = np.clip(1.0 - (place - along[0]) / reach, 0.0, 1.0)[:, None] ** 3
-        far = np.clip(1.0 - (along[-1] - place) / reach, 0.0, 1.0)[:, None] ** 3
-        found: Floats = line(place) + near * first + far * last
-        return found
-
-    return moved
+    size = _END * tolerance
+    back = (along[-1] - along) / size
+    last = np.abs(back) <= 1.0
+    last[-_LEAST:] = True
+    bend = np.polynomial.polynomial.polyfit(back[last], xy[last], 2)
+    step = (along[-1] - along[last][0]) / (np.count_nonzero(last) - 1)
+    beyond = step * np.arange(1, max(round(_WINDOW * tolerance / abs(step)), 2) + 1)
+    led: Floats = np.polynomial.polynomial.polyval(-beyond / size, bend).T
+    return along[-1] + beyond, led
 
 
 def _noise(xy: Floats) -> float:
