@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,8 @@ AUTHORS = ROOT.parent / "shared" / "data" / "carla_racetrack"
 """The run that the paper's authors recorded, beside the checkout."""
 AUTHORS_START = (-183.8, 78.7, -1.574)
 """Where its front axle starts [m, m, rad]."""
+
+BEFORE = Path(__file__).with_name("speed_0_3_0.json")
 
 
 def table(page: str, name: str) -> list[str]:
@@ -52,6 +55,15 @@ def replace_block(text: str, name: str, content: str) -> str:
     if len(block.findall(text)) > 1:
         raise SystemExit(f"there is more than one block {name}")
     return block.sub(lambda found: f"{found[1]}{content}\n{found[2]}", text)
+
+
+def before(name: str) -> list[str]:
+    """Give what version 0.3.0 came to in each row of a table of docs/planning.md, recorded once.
+
+    Its controllers were told what it has fields for: no grade, no brakes, no `steers_at_rest`.
+    """
+    found: dict[str, list[str]] = json.loads(BEFORE.read_text(encoding="utf-8"))
+    return found[name]
 
 
 def track(name: str) -> popsteer.Path:

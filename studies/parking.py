@@ -9,7 +9,7 @@ import numpy as np
 
 import popsteer
 from popsteer import plants
-from studies.layout import line
+from studies.layout import before, line
 from studies.moved import PERIOD, Moved, OwnCar, Shipped
 
 LAG = 0.15
@@ -136,7 +136,7 @@ def row(pieces: list[Piece], plant: str = "", **told: Any) -> Parked:
 
 
 def parking_lines() -> list[str]:
-    """Word a row for each bay and radius: the study's car, one in MuJoCo, and what is not told."""
+    """Word a row for each bay and radius: the study's car, one in MuJoCo, and others."""
     lines = []
     for radius in (5.0, 7.0, 9.0):
         for name, pieces in bays(radius).items():
@@ -147,5 +147,7 @@ def parking_lines() -> list[str]:
             ]
             others = f"{kept.aside:.2f}, {kept.place:.2f} m, {kept.heading:.0f}°"
             bay = f"{name}, {radius:.0f} m"
-            lines.append(line(bay, f"{found.time:.0f}", *cells, others))
+            lines.append(
+                line(bay, f"{found.time:.0f}", *cells, others, before("parking")[len(lines)])
+            )
     return lines

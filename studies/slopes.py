@@ -9,7 +9,7 @@ import numpy as np
 
 import popsteer
 from popsteer import Path, planning, plants, tracks
-from studies.layout import line
+from studies.layout import before, line
 from studies.moved import PERIOD, Moved, OwnCar, Shipped
 
 if TYPE_CHECKING:
@@ -115,7 +115,9 @@ def stop_lines() -> list[str]:
             has_lag = lag_told and name != "commonroad-mb-2"
             told = ("slope" if slope_told else "", "drive lag" if has_lag else "")
             cells = (f"{most.rms:.2f}", f"{max(most.beyond, 0.0):.2f}", f"{most.changes:.0f}")
-            lines.append(line(name, ", ".join(filter(None, told)) or "neither", place, *cells))
+            was = before("stops")[len(lines)]
+            words = ", ".join(filter(None, told)) or "neither"
+            lines.append(line(name, words, place, *cells, was))
     return lines
 
 
@@ -136,5 +138,6 @@ def speed_lines() -> list[str]:
         side = np.abs(np.gradient(np.unwrap(yaw), PERIOD) * speed)[5:-5]
         most = (along.max(), -along.min(), side.max())
         cells = (f"{rms(speed - wanted):.2f}", ", ".join(f"{each:.1f}" for each in most))
-        lines.append(line(name, *cells, f"{len(speed) * PERIOD / profile.time:.3f}"))
+        was = before("speeds")[len(lines)]
+        lines.append(line(name, *cells, f"{len(speed) * PERIOD / profile.time:.3f}", was))
     return lines
