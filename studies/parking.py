@@ -137,7 +137,7 @@ def row(pieces: list[Piece], plant: str = "", **told: Any) -> Parked:
 
 def parking_lines() -> list[str]:
     """Word a row for each bay and radius: the study's car, one in MuJoCo, and others."""
-    lines = []
+    lines: list[str] = []
     for radius in (5.0, 7.0, 9.0):
         for name, pieces in bays(radius).items():
             found, kept = row(pieces), row(pieces, steers_at_rest=False)

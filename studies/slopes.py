@@ -100,7 +100,7 @@ def rms(error: NDArray[np.float64]) -> float:
 
 def stop_lines() -> list[str]:
     """Word a row for each plant, and for what the tracker was told of slope and drive lag."""
-    lines = []
+    lines: list[str] = []
     for name in PLANTS:
         for slope_told, lag_told in ((True, True), (True, False), (False, True), (False, False)):
             if not lag_told and name == "commonroad-mb-2":
@@ -123,7 +123,7 @@ def stop_lines() -> list[str]:
 
 def speed_lines() -> list[str]:
     """Word the racetrack at planned speeds, a row a plant."""
-    lines = []
+    lines: list[str] = []
     for name in ("carla-identified", "commonroad-mb-2", "mujoco-car"):
         track = Path(tracks.get("racetrack").xy)
         own = mover(name, track, LEAST).vehicle
