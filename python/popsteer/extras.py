@@ -13,7 +13,7 @@ MODULES = {
     "carla": ("carla",),
     "gym": ("gymnasium",),
     "plants": ("mujoco", "vehiclemodels"),
-    "mpc": ("osqp", "scipy"),
+    "mpc": ("daqp", "osqp", "scipy"),
     "dask": ("distributed",),
     "parquet": ("pyarrow",),
 }

@@ -180,7 +180,12 @@ WANTED = {
     | ONE
     | {"--set-run", "--replay-run", "--step-time", "--record", "--report"},
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | PEDALS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
+    "matrix": RUNS
+    | PEDALS
+    | START - {"--start", "--start-at"}
+    | GIVEN
+    | MANY
+    | {"--report", "--suite", "--scenarios", "--conditions"},
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),

@@ -197,11 +197,7 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
 
     Raises ConfigError where other options would change the run, or there is no such run.
     """
-    for name, value in context.params.items():
-        source = context.get_parameter_source(name)
-        if name not in _WITH_IT and source is not None and source.name != "DEFAULT":
-            option = f"--{name.rstrip('_').replace('_', '-')}"
-            raise ConfigError(option, value, "left out where --replay-run is given")
+    options.check_alone(context, "--replay-run", _WITH_IT)
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
         raise ConfigError("--replay-run", text, "written FILE:RUN")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +11,13 @@ import typer
 from popsteer import lab, presets
 from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
+from popsteer.controllers import names as own_names
+from popsteer.errors import ConfigError
 from popsteer.files import check_folder
 from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.scenarios import SCENARIOS
 from popsteer.sim import Settings, vehicle_of
 
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
@@ -24,6 +29,11 @@ The table has the errors, the median time of a step, and whether the run reached
 did not says why. With --out the table is also written as matrix.csv and matrix.md, all metrics as
 matrix.json, and a figure shows the error over the time of a step.
 
+With --suite it drives a suite instead: scenarios such as a double lane change, a hairpin or a
+parking bay, each as told and under conditions such as a dead time, noise, lost poses, play or a
+slope. The controllers have their defaults. --controllers, --plants, --scenarios and --conditions
+choose; a run is the same whatever else is driven.
+
 \b
 Examples:
   popsteer matrix
@@ -32,7 +42,11 @@ Examples:
   popsteer matrix --plants car.toml,loaded-car.toml --vehicle car.toml
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
   popsteer matrix --tracks slalom,circle --report matrix.html
+  popsteer matrix --suite standard-1 --controllers preview-pop,mine.py:Mine --out out
+  popsteer matrix --suite standard-1 --scenarios slalom --conditions noise
 """
+
+_WITH_SUITE = ("suite", "scenarios", "conditions", "controllers", "params", "set_", "plants", "out")
 
 
 def matrix(
@@ -59,11 +73,31 @@ def matrix(
     longitudinal: options.Longitudinal = None,
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
+    suite: Annotated[
+        str | None,
+        options.optional("NAME", f"The suite to drive: {', '.join(lab.suite.names())}."),
+    ] = None,
+    scenarios: Annotated[
+        str | None,
+        options.optional("NAMES", f"Some of its scenarios: {', '.join(SCENARIOS)}."),
+    ] = None,
+    conditions: Annotated[
+        str | None,
+        options.optional("NAMES", f"Some of its conditions: {', '.join(CONDITIONS)}."),
+    ] = None,
     out: options.Out = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive controllers on plants along tracks."""
+    if suite is None:
+        for option, chosen in (("--scenarios", scenarios), ("--conditions", conditions)):
+            if chosen is not None:
+                raise ConfigError(option, chosen, "given with --suite")
+    else:
+        options.check_alone(context, "--suite", _WITH_SUITE)
+        _suite(suite, controllers, (params, set_), plants, (scenarios, conditions), out, context)
+        return
     names = inputs.names("--controllers", controllers)
     courses = inputs.courses(waypoints, tracks, closed=closed)
     if out is not None:
@@ -111,3 +145,53 @@ def matrix(
     outputs.show(lab.matrix.table.matrix_caption(found), tables, notes)
     print(said)
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())
+
+
+def _suite(
+    name: str,
+    controllers: str,
+    tuning: tuple[Path | None, list[str] | None],
+    plants: str,
+    parts: tuple[str | None, str | None],
+    out: Path | None,
+    context: typer.Context,
+) -> None:
+    """Drive a suite: all popsteer's own controllers on its own plants by default."""
+    if name not in lab.suite.names():
+        raise ConfigError.unknown("suite", name, lab.suite.names())
+    chosen = inputs.names("--controllers", controllers)
+    if _is_default(context, "controllers"):
+        chosen = list(own_names())
+    if out is not None:
+        check_folder(out, lab.suite.table.FILES)
+    movers = inputs.names("--plants", plants)
+    if _is_default(context, "plants"):
+        movers = list(lab.suite.runs.PLANTS)
+    params, set_ = tuning
+    usual = "default" if set(chosen) & set(own_names()) else presets.REPRODUCTION
+    given = inputs.tuned(chosen, usual, set_, no_adapt=False, params=params)
+    scenarios, conditions = (each and [part.strip() for part in each.split(",")] for each in parts)
+    with Progress() as progress:
+        found = lab.suite.run(
+            given.params,
+            {
+                each: lab.suite.suite_car()
+                if each == lab.suite.runs.SUITE_CAR
+                else vehicle_inputs.plant(each)
+                for each in movers
+            },
+            scenarios=scenarios,
+            conditions=conditions,
+            progress=progress.update,
+        )
+        content = {} if out is None else lab.suite.table.suite_files(found)
+    said = outputs.write(content, out, "--out DIR writes the table, all cells and a figure.")
+    outputs.show(lab.suite.table.suite_caption(found), lab.suite.table.suite_tables(found), [])
+    print(said)
+    for trace in found.tracebacks:
+        print(trace, file=sys.stderr)
+
+
+def _is_default(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is None or source.name == "DEFAULT"

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from popsteer import controllers, plants, presets, sim, tracks, vehicles
+from popsteer.errors import ConfigError
 from popsteer.lab.common.names import controller_names
 from popsteer.sim import Settings
 from popsteer.sim.closed_loop import START_OFFSET
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from typer.models import OptionInfo
 
 _PLANTS = (
@@ -224,3 +227,12 @@ Report: TypeAlias = Annotated[
         " common cursor, tables, and the command. It needs nothing from the network.",
     ),
 ]
+
+
+def check_alone(context: typer.Context, option: str, beside: Collection[str]) -> None:
+    """Refuse by ConfigError what is given beside an option that only goes with some parameters."""
+    for name, value in context.params.items():
+        source = context.get_parameter_source(name)
+        if name not in beside and source is not None and source.name != "DEFAULT":
+            given = f"--{name.rstrip('_').replace('_', '-')}"
+            raise ConfigError(given, value, f"left out where {option} is given")

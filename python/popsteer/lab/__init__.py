@@ -6,6 +6,8 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     Several controllers on one plant and one path.
 ``matrix``
     Controllers × plants × tracks, and the time of a step of each.
+``suite``
+    A suite of scenarios under conditions, with a version.
 ``stability``
     How far the steering loops are from instability.
 ``plan``
@@ -23,9 +25,9 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
 ``report``
     One self-contained page to look at for what an experiment came to.
 
-``baselines`` are controllers from elsewhere to compare with, ``common`` is what the experiments
-share: names, layout, colours, timing. Running needs numpy alone; tables and figures need the extra
-``lab``: ``pip install "popsteer[lab]"``.
+``baselines`` and ``opponents`` are controllers from elsewhere to compare with, ``common`` is what
+the experiments share: names, layout, colours, timing. Running needs numpy alone; tables and figures
+need the extra ``lab``: ``pip install "popsteer[lab]"``.
 
 Examples
 --------
@@ -48,6 +50,7 @@ from popsteer.lab import (
     replay,
     report,
     stability,
+    suite,
     sweep,
     tune,
 )
@@ -63,6 +66,7 @@ __all__ = [
     "replay",
     "report",
     "stability",
+    "suite",
     "sweep",
     "tune",
 ]

@@ -33,7 +33,7 @@ class Baseline(NamedTuple):
 def _mpc(
     path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
 ) -> OwnSimpleController:
-    require("controller mpc", "mpc")
+    require("controller mpc", "mpc", "osqp", "scipy")
     from popsteer.lab.baselines.mpc import Mpc
 
     return Mpc(path, vehicle, params)

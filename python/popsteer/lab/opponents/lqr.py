@@ -1,0 +1,100 @@
+"""A linear-quadratic regulator with the curvature fed forward."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+
+from popsteer.lab.opponents.observer import Opponent
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer._core import Path, Vehicle
+    from popsteer.lab.opponents.observer import Seen
+
+    Model = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def model(speed: float, length: float, lag: float, rate: float, dt: float) -> Model:
+    """Give A, B of x[k+1] = A x[k] + B u[k], x = (e, ψ, a, u before), per control period `dt` [s].
+
+    e' = v ψ, ψ' = v gain a / G, a' = (δ - a) / τ for small errors beside a path of the curvature
+    that a and δ are measured from, `rate` being the gain 1 + (G κ)²; u is the change of δ [rad], so
+    that the last state is δ. Within the period the angle of the wheels has its mean over it.
+    """
+    kept = math.exp(-dt / lag) if lag > 0.0 else 0.0
+    mean = (1.0 - kept) * lag / dt if lag > 0.0 else 0.0
+    turn = dt * speed * rate / length
+    wheels = np.array([0.0, 0.0, mean, 1.0 - mean])  # mean angle, of a and of the command
+    a = np.eye(4)
+    a[0, 1] = dt * speed
+    a[0] += 0.5 * dt * speed * turn * wheels
+    a[1] += turn * wheels
+    a[2] = 0.0, 0.0, kept, 1.0 - kept
+    b = a[:, 3].copy()
+    return a, b[:, None]
+
+
+def weights(wheelbase: float, heading: float, change: float) -> Model:
+    """Give Q over (e, ψ, a, δ) and R over the change: e in wheelbases over 3, as `mpc` has it."""
+    return np.diag([(3.0 / wheelbase) ** 2, heading, 0.0, 0.0]), np.array([[change]])
+
+
+@dataclass
+class Weights:
+    """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per control period."""
+
+    RANGES: ClassVar = {"heading": (0.0, 1e3), "change": (0.01, 1e4)}
+
+    heading: float = 3.0
+    change: float = 10.0
+
+
+class Lqr(Opponent):
+    """Angle atan(G κ) - K (e, ψ, a - atan(G κ), ...), K by the Riccati equation for each speed.
+
+    R. Rajamani, *Vehicle Dynamics and Control*, 2nd ed. 2012, section 3; κ is the curvature where
+    the wheels will have turned, ahead by the lag. K is kept while the speed moves less than 2 %.
+    """
+
+    Params = Weights
+
+    def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
+        self.params = params
+        self._key = (math.inf, 0.0)
+        self._gain = np.zeros(4)
+        super().__init__(path, vehicle)
+
+    def wheels(self, seen: Seen) -> float:
+        """Give the angle of the wheels [rad]."""
+        length = self.vehicle.wheelbase
+        if abs(seen.speed - self._key[0]) > 0.02 * self._key[0] or self._key[1] != seen.dt:
+            self._key = (seen.speed, seen.dt)
+            a, b = model(seen.speed, seen.length, self.vehicle.steer_lag, 1.0, seen.dt)
+            q, r = weights(length, self.params.heading, self.params.change)
+            p = solve_discrete_are(a, b, q, r)
+            self._gain = np.linalg.solve(r + b.T @ p @ b, b.T @ p @ a)[0]
+        here = 0.5 * seen.speed * seen.dt
+        ahead = here + seen.speed * self.vehicle.steer_lag
+        step = 0.1 * length
+        now, then = (
+            float(self.observer.curvature(seen, np.array([at, at + step]))[0])
+            for at in (here, ahead)
+        )
+        feed = math.atan(seen.length * then)
+        before = self.observer.steer + self.observer.eye.estimate.steer_offset
+        before = -before if self.observer.reverse else before
+        # From farther off the path is approached as from a wheelbase.
+        state = (
+            min(max(seen.error, -length), length),
+            seen.heading + seen.slope * now,
+            seen.wheel,
+            before,
+        )
+        reference = (0.0, 0.0, math.atan(seen.length * now), feed)
+        return before - float(self._gain @ (np.array(state) - reference))

@@ -1,0 +1,143 @@
+"""A model-predictive controller whose quadratic problem is condensed, on daqp.
+
+The dense problem of 20 commands suits daqp, an active-set solver: D. Arnström, A. Bemporad,
+D. Axehill, *A Dual Active-Set Solver for Embedded Quadratic Programming*, 2022. It needs the extra
+``mpc``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+
+from popsteer.errors import PopsteerError
+from popsteer.extras import require
+from popsteer.lab.opponents.lqr import model, weights
+from popsteer.lab.opponents.observer import Opponent
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer._core import Path, Vehicle
+    from popsteer.lab.opponents.observer import Seen
+
+_STAGES, _STAGE = 20, 0.05  # how many, and how long [s]
+# The problem's matrices are kept while speed and gain move less than these shares.
+_SPEED, _GAIN = 0.005, 0.02
+
+
+@dataclass
+class Weights:
+    """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage."""
+
+    RANGES: ClassVar = {"heading": (0.0, 1e3), "change": (0.01, 1e4)}
+
+    heading: float = 3.0
+    change: float = 10.0
+
+
+class Mpc(Opponent):
+    """Least cost over 20 stages of 50 ms within the limits of the angle and of its rate.
+
+    With x = (e, ψ, a, δ) and u the change of δ as in `lqr.model`, r the angle of the path's
+    curvature at each stage and D what it takes off::
+
+        x[k+1] = A x[k] + B u[k] - D r[k]         X = S x[0] + T u - V r
+        cost  = Σ |x[k] - ref[k]|²_Q + |u[k]|²_R + |x[N] - ref[N]|²_P
+        H = Tᵀ Q T + R,  f = Tᵀ Q (S x[0] - V r - ref)
+
+    with the regulator's P for the time beyond the horizon.
+    """
+
+    Params = Weights
+
+    def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
+        require("the opponent Mpc", "mpc", "daqp")
+        self.params = params
+        self._q, self._r = weights(vehicle.wheelbase, params.heading, params.change)
+        super().__init__(path, vehicle)
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+        super().reset()
+        self._key = (math.inf, 0.0)
+        self._solver: Any = None
+
+    def wheels(self, seen: Seen) -> float:
+        """Give the angle of the wheels [rad]. Raises PopsteerError where daqp finds no solution."""
+        ends = seen.speed * _STAGE * np.arange(_STAGES + 1) + 1e-9 * np.arange(_STAGES + 1)
+        bends = self.observer.curvature(seen, ends)
+        reference = np.arctan(seen.length * bends)
+        rate = 1.0 + float(np.mean((seen.length * bends) ** 2))
+        car, side = self.vehicle, -1.0 if self.observer.reverse else 1.0
+        moved = abs(seen.speed - self._key[0]) > _SPEED * self._key[0]
+        hessian = None
+        if moved or abs(rate - self._key[1]) > _GAIN * rate:
+            self._key = (seen.speed, rate)
+            hessian = self._condense(seen, rate)
+        before = side * (self.observer.steer + self.observer.eye.estimate.steer_offset)
+        wanted = np.zeros((_STAGES, 4))
+        wanted[:, 1] = -seen.slope * bends
+        wanted[:, 2] = wanted[:, 3] = reference
+        start = np.array([seen.error, seen.heading, seen.wheel, before])
+        off = self._start @ start - self._drift @ reference - wanted.ravel()
+        gradient = self._pull @ off
+        # Bounds of the changes, then of the angles that they come to.
+        fastest = math.inf if car.max_steer_rate is None else car.max_steer_rate
+        change = np.full(_STAGES, min(fastest * _STAGE, 2.0 * car.max_steer))
+        change[0] = min(fastest * seen.dt, 2.0 * car.max_steer)
+        most = car.max_steer
+        if car.max_lateral_acceleration is not None:
+            most = min(most, math.atan(car.max_lateral_acceleration * seen.length / seen.speed**2))
+        back = np.cumsum(change)  # from beyond the limits, no sooner than this
+        high = np.concatenate((change, np.maximum(most - before, -back)))
+        low = np.concatenate((-change, np.minimum(-most - before, back)))
+        return before + self._solved(hessian, gradient, high, low)
+
+    def _condense(self, seen: Seen, rate: float) -> NDArray[np.float64]:
+        """Compute S, V, Tᵀ Q for a speed and a gain; give H."""
+        a, b = model(seen.speed, seen.length, self.vehicle.steer_lag, rate, _STAGE)
+        turn = _STAGE * seen.speed * rate / seen.length
+        loss = np.array([0.5 * _STAGE * seen.speed * turn, turn, 0.0, 0.0])
+        size = 4 * _STAGES
+        self._start, self._drift = np.empty((size, 4)), np.zeros((size, _STAGES))
+        moved = np.zeros((size, _STAGES))
+        power = np.eye(4)
+        for k in range(_STAGES):
+            column, lost = power @ b[:, 0], power @ loss
+            for first in range(_STAGES - k):
+                rows = slice(4 * (first + k), 4 * (first + k) + 4)
+                moved[rows, first], self._drift[rows, first] = column, lost
+            power = a @ power
+            self._start[4 * k : 4 * k + 4] = power
+        self._pull = np.empty((_STAGES, size))
+        last = solve_discrete_are(a, b, self._q, self._r)
+        for k in range(_STAGES):
+            rows = slice(4 * k, 4 * k + 4)
+            self._pull[:, rows] = moved[rows].T @ (last if k == _STAGES - 1 else self._q)
+        hessian: NDArray[np.float64] = self._pull @ moved + self._r[0, 0] * np.eye(_STAGES)
+        return 0.5 * (hessian + hessian.T)
+
+    def _solved(
+        self,
+        hessian: NDArray[np.float64] | None,
+        gradient: NDArray[np.float64],
+        high: NDArray[np.float64],
+        low: NDArray[np.float64],
+    ) -> float:
+        import daqp
+
+        if self._solver is None:
+            self._solver = daqp.Model()
+            sums = np.tril(np.ones((_STAGES, _STAGES)))
+            self._solver.setup(hessian, gradient, sums, high, low)
+        else:
+            self._solver.update(H=hessian, f=gradient, bupper=high, blower=low)
+        x, _, flag, _ = self._solver.solve()
+        if flag < 1:
+            raise PopsteerError(f"daqp found no solution: {flag}")
+        return float(x[0])

@@ -1,0 +1,177 @@
+"""The suite's loop: a scenario under a condition, by one controller on one plant."""
+
+from __future__ import annotations
+
+import math
+import time
+import zlib
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from popsteer import controllers, own
+from popsteer._core import Path, Settings, Simulation, SpeedTracker
+from popsteer.lab.common.varied import varied
+from popsteer.sim import default_start, vehicle_of
+from popsteer.sim.metrics import Metrics
+from popsteer.sim.pedals import PedalMap
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer._core import Vehicle
+    from popsteer.lab.suite.conditions import Condition
+    from popsteer.lab.suite.scenarios import Scenario
+
+LATERAL = 4.0
+"""Lateral acceleration that speeds are planned for [m/s²]."""
+_GRAVITY = 9.806_65
+_LIMITS = {"max_lateral_acceleration": LATERAL, "max_acceleration": 2.0, "max_deceleration": 3.0}
+_GIVE_UP = 10.0
+
+
+class Driven(NamedTuple):
+    """What a run came to; errors are those of the rear axle."""
+
+    metrics: Metrics
+    wheelbase: float
+    """Of the plant [m]."""
+    end_error: float
+    """Absolute cross-track error of the last step [m]."""
+    ending: str
+    """How it ended."""
+    steer_rate: float
+    """Root mean square of the rate of the command [rad/s]."""
+    lateral_jerk: float
+    """Root mean square of the change of the lateral acceleration [m/s³]."""
+    faults: float
+    """Share of the steps with a fault."""
+    step_time: float
+    """Median time of the controller's step [s]."""
+    traceback: str
+
+
+def drive(
+    scenario: Scenario,
+    condition: Condition,
+    plant: Any,  # noqa: ANN401 - any kind of plant, as an object
+    make: Callable[[Path, Vehicle], Any],
+    seed: int = 0,
+    dt: float = 0.05,
+) -> Driven:
+    """Drive once. The same seed gives the same noise and the same losses to every controller."""
+    path = scenario.path()
+    told = varied(plant, path, scenario.plant).plant
+    mover = varied(told, path, condition.plant).plant
+    believed = vehicle_of(mover if condition.is_told else told)
+    believed = believed.replace(wheelbase=condition.wheelbase * believed.wheelbase)
+    limited = vehicle_of(mover).replace(max_speed=scenario.max_speed, **_LIMITS)
+    pace = SpeedTracker(path, limited)
+    start = default_start(path, scenario.start_offset, vehicle_of(mover))
+    first = pace.step(*start, 0.0, dt).reference_speed if scenario.rolling else 0.0
+    pace.reset()
+    run = Simulation(
+        path,
+        mover,
+        start=start,
+        speed=first,
+        tracked_point=vehicle_of(mover).rear_axle,
+        settings=Settings(dt=dt, give_up_distance=_GIVE_UP, time_limit=300.0),
+    )
+    loop = _Loop(run, path, condition, pace, PedalMap.of(mover), np.random.default_rng(seed))
+    trace = ""
+    try:
+        controller = make(path, believed)
+        while not run.is_over:
+            loop.cycle(controller, dt)
+    except Exception as error:  # noqa: BLE001 - anything can be raised by code of one's own
+        trace = own.raised(error)
+    return loop.driven(trace)
+
+
+class _Loop:
+    """What goes on between the sensors and the wheels."""
+
+    def __init__(
+        self,
+        run: Simulation,
+        path: Path,
+        condition: Condition,
+        pace: SpeedTracker,
+        pedals: PedalMap,
+        random: np.random.Generator,
+    ) -> None:
+        self.run, self.path, self.condition, self.pace = run, path, condition, pace
+        self.pedals, self.random = pedals, random
+        self.xy = np.column_stack((path.x, path.y))
+        push = -_GRAVITY * condition.grade / math.hypot(1.0, condition.grade)
+        self.push = max(push, 0.0) / pedals.drive, max(-push, 0.0) / pedals.braking
+        self.steer = self.wheels = 0.0
+        self.times: list[float] = []
+        self.faults = 0
+
+    def cycle(self, controller: Any, dt: float) -> None:  # noqa: ANN401 - of popsteer or your own
+        """Sense, decide, move on."""
+        condition, random = self.condition, self.random
+        x, y, yaw, speed = self.run.state
+        # Every draw is made in every cycle, so that all controllers meet the same.
+        aside, turned, lost = random.standard_normal(2), random.standard_normal(), random.random()
+        x, y = (x, y) + condition.position * aside
+        measured = (float(x), float(y), yaw + condition.yaw * turned, speed, dt)
+        if condition.path > 0.0:
+            self._renew(controller)
+        start = time.perf_counter()
+        if lost >= condition.loss:
+            answer = controller.step(*measured)
+        elif isinstance(controller, controllers.CONTROLLERS):
+            answer = controller.step_or_hold(math.nan, math.nan, math.nan, math.nan, dt)
+        else:
+            answer = self.steer
+        self.times.append(time.perf_counter() - start)
+        self.steer = float(getattr(answer, "steer", answer))
+        status = getattr(answer, "status", None)
+        self.faults += getattr(status, "level", "") == "fault"
+        half = 0.5 * condition.play
+        self.wheels = min(max(self.wheels, self.steer - half), self.steer + half)
+        drive = self.pace.step(*measured)
+        gear = -speed if drive.reverse else speed
+        throttle, brake = self.pedals(drive.acceleration, gear)
+        up, down = self.push
+        self.run.step(self.wheels, min(throttle + up, 1.0), min(brake + down, 1.0), drive.reverse)
+
+    def _renew(self, controller: Any) -> None:  # noqa: ANN401 - of popsteer or your own
+        """Give the path anew, with other errors of its waypoints, to what can take one."""
+        noise = self.condition.path * self.random.standard_normal(self.xy.shape)
+        if hasattr(controller, "set_path"):
+            path = self.path
+            controller.set_path(Path(self.xy + noise, closed=path.closed, reverse=path.reverse))
+
+    def driven(self, trace: str) -> Driven:
+        """Measure what was driven."""
+        records, dt = self.run.records(), self.run.settings.dt
+        yaw = np.unwrap(records["yaw"])
+        lateral = np.diff(yaw) / dt * records["speed"][1:]
+        ending = self.run.ending or "stopped"
+        if trace:
+            ending = f"raised {trace.strip().splitlines()[-1]}"
+        count = max(len(self.times), 1)
+        return Driven(
+            metrics=Metrics.of(self.run),
+            wheelbase=self.run.vehicle.wheelbase,
+            end_error=abs(float(records["cross_track_error"][-1])) if len(yaw) else math.nan,
+            ending=ending,
+            steer_rate=_rms(np.diff(records["steer"]) / dt),
+            lateral_jerk=_rms(np.diff(lateral) / dt),
+            faults=self.faults / count,
+            step_time=float(np.median(self.times)) if self.times else math.nan,
+            traceback=trace,
+        )
+
+
+def seed_of(*names: str) -> int:
+    """Give a seed of names: another for each scenario and condition, whatever else is driven."""
+    return zlib.crc32("/".join(names).encode())
+
+
+def _rms(values: np.ndarray[Any, Any]) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan

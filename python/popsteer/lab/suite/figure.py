@@ -1,0 +1,69 @@
+"""The figure of a suite: errors at a glance, and what they cost in steering."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+
+from popsteer.lab.common.names import title_of
+from popsteer.lab.suite.runs import mean_error, rows
+
+if TYPE_CHECKING:
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.suite.runs import Suite
+
+_LOW, _HIGH = 1e-3, 1.0  # of the colours [m]
+_GOOD, _FAIR, _BAD = "#2a9d8f", "#e9c46a", "#c8553d"  # told apart by colour-blind readers too
+
+
+def suite_figure(found: Suite, theme: Theme) -> Figure:
+    """Draw the error of each controller in each row of the table, and over its steering."""
+    lines = rows(found)
+    names = list(found.step_times)
+    titles = [title_of(name) for name in names]
+    figure = Figure(
+        figsize=(1.05 * len(names) + 8.2, 0.31 * len(lines) + 2.2), layout="constrained"
+    )
+    table, scatter = figure.subplots(1, 2, width_ratios=(1.05 * len(names) + 2.6, 4.2))
+    errors = np.array([[mean_error(cells[name]) for name in names] for _, cells in lines])
+    colours = LinearSegmentedColormap.from_list("error", (_GOOD, _FAIR, _BAD))
+    table.imshow(
+        np.maximum(errors, 1e-9), norm=LogNorm(_LOW, _HIGH, clip=True), cmap=colours, aspect="auto"
+    )
+    for row, (_, cells) in enumerate(lines):
+        for column, name in enumerate(names):
+            failed = sum(not each.success for each in cells[name])
+            text = f"{1e3 * errors[row, column]:.3g}" + (f"\n{failed} failed" if failed else "")
+            size = 6.5 if failed else 8.5
+            table.text(
+                column, row, text, ha="center", va="center", fontsize=size, color="#111111",
+                linespacing=0.95,
+            )  # fmt: skip
+    table.set_xticks(range(len(names)), titles, rotation=30, ha="right", fontsize=8.5)
+    table.set_yticks(range(len(lines)), [title for title, _ in lines], fontsize=8.5)
+    table.axhline(len({each.scenario for each in found.cells}) - 0.5, color=theme.text, lw=1.2)
+    table.grid(visible=False)
+    table.set_title("mean |cross-track error| of the rear axle [mm]", fontsize=10.5)
+    shades = theme.colours(names)
+    for name, title in zip(names, titles, strict=True):
+        own = [each for each in found.cells if each.controller == name]
+        effort = float(np.mean([each.steer_rate for each in own]))
+        scatter.plot(effort, mean_error(own), "o", color=shades[name], markersize=8)
+        scatter.annotate(
+            title, (effort, mean_error(own)), xytext=(6, 4), textcoords="offset points", fontsize=8
+        )
+    scatter.set_xscale("log")
+    scatter.set_yscale("log")
+    scatter.margins(0.25)
+    for axis in (scatter.xaxis, scatter.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("{x:g}")
+        axis.set_tick_params(which="minor", labelsize=7)
+    scatter.set_xlabel("rate of the command, rms [rad/s]")
+    scatter.set_ylabel("mean |cross-track error| [m]")
+    scatter.set_title("error over steering effort, all runs", fontsize=10.5)
+    figure.suptitle(f"{found.name}: geometric means over {len(found.cells)} runs", fontsize=11.5)
+    return figure

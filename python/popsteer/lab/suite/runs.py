@@ -1,0 +1,203 @@
+"""All cells of a suite: scenarios × conditions × plants × controllers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from popsteer import controllers
+from popsteer.errors import ConfigError
+from popsteer.lab import baselines
+from popsteer.lab.common.names import controller_names
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.drive import Driven, drive, seed_of
+from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.sim.geometry import object_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from popsteer._core import Path, Vehicle
+
+SUITE_CAR = "suite-car"
+PLANTS = (SUITE_CAR, "carla-identified")
+"""The plants of standard-1."""
+# The least error that counts as a success [m], in wheelbases: half of one, as `deviating`.
+_WITHIN = 0.5
+# Smaller errors count as this [m].
+_LEAST = 1e-5
+
+
+def names() -> tuple[str, ...]:
+    """Name the suites."""
+    return ("standard-1",)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One controller in one scenario under one condition on one plant; errors of the rear axle."""
+
+    scenario: str
+    condition: str
+    plant: str
+    controller: str
+    mean_error: float
+    """Mean of the absolute cross-track error [m]."""
+    max_error: float
+    """Largest absolute cross-track error [m]."""
+    end_error: float
+    """Absolute cross-track error of the last step [m]."""
+    steer_rate: float
+    """Root mean square of the rate of the command [rad/s]."""
+    lateral_jerk: float
+    """Root mean square of the change of the lateral acceleration [m/s³]."""
+    faults: float
+    """Share of the steps with a fault."""
+    success: bool
+    """Whether it reached the end and was within half a wheelbase, or its start, all along."""
+    ending: str
+    """How it ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class Suite:
+    """What a suite came to."""
+
+    name: str
+    cells: Sequence[Cell]
+    step_times: Mapping[str, float]
+    """Median time of a step by controller [s], over all runs; of this machine."""
+    tracebacks: Sequence[str]
+    """What code of your own raised, each once."""
+
+
+def run(
+    names: Sequence[str] | Mapping[str, Any],
+    plants: Sequence[str] | Mapping[str, Any] = PLANTS,
+    *,
+    scenarios: Sequence[str] | None = None,
+    conditions: Sequence[str] | None = None,
+    progress: Callable[[str, float], object] | None = None,
+) -> Suite:
+    """Drive every controller in every scenario, under every condition, on every plant.
+
+    Parameters
+    ----------
+    names : sequence of str, or mapping of str to parameters
+        The controllers, as `popsteer.lab.matrix.run` has them; a mapping gives each its tuning. A
+        controller of popsteer has its defaults otherwise, not a preset of the paper.
+    plants : sequence of str, or mapping of str to plants
+        What moves; ``suite-car`` is the suite's own.
+    scenarios, conditions : sequence of str, optional
+        Some of `SCENARIOS` and `CONDITIONS`; all by default. A cell is the same whatever else is
+        driven.
+    progress : callable, optional
+        Called now and then with what is being done and the share of all that is done, 0 to 1.
+
+    Returns
+    -------
+    Suite
+        The cells.
+
+    Raises
+    ------
+    ConfigError
+        A name is not known; nothing was driven then.
+    PopsteerError
+        A controller or a plant needs what is not installed.
+    """
+    roads = _chosen("scenario", scenarios, SCENARIOS)
+    under = _chosen("condition", conditions, CONDITIONS)
+    params = dict(names) if isinstance(names, Mapping) else {k: _usual(k) for k in names}
+    movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
+    for field, given in (("controllers", params), ("plants", movers)):
+        if not given:
+            raise ConfigError(field, list(given), "at least one")
+    moved = {
+        k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
+        for k, v in movers.items()
+    }
+    makers = {name: _maker(name, given) for name, given in params.items()}
+    cells: list[Cell] = []
+    times: dict[str, list[float]] = {name: [] for name in makers}
+    traces: dict[str, None] = {}
+    total = len(roads) * len(under) * len(moved) * len(makers)
+    for road in roads:
+        for condition in under:
+            for plant, mover in moved.items():
+                for name, make in makers.items():
+                    if progress is not None:
+                        progress(f"{road}, {condition}, {plant}: {name}", len(cells) / total)
+                    scenario, under_it = SCENARIOS[road], CONDITIONS[condition]
+                    found = drive(scenario, under_it, mover, make, seed_of(road, condition))
+                    cells.append(_cell(road, condition, plant, name, found))
+                    times[name].append(found.step_time)
+                    if found.traceback:
+                        traces[found.traceback] = None
+    middle = {name: sorted(each)[len(each) // 2] for name, each in times.items()}
+    return Suite("standard-1", cells, middle, list(traces))
+
+
+def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -> list[str]:
+    for name in wanted or ():
+        if name not in known:
+            raise ConfigError.unknown(what, name, tuple(known))
+    return list(known if wanted is None else wanted)
+
+
+def _usual(name: str) -> Any:  # noqa: ANN401 - any law's
+    """Give the default parameters of a controller."""
+    if name in controllers.names():
+        return controllers.get(name).params()
+    if not baselines.is_known(name):
+        raise ConfigError.unknown("controller", name, controller_names())
+    return baselines.get(name).params()
+
+
+def _maker(name: str, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401 - any law's
+    if name in controllers.names():
+        kind: Any = controllers.get(name).controller
+        return lambda path, vehicle: kind(path, vehicle, params)
+    make: Any = baselines.get(name).controller
+    return lambda path, vehicle: make(path, vehicle, params)
+
+
+def _cell(scenario: str, condition: str, plant: str, name: str, found: Driven) -> Cell:
+    metrics = found.metrics
+    aside = abs(SCENARIOS[scenario].start_offset)
+    largest = metrics.rear_axle_max_abs_cross_track_error
+    return Cell(
+        scenario,
+        condition,
+        plant,
+        name,
+        metrics.rear_axle_mean_abs_cross_track_error,
+        largest,
+        found.end_error,
+        found.steer_rate,
+        found.lateral_jerk,
+        found.faults,
+        metrics.finished and largest <= max(_WITHIN * found.wheelbase, aside + 0.1),
+        found.ending,
+    )
+
+
+def mean_error(cells: Iterable[Cell]) -> float:
+    """Give the geometric mean of the mean errors [m]; not a number of no cells."""
+    logs = [math.log(max(each.mean_error, _LEAST)) for each in cells]
+    return math.exp(sum(logs) / len(logs)) if logs else math.nan
+
+
+def rows(found: Suite) -> list[tuple[str, dict[str, list[Cell]]]]:
+    """Give the cells of each scenario, then of each condition, by controller."""
+    lines = []
+    for field, known in (("scenario", SCENARIOS), ("condition", CONDITIONS)):
+        for name in dict.fromkeys(getattr(each, field) for each in found.cells):
+            cells: dict[str, list[Cell]] = {}
+            for each in found.cells:
+                if getattr(each, field) == name:
+                    cells.setdefault(each.controller, []).append(each)
+            lines.append((known[name].title, cells))
+    return lines

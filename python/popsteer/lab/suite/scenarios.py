@@ -1,0 +1,127 @@
+"""The scenarios of the suite: what is driven, how fast, and by which car."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer import tracks
+from popsteer._core import KinematicBicycle, Path, Vehicle
+from popsteer.tracks.geometry import sample, straight, turn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+
+def suite_car() -> KinematicBicycle:
+    """Give the suite's own car: 2.7 m, wheels with a lag of 0.1 s that turn by 0.8 rad/s at most.
+
+    Examples
+    --------
+    >>> suite_car().vehicle.max_steer_rate
+    0.8
+    """
+    return KinematicBicycle(
+        Vehicle(
+            wheelbase=2.7,
+            rear_axle=-1.35,
+            max_steer=0.6,
+            max_steer_rate=0.8,
+            steer_lag=0.1,
+            drive_lag=0.2,
+            steers_at_rest=True,
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A path, and how it is driven: planned at 4 m/s² of lateral acceleration up to a speed."""
+
+    title: str
+    """What a reader recognises."""
+    path: Callable[[], Path]
+    """Makes what is followed."""
+    max_speed: float
+    """Speed that is planned at most [m/s]."""
+    start_offset: float = 0.0
+    """How far to the left of the path the front axle starts [m]."""
+    rolling: bool = True
+    """Whether it begins at the planned speed, not at rest."""
+    plant: Mapping[str, float] = field(default_factory=dict)
+    """Fields of the plant that differ; the controllers are told."""
+
+
+def _shipped(name: str) -> Path:
+    track = tracks.get(name)
+    return Path(track.xy, closed=track.closed)
+
+
+def _hairpin() -> Path:
+    """Two straights of 40 m, joined by a half turn of 7 m radius behind clothoids of 6 m."""
+    pieces = [*straight(40.0), *turn(180.0, 7.0, 6.0), *straight(40.0)]
+    length = 80.0 + math.pi * 7.0 + 6.0
+    return Path(sample(pieces, round(length / 0.5) + 1).xy)
+
+
+def _bay() -> Path:
+    """Past a bay and backwards into it: a bend of 90 degrees and 7 m, drawn as line and arcs."""
+    poses: list[tuple[float, float]] = []
+    reverse: list[bool] = []
+    x = y = yaw = 0.0
+    for backwards, curvature, length in (
+        (False, 0.0, 6.0),
+        (True, 1.0 / 7.0, 3.5 * math.pi),
+        (True, 0.0, 4.0),
+    ):
+        count = round(length / 0.2)
+        step = (-length if backwards else length) / count
+        for _ in range(count):
+            poses.append((x, y))
+            reverse.append(backwards)
+            half = 0.5 * step * curvature
+            chord = step * float(np.sinc(half / math.pi))
+            x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
+            yaw += 2.0 * half
+    return Path([*poses, (x, y)], reverse=[*reverse, True])
+
+
+def _zigzag() -> Path:
+    """Corners 50 m along and 30 m aside, with a waypoint a metre."""
+    corners = np.array([(50.0 * k, 30.0 * (k % 2)) for k in range(6)])
+    legs: list[NDArray[np.float64]] = []
+    for start, end in itertools.pairwise(corners):
+        count = int(np.hypot(*(end - start)))
+        legs.append(start + np.arange(count)[:, None] / count * (end - start))
+    return Path(np.vstack((*legs, corners[-1:])))
+
+
+def _straight() -> Path:
+    x = np.arange(0.0, 121.0)
+    return Path(np.column_stack((x, np.zeros(len(x)))))
+
+
+_SLOW: dict[str, Any] = {"max_steer_rate": 0.4, "steer_lag": 0.15}
+
+SCENARIOS: dict[str, Scenario] = {
+    "double-lane-change": Scenario(
+        "Double lane change (ISO 3888-1)", lambda: _shipped("double-lane-change"), 15.0
+    ),
+    "obstacle-avoidance": Scenario(
+        "Obstacle avoidance (ISO 3888-2)", lambda: _shipped("obstacle-avoidance"), 12.0
+    ),
+    "step-steer": Scenario("Step steer (ISO 7401)", lambda: _shipped("step-steer"), 12.0),
+    "slalom": Scenario("Slalom", lambda: _shipped("slalom"), 10.0),
+    "hairpin": Scenario("Hairpin of 7 m", _hairpin, 12.0),
+    "racetrack": Scenario("Race track", lambda: _shipped("racetrack"), 25.0),
+    "parking-bay": Scenario("Parking bay", _bay, 2.0, rolling=False),
+    "zigzag": Scenario("Zigzag of corners", _zigzag, 10.0),
+    "beside": Scenario("2 m beside, slow wheels", _straight, 8.0, 2.0, plant=_SLOW),
+}
+"""The scenarios of standard-1, by name."""

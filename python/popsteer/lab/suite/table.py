@@ -1,0 +1,182 @@
+"""The tables and the files of a suite."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, fields
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.lab.common.layout import (
+    add_names,
+    add_numbers,
+    blank_table,
+    csv_text,
+    figure_names,
+    json_text,
+)
+from popsteer.lab.common.machine import describe
+from popsteer.lab.common.names import title_of
+from popsteer.lab.suite.runs import Cell, mean_error, rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from rich.table import Table
+
+    from popsteer.lab.suite.runs import Suite
+
+FILES = ("suite.csv", "suite.md", "suite.json", *figure_names("suite"))
+"""The names of the files that `suite_files` gives."""
+SCHEMA = "popsteer-suite/1"
+"""What the document says it is."""
+# A row is a loss where the error is more than so many times, and so much [m] more than, the least.
+LOSS = 1.1, 0.001
+
+
+def worded(cells: Sequence[Cell]) -> str:
+    """Word the error of some cells, and how many of them failed."""
+    failed = sum(not each.success for each in cells)
+    return f"{mean_error(cells):.4f}" + (f" ({failed})" if failed else "")
+
+
+def losses(found: Suite, name: str) -> list[tuple[Cell, Cell]]:
+    """Give the cells where a controller loses to the best of the others, with that one's."""
+    lost = []
+    places: dict[tuple[str, str, str], list[Cell]] = {}
+    for each in found.cells:
+        places.setdefault((each.scenario, each.condition, each.plant), []).append(each)
+    ratio, more = LOSS
+    for cells in places.values():
+        best = min((each for each in cells if each.success), key=_error, default=None)
+        for each in cells:
+            if best is None or each.controller != name:
+                continue
+            if each.mean_error > max(ratio * best.mean_error, best.mean_error + more):
+                lost.append((each, best))
+    return lost
+
+
+def _error(cell: Cell) -> float:
+    return cell.mean_error
+
+
+_OTHERS: tuple[tuple[str, Callable[[Cell], float], str], ...] = (
+    ("rate of the command, rms [rad/s]", lambda cell: cell.steer_rate, ".2f"),
+    ("lateral jerk, rms [m/s³]", lambda cell: cell.lateral_jerk, ".1f"),
+    ("steps with a fault [%]", lambda cell: 100.0 * cell.faults, ".2f"),
+)
+
+
+def _others(found: Suite) -> list[tuple[str, dict[str, str]]]:
+    """Word what is not an error: means over all cells, and the time of a step."""
+    cells: dict[str, list[Cell]] = {}
+    for each in found.cells:
+        cells.setdefault(each.controller, []).append(each)
+    lines = [
+        (title, {name: format(sum(map(of, own)) / len(own), spec) for name, own in cells.items()})
+        for title, of, spec in _OTHERS
+    ]
+    success = {
+        name: f"{sum(each.success for each in own)} of {len(own)}" for name, own in cells.items()
+    }
+    return [("runs that succeed", success), *lines]
+
+
+def suite_tables(found: Suite) -> list[Table]:
+    """Set out the errors by scenario and by condition, and what is not an error."""
+    from rich.text import Text
+
+    table = blank_table(1)
+    names = list(found.step_times)
+    lines = [(title, {k: worded(v) for k, v in cells.items()}) for title, cells in rows(found)]
+    lines += _others(found)
+    lines.append(("step [µs]", {k: f"{1e6 * v:.1f}" for k, v in found.step_times.items()}))
+    add_names(table, "", (title for title, _ in lines))
+    add_numbers(table, *map(_head, names))
+    for title, cells in lines:
+        table.add_row(Text(title), *(cells[name] for name in names))
+    return [table]
+
+
+def suite_caption(found: Suite) -> str:
+    """Say in one line what was driven and what the figures are."""
+    plants = ", ".join(dict.fromkeys(each.plant for each in found.cells))
+    return (
+        f"{found.name}, {len(found.cells)} runs on {plants}; geometric mean of the mean"
+        " |cross-track error| of the rear axle [m], in brackets how many runs failed"
+    )
+
+
+def suite_files(found: Suite) -> dict[str, bytes]:
+    """Compute the files, by name.
+
+    They are ``suite.csv`` (a row for each cell), ``suite.json`` (the same with the step times and
+    the machine), ``suite.md`` (the tables) and ``suite`` as ``.png`` and ``.svg``, for a light and,
+    as ``-dark``, for a dark background.
+    """
+    from popsteer.lab.common.draw import files_of
+    from popsteer.lab.suite.figure import suite_figure
+
+    content = files_of(partial(suite_figure, found), "suite")
+    names = [field.name for field in fields(Cell)]
+    cells = [[_csv(value) for value in asdict(each).values()] for each in found.cells]
+    units = "errors of the rear axle in m, steer_rate in rad/s, lateral_jerk in m/s³"
+    content["suite.csv"] = csv_text([f"{found.name}: {units}"], names, cells).encode()
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "suite": found.name,
+        "machine": describe(),
+        "step_times": dict(found.step_times),
+        "cells": [
+            {
+                k: None if isinstance(v, float) and math.isnan(v) else v
+                for k, v in asdict(each).items()
+            }
+            for each in found.cells
+        ],
+    }
+    content["suite.json"] = json_text(document).encode()
+    content["suite.md"] = ("\n".join(suite_lines(found)) + "\n").encode()
+    return content
+
+
+def suite_lines(found: Suite) -> list[str]:
+    """Set out the tables in Markdown: what is the same on every machine."""
+    names = list(found.step_times)
+    lines = [("", {name: title_of(name) for name in names}), ("---", dict.fromkeys(names, "--:"))]
+    for title, cells in rows(found):
+        least = min(mean_error(each) for each in cells.values())
+        lines.append(
+            (
+                title,
+                {
+                    k: f"**{worded(v)}**" if mean_error(v) == least else worded(v)
+                    for k, v in cells.items()
+                },
+            )
+        )
+    lines += _others(found)
+    return [
+        f"| {' | '.join((title, *(cells[name] for name in names)))} |" for title, cells in lines
+    ]
+
+
+def _head(name: str) -> str:
+    """Fold a title for the head of a column."""
+    title = title_of(name)
+    for k in range(1, len(title)):
+        if len(title) > 10 and title[k].isupper() and title[k - 1].islower():
+            return f"{title[:k]}\n{_head_rest(title[k:])}"
+    return title.replace(" ", "\n").replace("-", "-\n")
+
+
+def _head_rest(title: str) -> str:
+    cut = next((k for k in range(1, len(title)) if title[k].isupper()), len(title))
+    return title[:cut] + (f"\n{title[cut:]}" if cut < len(title) else "")
+
+
+def _csv(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) and "," in value else str(value)

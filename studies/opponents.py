@@ -1,0 +1,66 @@
+"""Tunes the opponents for the suite: every pair of a grid, over all scenarios on its car.
+
+    python -m studies.opponents        # all of them: five minutes
+    python -m studies.opponents Lqr
+
+The score is the geometric mean of the mean error, as told and in noise; the least of a grid is the
+default of the opponent's parameters.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from dataclasses import replace
+from typing import Any
+
+from popsteer import own
+from popsteer.lab import opponents
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.drive import drive, seed_of
+from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+
+GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
+    "Mpc": {"heading": (0.3, 1.0, 3.0, 10.0), "change": (1.0, 3.0, 10.0, 30.0)},
+    "Lqr": {"heading": (1.0, 3.0, 10.0, 30.0), "change": (3.0, 10.0, 30.0, 100.0)},
+    "RearWheelFeedback": {"decay": (0.3, 0.45, 0.6, 0.9, 1.3), "damping": (0.7, 1.0, 1.4)},
+    "AccelerationPursuit": {"time": (0.2, 0.35, 0.5, 0.7), "least": (0.8, 1.2, 1.8)},
+}
+"""Autoware's pure pursuit keeps Autoware's parameters."""
+UNDER = ("as told", "noise")
+
+
+def score(kind: Any, params: Any) -> float:
+    """Drive all scenarios, and give the geometric mean of their errors [m]."""
+    logs = []
+    for road, condition in itertools.product(SCENARIOS, UNDER):
+        found = drive(
+            SCENARIOS[road],
+            CONDITIONS[condition],
+            suite_car(),
+            lambda path, vehicle: kind(path, vehicle, params),
+            seed_of(road, condition),
+        )
+        logs.append(math.log(max(found.metrics.rear_axle_mean_abs_cross_track_error, 1e-4)))
+    return math.exp(sum(logs) / len(logs))
+
+
+def main() -> None:
+    """Print each grid, the least last."""
+    for name in opponents.names():
+        kind = own.load("controller", name)
+        if kind.__name__ not in (sys.argv[1:] or GRIDS) or kind.__name__ not in GRIDS:
+            continue
+        grid = GRIDS[kind.__name__]
+        found = {}
+        for pair in itertools.product(*grid.values()):
+            params = replace(kind.Params(), **dict(zip(grid, pair, strict=True)))
+            found[pair] = score(kind, params)
+        for pair in sorted(found, key=lambda each: -found[each]):
+            chosen = ", ".join(f"{n} {v:g}" for n, v in zip(grid, pair, strict=True))
+            print(f"{kind.__name__}: {chosen}: {found[pair]:.4f} m", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""``popsteer matrix --suite``: what its conditions do, its cells, tables and files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import lab, sim
+from popsteer.errors import ConfigError
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.drive import drive
+from popsteer.lab.suite.runs import Cell, mean_error, rows
+from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.lab.suite.table import losses, suite_lines, worded
+from tests.cli import command
+from tests.helpers import looped
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class Spy:
+    """Keeps what it is given, and commands what it is told."""
+
+    def __init__(self, path: popsteer.Path, vehicle: popsteer.Vehicle) -> None:
+        self.path, self.vehicle = path, vehicle
+        self.seen: list[tuple[float, ...]] = []
+        self.paths: list[popsteer.Path] = []
+        self.steers = [0.0]
+
+    def set_path(self, path: popsteer.Path) -> None:
+        self.paths.append(path)
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        self.seen.append((x, y, yaw, speed, dt))
+        return self.steers[len(self.seen) % len(self.steers)]
+
+
+def spied(condition: str, *, scenario: str = "beside", steers: tuple[float, ...] = (0.0,)) -> Any:
+    """Drive by a spy: the spy, and what was measured."""
+    kept = []
+
+    def make(path: popsteer.Path, vehicle: popsteer.Vehicle) -> Spy:
+        kept.append(Spy(path, vehicle))
+        kept[0].steers = list(steers)
+        return kept[0]
+
+    found = drive(SCENARIOS[scenario], CONDITIONS[condition], suite_car(), make, seed=3)
+    return kept[0], found
+
+
+def test_conditions_are_what_their_titles_say() -> None:
+    told, usual = spied("as told")
+    car = suite_car().vehicle.replace(max_steer_rate=0.4, steer_lag=0.15)
+    assert told.vehicle == car
+    assert not told.paths
+    exact = np.array(told.seen)
+
+    assert spied("dead time told")[0].vehicle == car.replace(dead_time=0.15)
+    late, _ = spied("dead time untold", steers=(0.3,))
+    prompt, _ = spied("as told", steers=(0.3,))
+    assert late.vehicle == car
+    turned = [
+        np.flatnonzero(np.abs(np.array(each.seen)[:, 2]) > 1e-6)[0] for each in (late, prompt)
+    ]
+    assert turned[0] - turned[1] == 3  # periods of 0.05 s
+
+    for share, name in ((1.2, "wheelbase +20 %"), (0.8, "wheelbase -20 %")):
+        assert spied(name)[0].vehicle == car.replace(wheelbase=share * car.wheelbase)
+
+    noise = np.array(spied("noise")[0].seen)[:200] - exact[:200]
+    assert noise[:, :2].std() == pytest.approx(0.05, rel=0.15)
+    assert noise[:, 2].std() == pytest.approx(0.01, rel=0.15)
+    assert not noise[:, 3:].any()
+
+    lost, _ = spied("loss")
+    share = len(lost.seen) / len(told.seen)
+    assert share == pytest.approx(0.8, abs=0.06)
+
+    fresh, _ = spied("fresh path")
+    assert len(fresh.paths) == len(fresh.seen)
+    change = np.array([each.y for each in fresh.paths[:50]])
+    assert change.std() == pytest.approx(0.02, rel=0.05)
+    assert (fresh.paths[0].y != fresh.paths[1].y).all()
+    assert np.array(fresh.seen) == pytest.approx(exact)
+
+    # The slope pushes back; the tracker of the speed makes up for it.
+    steep, climbed = spied("slope")
+    assert np.array(steep.seen)[8:20, 3].min() < exact[8:20, 3].min() - 0.05
+    assert climbed.metrics.finished == usual.metrics.finished
+
+
+def test_play_takes_up_small_commands_and_passes_on_the_rest() -> None:
+    half = math.radians(0.5)
+    still, _ = spied("play", steers=(0.9 * half, -0.9 * half))
+    assert (np.array(still.seen)[:, 2] == 0.0).all()
+    moved, _ = spied("play", steers=(3.0 * half,))
+    exact, _ = spied("as told", steers=(2.0 * half,))
+    assert np.array(moved.seen)[:, 2] == pytest.approx(np.array(exact.seen)[:, 2])
+
+
+def test_noise_and_losses_are_the_same_for_every_controller() -> None:
+    first, second = (np.array(spied("noise", steers=each)[0].seen) for each in ((0.0,), (0.1,)))
+    assert first[0] == pytest.approx(second[0])
+    assert first[0, 1] != pytest.approx(2.0, abs=1e-3)
+
+
+def test_figures_of_a_run_are_those_of_its_records() -> None:
+    _, found = spied("as told", steers=(0.0, 0.01))
+    rate = 0.01 / 0.05
+    assert found.steer_rate == pytest.approx(rate, rel=0.01)
+    assert found.wheelbase == 2.7
+    assert found.faults == 0.0
+    _, straight = spied("as told")
+    assert straight.lateral_jerk == 0.0
+    assert straight.end_error == pytest.approx(2.0)
+    assert straight.metrics.rear_axle_mean_abs_cross_track_error == pytest.approx(2.0)
+
+
+def test_controller_that_raises_ends_its_run_with_its_traceback() -> None:
+    class Broken(Spy):
+        def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+            raise ZeroDivisionError("mine")
+
+    found = drive(SCENARIOS["slalom"], CONDITIONS["as told"], suite_car(), Broken)
+    assert found.ending == "raised ZeroDivisionError: mine"
+    assert "in step" in found.traceback
+    assert not found.metrics.finished
+
+
+@looped("name", list(SCENARIOS))
+def test_scenarios_are_driven_by_preview_pop_to_their_end(name: str) -> None:
+    found = drive(SCENARIOS[name], CONDITIONS["as told"], suite_car(), popsteer.PreviewPop)
+    assert found.metrics.finished, found.ending
+    assert found.metrics.rear_axle_max_abs_cross_track_error < 2.1
+    assert found.end_error < 0.05
+    assert found.faults == 0.0
+
+
+def cell(controller: str, error: float, *, success: bool = True, condition: str = "noise") -> Cell:
+    return Cell(
+        "slalom", condition, "car", controller, error, 2.0 * error, 0.0, 0.1, 1.0, 0.0, success, ""
+    )
+
+
+def test_losses_are_to_the_best_that_succeeded() -> None:
+    cells = [cell("mine", 0.02), cell("theirs", 0.01), cell("fast", 0.001, success=False)]
+    cells += [cell("mine", 0.0115, condition="play"), cell("theirs", 0.0105, condition="play")]
+    cells.append(cell("fast", 0.001, success=False, condition="play"))
+    found = lab.suite.Suite("standard-1", cells, {"mine": 1e-6, "theirs": 1e-6, "fast": 1e-6}, [])
+    assert [(a.mean_error, b.controller) for a, b in losses(found, "mine")] == [(0.02, "theirs")]
+    assert losses(found, "theirs") == []
+    two = [cell("mine", 0.01), cell("mine", 0.04, success=False)]
+    assert mean_error(two) == pytest.approx(0.02)
+    assert worded(two) == "0.0200 (1)"
+    assert [title for title, _ in rows(found)] == [
+        "Slalom",
+        "Noise of 5 cm and 0.01 rad",
+        "Play of 1°",
+    ]
+    slalom = next(line for line in suite_lines(found) if line.startswith("| Slalom"))
+    assert slalom == "| Slalom | 0.0152 | 0.0102 | **0.0010 (2)** |"
+
+
+def test_suite_writes_its_cells_and_one_is_repeated_alone(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    one = ("matrix", "--suite", "standard-1", "--scenarios", "hairpin", "--controllers")
+    outcome = command.call(
+        capsys,
+        *one,
+        "stanley,preview-pop",
+        *("--conditions", "as told,noise", "--out", str(tmp_path)),
+    )
+    assert outcome.status == 0
+    assert "8 runs on suite-car, carla-identified" in " ".join(outcome.out.split())
+    document = json.loads((tmp_path / "suite.json").read_text(encoding="utf-8"))
+    assert (document["schema"], document["suite"]) == ("popsteer-suite/1", "standard-1")
+    lines = (tmp_path / "suite.csv").read_text(encoding="utf-8").splitlines()[1:]
+    table = list(csv.DictReader(lines))
+    assert len(table) == len(document["cells"]) == 8
+    for row, each in zip(table, document["cells"], strict=True):
+        assert row["controller"] == each["controller"]
+        assert float(row["mean_error"]) == each["mean_error"]
+    again = lab.suite.run(
+        ["preview-pop"], ["suite-car"], scenarios=["hairpin"], conditions=["noise"]
+    )
+    kept = next(
+        each
+        for each in document["cells"]
+        if (each["controller"], each["condition"], each["plant"])
+        == ("preview-pop", "noise", "suite-car")
+    )
+    assert again.cells[0] == Cell(**kept)
+
+
+def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str]) -> None:
+    for words, said in (
+        (("--suite", "standard-9"), "unknown suite 'standard-9'"),
+        (("--suite", "standard-1", "--scenarios", "moose"), "unknown scenario 'moose'"),
+        (("--suite", "standard-1", "--conditions", "rain"), "unknown condition 'rain'"),
+        (
+            ("--suite", "standard-1", "--tracks", "slalom"),
+            "--tracks must be left out where --suite",
+        ),
+        (("--scenarios", "slalom"), "--scenarios must be given with --suite"),
+    ):
+        outcome = command.call(capsys, "matrix", *words)
+        assert (outcome.status, said in outcome.err) == (2, True), outcome.err
+    with pytest.raises(ConfigError, match="controllers"):
+        lab.suite.run([], ["suite-car"])
+    assert sim.vehicle_of(suite_car()).wheelbase == 2.7
