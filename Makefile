@@ -6,6 +6,7 @@ DIST   := dist
 DEMO   := out/demo
 BENCH  := out/bench
 MATRIX := out/matrix
+SUITE := out/suite
 SITE   := out/site
 FUZZ   := out/fuzz
 COVERAGE := out/coverage
@@ -40,7 +41,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
+.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -108,9 +109,15 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 	$(PY) -m studies.matrix $(MATRIX)
 	$(PY) -m studies.pages choose
 
+suite: $(VENV)/.dev ## the suite standard-1 by popsteer's controllers and the opponents; write docs/results.md
+	$(VENV)/bin/popsteer matrix --suite standard-1 --out $(SUITE) --controllers \
+		"$$($(PY) -c 'from popsteer.lab import opponents; print("preview-pop", *opponents.names(), "stanley", "pure-pursuit", "pop", "pid", sep=",")')"
+	$(PY) -m studies.suite $(SUITE)
+
 pages: $(VENV)/.dev ## drive what the tables and figures of docs/ show; rewrite them
 	$(PY) -m studies.pages
 	$(PY) -m studies.figures
+	$(PY) -m studies.front
 
 # The playground is WebAssembly, whose target a toolchain may lack; without it the site has none.
 site: $(VENV)/.dev ## build the documentation site into out/site

@@ -26,6 +26,8 @@ MADE_BY = {
     "matrix": "make matrix",
     "report": "python -m studies.report",
     "limits-map": "python -m studies.limits",
+    "front": "python -m studies.front",
+    "suite": "make suite",
 }
 
 

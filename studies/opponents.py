@@ -23,8 +23,8 @@ from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
 
 GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
     "Mpc": {"heading": (0.3, 1.0, 3.0, 10.0), "change": (1.0, 3.0, 10.0, 30.0)},
-    "Lqr": {"heading": (1.0, 3.0, 10.0, 30.0), "change": (3.0, 10.0, 30.0, 100.0)},
-    "RearWheelFeedback": {"decay": (0.3, 0.45, 0.6, 0.9, 1.3), "damping": (0.7, 1.0, 1.4)},
+    "Lqr": {"heading": (10.0, 30.0, 100.0, 300.0), "change": (10.0, 30.0, 100.0)},
+    "RearWheelFeedback": {"decay": (0.45, 0.6, 0.75, 0.9), "damping": (0.5, 0.7, 1.0)},
     "AccelerationPursuit": {"time": (0.2, 0.35, 0.5, 0.7), "least": (0.8, 1.2, 1.8)},
 }
 """Autoware's pure pursuit keeps Autoware's parameters."""

@@ -22,7 +22,12 @@ CHAPTERS: list[tuple[str, list[str]]] = [
     ("Edges and statuses", ["docs/edges.md"]),
     (
         "Choose a controller",
-        ["docs/choose.md", "docs/preview_pop.md", "docs/compare_your_controller.md"],
+        [
+            "docs/choose.md",
+            "docs/preview_pop.md",
+            "docs/compare_your_controller.md",
+            "docs/results.md",
+        ],
     ),
     ("Theory", ["docs/theory.md"]),
     ("Benchmarks", ["benches/README.md", "docs/fuzzing.md", "docs/mutation_testing.md"]),
@@ -54,6 +59,8 @@ MODULES = [
     "popsteer.paper",
     "popsteer.lab.compare",
     "popsteer.lab.matrix",
+    "popsteer.lab.opponents",
+    "popsteer.lab.suite",
     "popsteer.lab.stability",
     "popsteer.lab.sweep",
     "popsteer.lab.tune",

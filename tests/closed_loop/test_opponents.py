@@ -69,8 +69,10 @@ def test_mirrored_world_gives_the_mirrored_angle(name: str) -> None:
 
 
 def test_model_predictive_controller_is_the_regulator_where_no_limit_binds() -> None:
+    pytest.importorskip("daqp")
     lqr, mpc = (
-        made(f"popsteer.lab.opponents.{each}", straight()) for each in ("lqr:Lqr", "mpc:Mpc")
+        kind(straight(), CAR, kind.Params(heading=3.0, change=10.0))
+        for kind in (own.load("controller", NAMES[1]), own.load("controller", NAMES[0]))
     )
     for k in range(20):
         given = (20.0 + 0.4 * k, 0.01, 0.002, 8.0, 0.05)

@@ -14,12 +14,14 @@ import popsteer
 from popsteer import ConfigError, PopsteerError, reference
 from popsteer.lab.bench import latency, states, table, yardsticks
 from popsteer.lab.bench.calls import (
+    ASIDE_STEP,
     EMPTY_CALL,
     PAPER_REFERENCE_STEP,
     PAPER_STEP,
     POP_COMMAND,
     POP_STEP,
     PREVIEW_POP_STEP,
+    REAL_CAR_STEP,
     REFERENCE_STEP,
     SLOW_STEPS,
     lineup,
@@ -69,13 +71,17 @@ def _references(drive: Drive) -> dict[str, Callable[..., object]]:
     }
     steps = {name: reference.Tracker(law, path).steer for name, law in laws.items()}
     # It adapts, which the reference does not.
-    return {**steps, PREVIEW_POP_STEP: popsteer.PreviewPop(drive.path, drive.vehicle).steer}
+    real = drive.vehicle.replace(steer_lag=0.15, dead_time=0.15, max_steer_rate=0.4)
+    adapting = {PREVIEW_POP_STEP: drive.vehicle, REAL_CAR_STEP: real}
+    return steps | {
+        name: popsteer.PreviewPop(drive.path, car).steer for name, car in adapting.items()
+    }
 
 
 def test_lineup_calls_give_the_angles_of_the_reference(drive: Drive) -> None:
     drivers = {name: make() for name, make in lineup(drive).items()}
     references = _references(drive)
-    assert drivers.keys() == references.keys() | {POP_COMMAND, EMPTY_CALL}
+    assert drivers.keys() == references.keys() | {POP_COMMAND, EMPTY_CALL, ASIDE_STEP}
     angles: dict[str, list[object]] = {}
     for name, steer in references.items():
         angles[name] = [steer(*state, DT) for state in drive.states]
@@ -83,6 +89,10 @@ def test_lineup_calls_give_the_angles_of_the_reference(drive: Drive) -> None:
         assert len(set(angles[name])) > 10
     commands: list[Any] = [drivers[POP_COMMAND].call(*state, DT) for state in drive.states]
     assert [command.steer for command in commands] == angles[POP_STEP]
+    aside = drivers[ASIDE_STEP].call.__self__  # type: ignore[attr-defined]
+    errors = [abs(aside.step(*state, DT).cross_track_error) for state in drive.states]
+    assert sorted(errors)[len(errors) // 2] == pytest.approx(0.5, abs=0.05)
+    assert aside.vehicle.max_steer_rate == 0.4
 
 
 def test_lineup_reset_drivers_start_anew(drive: Drive) -> None:
@@ -167,6 +177,8 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
         "pop_paper_step_ns",
         "reference_paper_step_ns",
         "preview_pop_step_ns",
+        "preview_pop_car_step_ns",
+        "preview_pop_aside_step_ns",
         "pid_step_ns",
         "pure_pursuit_step_ns",
         "stanley_step_ns",

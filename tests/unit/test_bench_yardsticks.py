@@ -141,7 +141,7 @@ def test_at_hand_without_the_extra_says_how_to_get_it(
     found = yardsticks.at_hand(drive, FOLDER)
     assert not found.makers
     assert found.absent == dict.fromkeys(
-        yardsticks.ROWS, "not installed: pip install numba osqp scipy"
+        yardsticks.ROWS, "not installed: pip install numba daqp osqp scipy"
     )
 
 

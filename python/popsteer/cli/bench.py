@@ -16,8 +16,8 @@ A step of POP is everything that the paper counts: window, lookahead, prediction
 other controllers are timed, too. For comparison, the same step in plain Python and an empty call
 with the same arguments are timed, and the paper's 3.239 ms are listed. A debug build is refused.
 
-In a checkout, with numba and osqp, two more are timed: POP's step compiled by numba, and a
-linear model-predictive controller on osqp with 20 steps of 50 ms.
+In a checkout, with numba, osqp and daqp, three more are timed: POP's step compiled by numba, and
+linear model-predictive controllers with 20 steps of 50 ms, on osqp and on daqp.
 
 \b
 Examples:

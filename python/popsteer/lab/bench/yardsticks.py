@@ -1,8 +1,8 @@
 """The yardsticks from outside: what others' tools take for the same step.
 
-POP's step compiled by numba, and a linear model-predictive controller on osqp. They are files of
-the checkout's ``benches/yardsticks``, no part of the package, and need numba, osqp and scipy; what
-is not at hand is left out, with its reason.
+POP's step compiled by numba, and linear model-predictive controllers on osqp and on daqp. They are
+files of the checkout's ``benches/yardsticks``, no part of the package, and need numba, daqp, osqp
+and scipy; what is not at hand is left out, with its reason.
 """
 
 from __future__ import annotations
@@ -14,7 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 from popsteer.errors import PopsteerError
-from popsteer.lab.bench.calls import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+from popsteer.lab.bench.calls import (
+    DAQP_SOLVE,
+    DAQP_STEP,
+    DAQP_UPDATE,
+    MPC_SOLVE,
+    MPC_STEP,
+    MPC_UPDATE,
+    NUMBA_STEP,
+)
 
 if TYPE_CHECKING:
     import os
@@ -24,7 +32,7 @@ if TYPE_CHECKING:
 
 # Of the working directory, if that is the checkout.
 _FOLDER = Path("benches", "yardsticks")
-_NO_EXTRA = "not installed: pip install numba osqp scipy"
+_NO_EXTRA = "not installed: pip install numba daqp osqp scipy"
 _NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks with --yardsticks"
 
 
@@ -40,6 +48,7 @@ class _Yardstick(NamedTuple):
 _YARDSTICKS = (
     _Yardstick("numba_pop.py", ("numba",), (NUMBA_STEP,), 200_000),
     _Yardstick("osqp_mpc.py", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000),
+    _Yardstick("daqp_mpc.py", ("daqp", "scipy"), (DAQP_STEP, DAQP_UPDATE, DAQP_SOLVE), 10_000),
 )
 
 ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)

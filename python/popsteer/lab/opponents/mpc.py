@@ -67,9 +67,23 @@ class Mpc(Opponent):
         self._key = (math.inf, 0.0)
         self._solver: Any = None
 
+    def update(self, x: float, y: float, yaw: float, speed: float, dt: float) -> None:
+        """Take what `step` does, and set the problem up."""
+        self._seen = self.observer.see(x, y, yaw, speed, dt)
+        self._pose(self._seen)
+
+    def solve(self) -> float:
+        """Solve it: the command [rad]. Raises PopsteerError where daqp finds no solution."""
+        return self.observer.commanded(self._solved(), self._seen)
+
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]. Raises PopsteerError where daqp finds no solution."""
-        ends = seen.speed * _STAGE * np.arange(_STAGES + 1) + 1e-9 * np.arange(_STAGES + 1)
+        self._pose(seen)
+        return self._solved()
+
+    def _pose(self, seen: Seen) -> None:
+        """Set the problem up."""
+        ends = seen.speed * _STAGE * np.arange(_STAGES + 1, dtype=np.float64)
         bends = self.observer.curvature(seen, ends)
         reference = np.arctan(seen.length * bends)
         rate = 1.0 + float(np.mean((seen.length * bends) ** 2))
@@ -79,13 +93,14 @@ class Mpc(Opponent):
         if moved or abs(rate - self._key[1]) > _GAIN * rate:
             self._key = (seen.speed, rate)
             hessian = self._condense(seen, rate)
-        before = side * (self.observer.steer + self.observer.eye.estimate.steer_offset)
+        self._before = before = side * (
+            self.observer.steer + self.observer.eye.estimate.steer_offset
+        )
         wanted = np.zeros((_STAGES, 4))
         wanted[:, 1] = -seen.slope * bends
         wanted[:, 2] = wanted[:, 3] = reference
         start = np.array([seen.error, seen.heading, seen.wheel, before])
         off = self._start @ start - self._drift @ reference - wanted.ravel()
-        gradient = self._pull @ off
         # Bounds of the changes, then of the angles that they come to.
         fastest = math.inf if car.max_steer_rate is None else car.max_steer_rate
         change = np.full(_STAGES, min(fastest * _STAGE, 2.0 * car.max_steer))
@@ -96,7 +111,14 @@ class Mpc(Opponent):
         back = np.cumsum(change)  # from beyond the limits, no sooner than this
         high = np.concatenate((change, np.maximum(most - before, -back)))
         low = np.concatenate((-change, np.minimum(-most - before, back)))
-        return before + self._solved(hessian, gradient, high, low)
+        if self._solver is None:
+            import daqp
+
+            self._solver = daqp.Model()
+            sums = np.tril(np.ones((_STAGES, _STAGES)))
+            self._solver.setup(hessian, self._pull @ off, sums, high, low)
+        else:
+            self._solver.update(H=hessian, f=self._pull @ off, bupper=high, blower=low)
 
     def _condense(self, seen: Seen, rate: float) -> NDArray[np.float64]:
         """Compute S, V, Tᵀ Q for a speed and a gain; give H."""
@@ -122,22 +144,9 @@ class Mpc(Opponent):
         hessian: NDArray[np.float64] = self._pull @ moved + self._r[0, 0] * np.eye(_STAGES)
         return 0.5 * (hessian + hessian.T)
 
-    def _solved(
-        self,
-        hessian: NDArray[np.float64] | None,
-        gradient: NDArray[np.float64],
-        high: NDArray[np.float64],
-        low: NDArray[np.float64],
-    ) -> float:
-        import daqp
-
-        if self._solver is None:
-            self._solver = daqp.Model()
-            sums = np.tril(np.ones((_STAGES, _STAGES)))
-            self._solver.setup(hessian, gradient, sums, high, low)
-        else:
-            self._solver.update(H=hessian, f=gradient, bupper=high, blower=low)
+    def _solved(self) -> float:
+        """Solve for the angle of the wheels [rad]."""
         x, _, flag, _ = self._solver.solve()
         if flag < 1:
             raise PopsteerError(f"daqp found no solution: {flag}")
-        return float(x[0])
+        return self._before + float(x[0])

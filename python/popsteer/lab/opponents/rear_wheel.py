@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass
 class Gains:
-    """Gains, in wheelbases: the error decays over L / `decay`, critically damped at `damping` 1."""
+    """The error decays over L / `decay`, damped by `damping`, of which 1 is critical."""
 
     RANGES: ClassVar = {"decay": (0.05, 5.0), "damping": (0.1, 5.0), "preview": (0.0, 1.0)}
 
-    decay: float = 0.6
-    damping: float = 1.0
+    decay: float = 0.75
+    damping: float = 0.7
     preview: float = 0.0
     """How far ahead the curvature is taken [s], besides the lag of the wheels."""
 

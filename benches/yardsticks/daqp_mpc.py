@@ -1,0 +1,24 @@
+"""The model-predictive controller of `popsteer.lab.opponents`, as the benchmark drives it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from popsteer.lab.bench.calls import DAQP_SOLVE, DAQP_UPDATE
+from popsteer.lab.common.timing import Driver
+from popsteer.lab.opponents.mpc import Mpc, Weights
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer.lab.common.timing import Drive
+
+
+def prepare(drive: Drive) -> Callable[[], Driver]:
+    """Give a maker of drivers for a drive."""
+
+    def make() -> Driver:
+        mpc = Mpc(drive.path, drive.vehicle, Weights())
+        return Driver(mpc.step, mpc.reset, {DAQP_UPDATE: mpc.update, DAQP_SOLVE: mpc.solve})
+
+    return make

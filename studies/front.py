@@ -1,0 +1,131 @@
+"""Costs of preview POP over the suite: error, noise, effort and margins, for preview_pop.md.
+
+python -m studies.front
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+import popsteer
+from popsteer.files import write_text_atomic
+from popsteer.lab.common.draw import files_of
+from popsteer.lab.stability import margins
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.drive import drive, seed_of
+from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from studies.layout import DOCS, line, with_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.suite.drive import Driven
+
+STEER_RATE = (6.0, 12.0, 24.0, 48.0, 100.0, 200.0)
+"""Shares of the wheelbase that `steer_rate_cost` is; the default is the second."""
+HEADING = (1.0, 0.5)
+"""Wheelbases that `heading_cost` is; the default is the first."""
+UNDER = ("as told", "noise", "play", "dead time untold")
+
+
+def params(steer_rate: float, heading: float) -> popsteer.PreviewPopParams:
+    """Give the parameters of a row, for the suite's car."""
+    length = suite_car().vehicle.wheelbase
+    return popsteer.PreviewPopParams(
+        steer_rate_cost=length / steer_rate, heading_cost=heading * length
+    )
+
+
+def driven(given: popsteer.PreviewPopParams, condition: str) -> list[Driven]:
+    """Drive every scenario of the suite on its car."""
+    return [
+        drive(
+            scenario,
+            CONDITIONS[condition],
+            suite_car(),
+            lambda path, vehicle: popsteer.PreviewPop(path, vehicle, given),
+            seed_of(name, condition),
+        )
+        for name, scenario in SCENARIOS.items()
+    ]
+
+
+def mean(errors: Iterable[float]) -> float:
+    """Give the geometric mean."""
+    logs = [math.log(each) for each in errors]
+    return math.exp(sum(logs) / len(logs))
+
+
+def front_line(steer_rate: float, heading: float) -> str:
+    """Word a row."""
+    given = params(steer_rate, heading)
+    cells = []
+    for condition in UNDER:
+        runs = driven(given, condition)
+        error = mean(each.metrics.rear_axle_mean_abs_cross_track_error for each in runs)
+        failed = sum(not each.metrics.finished for each in runs)
+        cells.append(f"{1e3 * error:.1f}" + (f" ({failed})" if failed else ""))
+        if condition == "noise":
+            effort = sum(each.steer_rate for each in runs) / len(runs)
+    found = margins(given, suite_car().vehicle, 10.0)
+    late = margins(given, suite_car().vehicle, 20.0).dead_time
+    cells += [
+        f"{effort:.2f}",
+        f"{found.gain:.1f}",
+        f"{1e3 * found.dead_time:.0f}",
+        f"{1e3 * late:.0f}",
+    ]
+    costs = f"L/{steer_rate:g}", "L" if heading == 1.0 else f"L/{1.0 / heading:g}"
+    if (steer_rate, heading) == (STEER_RATE[1], HEADING[0]):
+        costs = f"**{costs[0]}**", f"**{costs[1]}**"
+    return line(*costs, *cells)
+
+
+def front_lines() -> list[str]:
+    """Word all rows."""
+    return [front_line(rate, heading) for heading in HEADING for rate in STEER_RATE]
+
+
+def front_figure(lines: list[str], theme: Theme) -> Figure:
+    """Draw the error in noise over that as told, the margin beside each point."""
+    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    panel = figure.subplots()
+    split = [[each.strip(" *") for each in row.strip("| ").split("|")] for row in lines]
+    for title, role in (("L", "preview-pop"), ("L/2", "pop")):
+        own = [row for row in split if row[1] == title]
+        x, y = ([float(row[at]) for row in own] for at in (2, 3))
+        panel.plot(
+            x, y, "o-", color=theme.colour(role), label=f"heading_cost {title}", markersize=6
+        )
+        for row, right, up in zip(own, x, y, strict=True):
+            shift, side = ((-6, -10), "right") if title == "L" else ((7, 4), "left")
+            text = f"{row[0]}, {row[8]} ms"
+            panel.annotate(
+                text, (right, up), xytext=shift, textcoords="offset points", fontsize=7, ha=side
+            )
+    panel.set_xlabel("mean |cross-track error| as told [mm]")
+    panel.set_ylabel("in noise of 5 cm and 0.01 rad [mm]")
+    panel.margins(0.15)
+    panel.set_title("steer_rate_cost, and the dead time that may be added at 10 m/s", fontsize=10)
+    panel.legend()
+    return figure
+
+
+def main() -> None:
+    """Put the table and the figure into docs/."""
+    lines = front_lines()
+    page = DOCS / "preview_pop.md"
+    write_text_atomic(page, with_table(page.read_text(encoding="utf-8"), "front", lines))
+    for name, content in files_of(partial(front_figure, lines), "front").items():
+        if name.endswith(".png"):
+            (DOCS / "figures" / name).write_bytes(content)
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Puts what `make suite` measured into docs/results.md and its figure into docs/figures.
+
+    python -m studies.suite out/suite
+
+The folder holds what `popsteer matrix --suite --out` wrote.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from pathlib import Path
+
+from popsteer.files import write_text_atomic
+from popsteer.lab.common.names import title_of
+from popsteer.lab.suite import Cell, Suite
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.table import losses, suite_lines
+from studies.layout import ROOT, line, replace_block
+
+OURS = "preview-pop"
+FIGURES = ("suite.png", "suite-dark.png")
+
+
+def read(folder: Path) -> Suite:
+    """Read the cells that a run wrote."""
+    document = json.loads((folder / "suite.json").read_text(encoding="utf-8"))
+    cells = [Cell(**each) for each in document["cells"]]
+    return Suite(document["suite"], cells, document["step_times"], [])
+
+
+def loss_lines(found: Suite) -> list[str]:
+    """Set out where preview POP loses, the worst first."""
+    lost = sorted(losses(found, OURS), key=lambda each: each[1].mean_error / each[0].mean_error)
+    heads = ("scenario", "condition", "plant", "Preview POP", "best of the others", "", "times")
+    lines = [line(*heads), "|---|---|---|--:|---|--:|--:|"]
+    for own, best in lost:
+        lines.append(
+            line(
+                SCENARIOS[own.scenario].title,
+                CONDITIONS[own.condition].title,
+                own.plant,
+                f"{own.mean_error:.4f}",
+                title_of(best.controller),
+                f"{best.mean_error:.4f}",
+                f"{own.mean_error / best.mean_error:.2f}",
+            )
+        )
+    places = {(each.scenario, each.condition, each.plant) for each in found.cells}
+    return [f"Of {len(places)} cells it loses {len(lost)}.", "", *lines]
+
+
+def update(folder: Path, root: Path) -> None:
+    """Rewrite the blocks and the figures of a checkout."""
+    found = read(folder)
+    page = root / "docs" / "results.md"
+    text = page.read_text(encoding="utf-8")
+    text = replace_block(text, "suite", "\n".join(suite_lines(found)))
+    text = replace_block(text, "losses", "\n".join(loss_lines(found)))
+    write_text_atomic(page, text)
+    for name in FIGURES:
+        shutil.copyfile(folder / name, root / "docs" / "figures" / name)
+
+
+def main() -> None:
+    """Take what one run wrote."""
+    parser = argparse.ArgumentParser(description="Write one run's suite into docs/results.md.")
+    parser.add_argument("folder", type=Path, help="what `popsteer matrix --suite --out` wrote")
+    update(parser.parse_args().folder, ROOT)
+    print("wrote docs/results.md and docs/figures/suite*.png")
+
+
+if __name__ == "__main__":
+    main()
