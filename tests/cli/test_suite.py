@@ -82,6 +82,10 @@ def test_conditions_are_what_their_titles_say() -> None:
     lost, _ = spied("loss")
     share = len(lost.seen) / len(told.seen)
     assert share == pytest.approx(0.8, abs=0.06)
+    # It is told for how long there was none.
+    periods = np.array(lost.seen)[:, 4]
+    assert periods.sum() == pytest.approx(0.05 * len(told.seen), abs=0.2)
+    assert periods.max() > 0.09
 
     fresh, _ = spied("fresh path")
     assert len(fresh.paths) == len(fresh.seen)
@@ -208,6 +212,10 @@ def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str])
         (
             ("--suite", "standard-1", "--tracks", "slalom"),
             "--tracks must be left out where --suite",
+        ),
+        (
+            ("--suite", "standard-1", "--scenarios", "parking-bay", "--plants", "carla-identified"),
+            "one that drives backwards",
         ),
         (("--scenarios", "slalom"), "--scenarios must be given with --suite"),
     ):

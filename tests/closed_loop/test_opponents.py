@@ -12,7 +12,7 @@ from scipy.linalg import solve_discrete_are
 import popsteer
 from popsteer import own, sim, tracks
 from popsteer.lab import opponents
-from popsteer.lab.opponents.lqr import model, weights
+from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.pure_pursuit import AutowareGains, AutowarePurePursuit
 from tests.helpers import looped
 
@@ -79,13 +79,12 @@ def test_model_predictive_controller_is_the_regulator_where_no_limit_binds() -> 
         assert mpc.step(*given) == pytest.approx(lqr.step(*given), abs=1e-6)
 
 
-def test_regulator_has_the_gain_of_its_riccati_equation_solved_by_iteration() -> None:
+def test_regulator_has_the_cost_of_its_riccati_equation_and_the_model_of_its_equations() -> None:
     a, b = model(8.0, 2.7, 0.1, 1.0, 0.05)
     q, r = weights(2.7, 3.0, 10.0)
-    p = q.copy()
-    for _ in range(5000):
-        p = q + a.T @ p @ a - a.T @ p @ b @ np.linalg.solve(r + b.T @ p @ b, b.T @ p @ a)
-    assert np.allclose(p, solve_discrete_are(a, b, q, r), rtol=1e-6)
+    p = cost_to_go(a, b, q, r)
+    assert np.allclose(p, solve_discrete_are(a, b, q, r), rtol=1e-9)
+    assert np.allclose(p, p.T, rtol=1e-9)
     # The model over a period against a fine integration of its equations.
     e = psi = 0.0
     wheel, steer, speed, length, lag, fine = 0.02, 0.05, 8.0, 2.7, 0.1, 1e-5

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from popsteer.errors import PopsteerError
 from popsteer.extras import require
-from popsteer.lab.opponents.lqr import model, weights
+from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.observer import Opponent
 
 if TYPE_CHECKING:
@@ -126,18 +125,19 @@ class Mpc(Opponent):
         turn = _STAGE * seen.speed * rate / seen.length
         loss = np.array([0.5 * _STAGE * seen.speed * turn, turn, 0.0, 0.0])
         size = 4 * _STAGES
-        self._start, self._drift = np.empty((size, 4)), np.zeros((size, _STAGES))
-        moved = np.zeros((size, _STAGES))
-        power = np.eye(4)
-        for k in range(_STAGES):
-            column, lost = power @ b[:, 0], power @ loss
-            for first in range(_STAGES - k):
-                rows = slice(4 * (first + k), 4 * (first + k) + 4)
-                moved[rows, first], self._drift[rows, first] = column, lost
-            power = a @ power
-            self._start[4 * k : 4 * k + 4] = power
+        powers = [np.eye(4)]
+        for _ in range(_STAGES):
+            powers.append(a @ powers[-1])
+        self._start = np.vstack(powers[1:])
+        column, lost = (np.vstack(powers[:-1]) @ each for each in (b[:, 0], loss))
+        moved, self._drift = np.zeros((size, _STAGES)), np.zeros((size, _STAGES))
+        for k in range(_STAGES):  # what a stage does is seen from there on
+            moved[4 * k :, k], self._drift[4 * k :, k] = (
+                column[: size - 4 * k],
+                lost[: size - 4 * k],
+            )
         self._pull = np.empty((_STAGES, size))
-        last = solve_discrete_are(a, b, self._q, self._r)
+        last = cost_to_go(a, b, self._q, self._r)
         for k in range(_STAGES):
             rows = slice(4 * k, 4 * k + 4)
             self._pull[:, rows] = moved[rows].T @ (last if k == _STAGES - 1 else self._q)

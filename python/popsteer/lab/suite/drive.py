@@ -106,7 +106,7 @@ class _Loop:
         self.xy = np.column_stack((path.x, path.y))
         push = -_GRAVITY * condition.grade / math.hypot(1.0, condition.grade)
         self.push = max(push, 0.0) / pedals.drive, max(-push, 0.0) / pedals.braking
-        self.steer = self.wheels = 0.0
+        self.steer = self.wheels = self.waited = 0.0
         self.times: list[float] = []
         self.faults = 0
 
@@ -117,13 +117,16 @@ class _Loop:
         # Every draw is made in every cycle, so that all controllers meet the same.
         aside, turned, lost = random.standard_normal(2), random.standard_normal(), random.random()
         x, y = (x, y) + condition.position * aside
-        measured = (float(x), float(y), yaw + condition.yaw * turned, speed, dt)
+        measured = (float(x), float(y), yaw + condition.yaw * turned, speed)
         if condition.path > 0.0:
             self._renew(controller)
+        self.waited += dt
+        holds = isinstance(controller, controllers.CONTROLLERS)
         start = time.perf_counter()
         if lost >= condition.loss:
-            answer = controller.step(*measured)
-        elif isinstance(controller, controllers.CONTROLLERS):
+            answer = controller.step(*measured, dt if holds else self.waited)
+            self.waited = 0.0
+        elif holds:
             answer = controller.step_or_hold(math.nan, math.nan, math.nan, math.nan, dt)
         else:
             answer = self.steer
@@ -133,7 +136,7 @@ class _Loop:
         self.faults += getattr(status, "level", "") == "fault"
         half = 0.5 * condition.play
         self.wheels = min(max(self.wheels, self.steer - half), self.steer + half)
-        drive = self.pace.step(*measured)
+        drive = self.pace.step(*measured, dt)
         gear = -speed if drive.reverse else speed
         throttle, brake = self.pedals(drive.acceleration, gear)
         up, down = self.push

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import mean_error, rows
@@ -36,7 +37,9 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     for row, (_, cells) in enumerate(lines):
         for column, name in enumerate(names):
             failed = sum(not each.success for each in cells[name])
-            text = f"{1e3 * errors[row, column]:.3g}" + (f"\n{failed} failed" if failed else "")
+            text = f"{1e3 * errors[row, column]:.{0 if errors[row, column] >= 0.1 else 1}f}" + (
+                f"\n{failed} failed" if failed else ""
+            )
             size = 6.5 if failed else 8.5
             table.text(
                 column, row, text, ha="center", va="center", fontsize=size, color="#111111",
@@ -59,9 +62,9 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     scatter.set_yscale("log")
     scatter.margins(0.25)
     for axis in (scatter.xaxis, scatter.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter("{x:g}")
-        axis.set_tick_params(which="minor", labelsize=7)
+        axis.set_minor_formatter(NullFormatter())
     scatter.set_xlabel("rate of the command, rms [rad/s]")
     scatter.set_ylabel("mean |cross-track error| [m]")
     scatter.set_title("error over steering effort, all runs", fontsize=10.5)

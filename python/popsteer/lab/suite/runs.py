@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from popsteer import controllers
+from popsteer._core import CarlaIdentified, KinematicBicycle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import controller_names
@@ -120,22 +121,32 @@ def run(
         for k, v in movers.items()
     }
     makers = {name: _maker(name, given) for name, given in params.items()}
+    # A plant that does not reverse has no cells where the path is driven backwards.
+    places = [
+        (road, condition, plant)
+        for road in roads
+        for condition in under
+        for plant, mover in moved.items()
+        if SCENARIOS[road].path().reverse is None or _reverses(mover)
+    ]
     cells: list[Cell] = []
     times: dict[str, list[float]] = {name: [] for name in makers}
     traces: dict[str, None] = {}
-    total = len(roads) * len(under) * len(moved) * len(makers)
-    for road in roads:
-        for condition in under:
-            for plant, mover in moved.items():
-                for name, make in makers.items():
-                    if progress is not None:
-                        progress(f"{road}, {condition}, {plant}: {name}", len(cells) / total)
-                    scenario, under_it = SCENARIOS[road], CONDITIONS[condition]
-                    found = drive(scenario, under_it, mover, make, seed_of(road, condition))
-                    cells.append(_cell(road, condition, plant, name, found))
-                    times[name].append(found.step_time)
-                    if found.traceback:
-                        traces[found.traceback] = None
+    total = len(places) * len(makers)
+    for road, condition, plant in places:
+        for name, make in makers.items():
+            if progress is not None:
+                progress(f"{road}, {condition}, {plant}: {name}", len(cells) / total)
+            scenario, under_it = SCENARIOS[road], CONDITIONS[condition]
+            found = drive(scenario, under_it, moved[plant], make, seed_of(road, condition))
+            cells.append(_cell(road, condition, plant, name, found))
+            times[name].append(found.step_time)
+            if found.traceback:
+                traces[found.traceback] = None
+    if not places:
+        raise ConfigError(
+            "plants", list(moved), "one that drives backwards, as these scenarios are"
+        )
     middle = {name: sorted(each)[len(each) // 2] for name, each in times.items()}
     return Suite("standard-1", cells, middle, list(traces))
 
@@ -145,6 +156,13 @@ def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -
         if name not in known:
             raise ConfigError.unknown(what, name, tuple(known))
     return list(known if wanted is None else wanted)
+
+
+def _reverses(plant: Any) -> bool:  # noqa: ANN401 - any kind of plant
+    """Whether a plant drives backwards when it is commanded to."""
+    if isinstance(plant, CarlaIdentified):
+        return False
+    return isinstance(plant, KinematicBicycle) or bool(plant.reverses)
 
 
 def _usual(name: str) -> Any:  # noqa: ANN401 - any law's
