@@ -10,7 +10,15 @@ import pytest
 import popsteer
 from popsteer import PopsteerError, reference
 from popsteer.lab.bench import latency, states, yardsticks
-from popsteer.lab.bench.calls import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+from popsteer.lab.bench.calls import (
+    DAQP_SOLVE,
+    DAQP_STEP,
+    DAQP_UPDATE,
+    MPC_SOLVE,
+    MPC_STEP,
+    MPC_UPDATE,
+    NUMBA_STEP,
+)
 from popsteer.lab.common.timing import Drive
 from tests.helpers import ROOT, authors_data, looped
 
@@ -118,6 +126,19 @@ def test_numba_step_of_a_vehicle_with_a_dead_time_is_refused(drive: Drive) -> No
         numba_driver(late)
 
 
+def test_step_of_the_one_on_daqp_is_its_update_and_its_solve(
+    drive: Drive, found: yardsticks.Yardsticks
+) -> None:
+    pytest.importorskip("daqp")
+    whole, parted = found.makers[DAQP_STEP](), found.makers[DAQP_STEP]()
+    assert parted.stages is not None
+    assert list(parted.stages) == [DAQP_UPDATE, DAQP_SOLVE]
+    update, solve = parted.stages.values()
+    for state in drive.states[:40]:
+        update(*state, DT)
+        assert solve() == whole.call(*state, DT)
+
+
 def test_mpc_step_is_its_update_and_its_solve(drive: Drive, found: yardsticks.Yardsticks) -> None:
     pytest.importorskip("osqp")
     whole, parted = found.makers[MPC_STEP](), found.makers[MPC_STEP]()
@@ -174,6 +195,7 @@ def test_measure_with_yardsticks_fills_their_rows(
 ) -> None:
     pytest.importorskip("numba")
     pytest.importorskip("osqp")
+    pytest.importorskip("daqp")
     if popsteer.build_profile != "release":
         pytest.skip("needs a release build")
     report = latency.measure(drive, calls=320, reference_calls=1, outside=found)
