@@ -16,6 +16,7 @@ from studies.cars_loop import loop_lines
 from studies.cases import case_lines
 from studies.choose import choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
+from studies.grip import grip_lines
 from studies.layout import DOCS, table, with_table
 from studies.parking import parking_lines
 from studies.path_end import end_lines
@@ -36,6 +37,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "missing inputs": ("loop.md", input_lines),
     "stops": ("planning.md", stop_lines),
     "speeds": ("planning.md", speed_lines),
+    "grip": ("planning.md", grip_lines),
     "parking": ("planning.md", parking_lines),
     "pose age": ("edges.md", age_lines),
     "end": ("edges.md", end_lines),

@@ -60,6 +60,9 @@ class Status(enum.IntFlag):
     """Degraded, with `SATURATED`: it is the rate of the wheels."""
     LATERAL_LIMIT = 8192
     """Degraded, with `SATURATED`: it is the lateral acceleration."""
+    TOO_FAST = 16384
+    """Degraded: the vehicle's lateral acceleration is beyond its `max_lateral_acceleration` by the
+    measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort."""
 
     @property
     def level(self) -> Literal["ok", "degraded", "fault"]:

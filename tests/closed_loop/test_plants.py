@@ -281,7 +281,9 @@ def test_plant_says_what_it_is(name: str) -> None:
     grip = 9.81 if name == CAR else 1.0489 * 9.81
     car = plant.vehicle
     assert car.wheelbase == pytest.approx(wheelbase, abs=1e-3)
-    assert car.max_lateral_acceleration == pytest.approx(0.8 * grip, rel=1e-4)
+    # The VW Vanagon is as high as half its track, and overturns before it slides.
+    limit = 7.189 if name.endswith("-3") else 0.8 * grip
+    assert car.max_lateral_acceleration == pytest.approx(limit, rel=1e-4)
     assert (car.rear_axle, car.no_slip_point, car.steer_lag) == (0.0, None, 0.1)
     assert (car.dead_time, car.steer_offset) == (0.0, 0.0)
     assert plant.reverses is (name == CAR)

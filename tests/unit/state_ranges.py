@@ -31,6 +31,7 @@ WHOLE: dict[str, Any] = {
         expected=0.2,
         delayed=0.1,
         rate=0.3,
+        yaw_rate=0.2,
         reach=2.0,
         excess=0.0,
         time=1.0,
@@ -115,7 +116,10 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"monitor.{name}", low, high, "monitor")
         for name, low, high in (
             *(("wheel", -QUARTER, QUARTER), ("yaw", -1e6, 1e6), ("residual", -1e49, 1e49)),
-            *((name, -1e100, 1e100) for name in ("measured", "expected", "delayed", "rate")),
+            *(
+                (name, -1e100, 1e100)
+                for name in ("measured", "expected", "delayed", "rate", "yaw_rate")
+            ),
             *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 2.0)),
             *(("noise", 0.0, 1e100), ("offset_square", 0.0, 1e100), ("offset_sum", -1e100, 1e100)),
             ("alarm", 0.0, 2.0),

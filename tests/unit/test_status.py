@@ -71,7 +71,7 @@ def test_status_table_of_the_page_has_every_condition_and_its_level() -> None:
 
 
 def test_status_is_a_set_of_conditions_with_a_bit_each() -> None:
-    assert [int(status) for status in CONDITIONS] == [1 << k for k in range(14)]
+    assert [int(status) for status in CONDITIONS] == [1 << k for k in range(15)]
     both = Status.SATURATED | Status.END_OF_PATH
     assert Status.SATURATED in both
     assert Status.OFF_PATH not in both

@@ -76,7 +76,8 @@ class CommonRoad:
     Notes
     -----
     The pose is that of the middle of the rear axle. `vehicle` has the published axles and limits of
-    the steering, 0.8 of the tyres' published grip, and an assumed lag of 0.1 s. The wheels turn to
+    the steering, 0.8 of the tyres' published grip, or less for a high vehicle (the VW Vanagon: 7.2
+    m/s²), and an assumed lag of 0.1 s. The wheels turn to
     the angle commanded at up to 0.4 rad/s, the models' own limit.
 
     These limits end a run (`PlantLimit`):
@@ -126,6 +127,7 @@ class CommonRoad:
             max_steer=self._p.steering.max,
             max_steer_rate=self._p.steering.v_max,
             grip=self._grip,
+            overturning=0.5 * _GRAVITY * min(self._p.T_f, self._p.T_r) / self._p.h_cg,
             dead_time=dead_time,
             steer_offset=steer_offset,
         )

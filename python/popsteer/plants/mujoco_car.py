@@ -17,7 +17,7 @@ from popsteer.plants.protocol import PlantState, follow
 from popsteer.plants.published import published
 
 # As in the model file.
-_WHEELBASE, _TRACK, _RADIUS = 2.7, 1.56, 0.33
+_WHEELBASE, _TRACK, _RADIUS, _CENTRE_HEIGHT = 2.7, 1.56, 0.33, 0.5
 _MOST_STEER = 0.6
 # Brakes hold with their full torque from this rate of turn of a wheel on [rad/s]: below, with less,
 # so that they do not shake a standing car.
@@ -99,6 +99,7 @@ class MujocoCar:
             wheelbase=_WHEELBASE,
             max_steer=_MOST_STEER,
             max_steer_rate=self.params.steer_rate,
+            overturning=0.5 * _TRACK / _CENTRE_HEIGHT * float(-self._model.opt.gravity[2]),
             grip=self.params.friction * float(-self._model.opt.gravity[2]),
             dead_time=dead_time,
             steer_offset=steer_offset,

@@ -110,6 +110,12 @@
 #define POPSTEER_STATUS_LATERAL_LIMIT 8192
 
 /**
+ * Degraded: the lateral acceleration is beyond the vehicle's limit by the measured turn, or, for
+ * preview POP, will be in a bend ahead even if the vehicle brakes in comfort.
+ */
+#define POPSTEER_STATUS_TOO_FAST 16384
+
+/**
  * All faults: stop the vehicle where any of these bits is set.
  */
 #define POPSTEER_STATUS_FAULTS 224

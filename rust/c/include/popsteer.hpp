@@ -55,6 +55,7 @@ inline constexpr std::uint32_t outlier = POPSTEER_STATUS_OUTLIER;
 inline constexpr std::uint32_t steer_limit = POPSTEER_STATUS_STEER_LIMIT;
 inline constexpr std::uint32_t rate_limit = POPSTEER_STATUS_RATE_LIMIT;
 inline constexpr std::uint32_t lateral_limit = POPSTEER_STATUS_LATERAL_LIMIT;
+inline constexpr std::uint32_t too_fast = POPSTEER_STATUS_TOO_FAST;
 /// Stop the vehicle where any of these holds.
 inline constexpr std::uint32_t faults = POPSTEER_STATUS_FAULTS;
 }  // namespace status

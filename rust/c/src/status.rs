@@ -39,10 +39,13 @@ pub const POPSTEER_STATUS_STEER_LIMIT: u32 = 2048;
 pub const POPSTEER_STATUS_RATE_LIMIT: u32 = 4096;
 /// Degraded, with `POPSTEER_STATUS_SATURATED`: the lateral acceleration limits.
 pub const POPSTEER_STATUS_LATERAL_LIMIT: u32 = 8192;
+/// Degraded: the lateral acceleration is beyond the vehicle's limit by the measured turn, or, for
+/// preview POP, will be in a bend ahead even if the vehicle brakes in comfort.
+pub const POPSTEER_STATUS_TOO_FAST: u32 = 16384;
 /// All faults: stop the vehicle where any of these bits is set.
 pub const POPSTEER_STATUS_FAULTS: u32 = 224;
 
-const NAMED: [(u32, Status); 14] = [
+const NAMED: [(u32, Status); 15] = [
     (POPSTEER_STATUS_SATURATED, Status::SATURATED),
     (POPSTEER_STATUS_LOOKAHEAD_LOST, Status::LOOKAHEAD_LOST),
     (POPSTEER_STATUS_END_OF_PATH, Status::END_OF_PATH),
@@ -57,6 +60,7 @@ const NAMED: [(u32, Status); 14] = [
     (POPSTEER_STATUS_STEER_LIMIT, Status::STEER_LIMIT),
     (POPSTEER_STATUS_RATE_LIMIT, Status::RATE_LIMIT),
     (POPSTEER_STATUS_LATERAL_LIMIT, Status::LATERAL_LIMIT),
+    (POPSTEER_STATUS_TOO_FAST, Status::TOO_FAST),
 ];
 
 // The core's bits, each with a name, and its faults.

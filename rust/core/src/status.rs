@@ -62,9 +62,12 @@ impl Status {
     pub const RATE_LIMIT: Self = Self(1 << 12);
     /// Degraded, with [`Self::SATURATED`]: it is the lateral acceleration.
     pub const LATERAL_LIMIT: Self = Self(1 << 13);
+    /// Degraded: the vehicle's lateral acceleration is beyond its `max_lateral_acceleration` by the
+    /// measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort.
+    pub const TOO_FAST: Self = Self(1 << 14);
 
     /// Every condition with its name, from the lowest bit up.
-    pub const NAMES: [(Self, &'static str); 14] = [
+    pub const NAMES: [(Self, &'static str); 15] = [
         (Self::SATURATED, "saturated"),
         (Self::LOOKAHEAD_LOST, "lookahead-lost"),
         (Self::END_OF_PATH, "end-of-path"),
@@ -79,6 +82,7 @@ impl Status {
         (Self::STEER_LIMIT, "steer-limit"),
         (Self::RATE_LIMIT, "rate-limit"),
         (Self::LATERAL_LIMIT, "lateral-limit"),
+        (Self::TOO_FAST, "too-fast"),
     ];
     const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
 

@@ -96,5 +96,5 @@ fn test_status_every_condition_has_a_bit_of_its_own() {
         assert_eq!(all & each.bits(), 0);
         all | each.bits()
     });
-    assert_eq!(all.count_ones(), 14);
+    assert_eq!(all.count_ones(), 15);
 }

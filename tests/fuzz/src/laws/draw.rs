@@ -133,6 +133,7 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         noise: symmetric(bytes, 1e-4, most).abs(),
         offset_square: symmetric(bytes, 10.0, most).abs(),
         offset_sum: symmetric(bytes, 1.0, most),
+        yaw_rate: symmetric(bytes, 0.5, most),
         alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
         within: bytes.byte() & 1 == 1,
     })

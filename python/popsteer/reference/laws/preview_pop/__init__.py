@@ -138,7 +138,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         speed, min_speed = at.vehicle.forward_speed(), self.resolved.min_speed
         pace = speed if speed > min_speed else min_speed
         length = vehicle.turning_length(speed) / estimate.gain
-        sharp = self._sharp_bend_ahead(path, at, estimate, pace, length)
+        sharp, ahead = self._sharp_bend_ahead(path, at, estimate, pace, length)
         count, period = steps(approach.horizon_at(pace) * sharp, at.dt)
         horizon, path_yaw = self._predict(path, at, belief, pace * period, count, length / period)
 
@@ -180,7 +180,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
         if span <= 0.0:
-            return previous_steer, Status.OK  # at rest the wheels do not turn
+            return previous_steer, ahead  # at rest the wheels do not turn
         # An angle beyond `max_steer` is excluded by the limits of the curvature already.
         ends = (
             first(low) if low > -vehicle.max_steer else -inf,
@@ -198,26 +198,27 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         # counts; being held back by `steer_span_rate`, which is a choice, does not.
         arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
         is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
-        status = Status.OK
+        status = ahead
         if reached.of_curvature() and (arrives or is_the_vehicles):
             most, steered = vehicle.max_lateral_acceleration, tan(vehicle.max_steer) / length
             is_lateral = most is not None and most <= steered * (speed * speed)
             limit = Status.LATERAL_LIMIT if is_lateral else Status.STEER_LIMIT
-            status = Status.SATURATED | limit
+            status |= Status.SATURATED | limit
         elif reached is not MoveLimit.NOTHING and is_the_vehicles:
-            status = Status.SATURATED | Status.RATE_LIMIT
+            status |= Status.SATURATED | Status.RATE_LIMIT
         return saturate(angle, low, high), status
 
     def _sharp_bend_ahead(
         self, path: PathView, at: Located, estimate: Estimate, pace: float, length: float
-    ) -> float:
+    ) -> tuple[float, Status]:
         """Return how many times as far as usual to look ahead: past a bend sharper than allowed.
 
         At a speed that the vehicle can no longer leave before it, so that it turns in early.
+        Besides, whether it is too fast for such a bend, also where it brakes.
         """
         braking, limit = self.vehicle.comfort_braking, self.vehicle.max_lateral_acceleration
-        if limit is None or estimate.acceleration < -BRAKING * braking:
-            return 1.0
+        if limit is None:
+            return 1.0, Status.OK
         approach = Approach.of(self.vehicle, self.resolved)
         stretch = pace * self.resolved.horizon
         here = at.closest.arc_length(path)
@@ -225,14 +226,22 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         preview = Preview(path, smoothing, at.closest.segment, here, distance)
         _, turns = preview.turns(here, stretch, FARTHEST)
         slowest = self.resolved.min_speed * self.resolved.min_speed
-        squared = pace * pace
+        speed = at.vehicle.forward_speed()
+        squared, driven = pace * pace, speed * speed - 0.5 * braking * stretch
+        longer, ahead = 1.0, Status.OK
         for stretches, turn in enumerate(turns):
+            if abs(turn) * driven > stretch * limit:
+                ahead = Status.TOO_FAST
             if abs(turn) > stretch * approach.widest(sqrt(squared), length):
-                return float(min(stretches + 2, FARTHEST))
+                longer = float(min(stretches + 2, FARTHEST))
+                break
             squared -= 2.0 * braking * stretch
             if squared < slowest:
                 squared = slowest
-        return 1.0
+            driven -= 2.0 * braking * stretch
+        if estimate.acceleration < -BRAKING * braking:
+            longer = 1.0  # it slows for the bend
+        return longer, ahead
 
     def _predict(
         self,

@@ -116,6 +116,8 @@ struct Prediction<'a> {
     pace: f64,
     /// The steering lag, as a distance [m].
     lag: f64,
+    /// [`Status::TOO_FAST`] before a bend that is too sharp for the speed.
+    ahead: Status,
 }
 
 /// The angles that can be commanded in this control period.
@@ -199,16 +201,16 @@ impl PreviewPop {
         let narrower = self.narrower_curvatures(at, belief, prediction.length);
         if keeps(&limits(narrower)) {
             *guess = ReachedLimits::default();
-            return (unlimited, Status::OK);
+            return (unlimited, prediction.ahead);
         }
         let limits = limits(self.curvatures(at, belief, prediction.length));
         if keeps(&limits) {
             *guess = ReachedLimits::default();
-            return (unlimited, Status::OK);
+            return (unlimited, prediction.ahead);
         }
         // At rest the wheels do not turn.
         if span <= 0.0 {
-            return (previous_steer, Status::OK);
+            return (previous_steer, prediction.ahead);
         }
         self.best_within(&prediction, start, limits, &around, guess, at)
     }
@@ -228,9 +230,8 @@ impl PreviewPop {
         let pace = larger(speed, self.approach.min_speed);
         let length = vehicle.turning_length(speed) / estimate.gain;
         let horizon = self.approach.horizon_at(vehicle, pace);
-        let horizon =
-            horizon * self.sharp_bend_ahead(path, at, pace, length, estimate.acceleration);
-        let (count, period) = steps(horizon, at.dt);
+        let (longer, ahead) = self.sharp_bend_ahead(path, at, pace, length, estimate.acceleration);
+        let (count, period) = steps(horizon * longer, at.dt);
         // The model runs over distance: that of a step, and that travelled in the lag.
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
@@ -257,12 +258,13 @@ impl PreviewPop {
             period,
             pace,
             lag,
+            ahead,
         }
     }
 
     /// How many times as far as usual to look ahead: past a bend that is sharper than the lateral
     /// acceleration allows, at a speed that the vehicle can no longer leave before it, so that it
-    /// turns in early.
+    /// turns in early. [`Status::TOO_FAST`] before such a bend, also where the vehicle brakes.
     #[inline]
     fn sharp_bend_ahead(
         &self,
@@ -271,12 +273,12 @@ impl PreviewPop {
         pace: f64,
         length: f64,
         acceleration: f64,
-    ) -> f64 {
+    ) -> (f64, Status) {
         let vehicle = self.vehicle();
         let braking = vehicle.comfort_braking();
-        if vehicle.max_lateral_acceleration.is_none() || acceleration < -BRAKING * braking {
-            return 1.0;
-        }
+        let Some(most) = vehicle.max_lateral_acceleration else {
+            return (1.0, Status::OK);
+        };
         let stretch = pace * self.params.horizon;
         let mut turns = [0.0; FARTHEST];
         let arc = at.closest.arc_length(path);
@@ -285,15 +287,25 @@ impl PreviewPop {
         Preview::new(path, smoothing, at.closest.segment, arc, distance)
             .turns(arc, stretch, &mut turns);
         let slowest = self.approach.min_speed * self.approach.min_speed;
-        let mut squared = pace * pace;
+        let speed = at.vehicle.forward_speed();
+        // A stretch turns the vehicle by its mean; it is judged by the speed after a quarter of it.
+        let (mut squared, mut driven) = (pace * pace, speed * speed - 0.5 * braking * stretch);
+        let (mut longer, mut ahead) = (1.0, Status::OK);
         for (stretches, turn) in turns.iter().enumerate() {
             let widest = self.approach.widest(vehicle, sqrt(squared), length);
+            ahead |= Status::TOO_FAST.when(turn.abs() * driven > stretch * most);
             if turn.abs() > stretch * widest {
-                return smaller(from_count(stretches + 2), from_count(FARTHEST));
+                longer = smaller(from_count(stretches + 2), from_count(FARTHEST));
+                break;
             }
             squared = larger(squared - 2.0 * braking * stretch, slowest);
+            driven -= 2.0 * braking * stretch;
         }
-        1.0
+        if acceleration < -BRAKING * braking {
+            // It slows for the bend.
+            longer = 1.0;
+        }
+        (longer, ahead)
     }
 
     /// The state that the plan starts from, and half the slope of its cost by the commanded
@@ -404,6 +416,7 @@ impl PreviewPop {
             MoveLimit::Nothing | MoveLimit::Curvature => None,
         };
         let status = limit.map_or(Status::OK, |limit| Status::SATURATED.with(limit));
+        let status = status | prediction.ahead;
         (
             saturate(angle, low, high),
             status | Status::PLAN_CUT_SHORT.when(plan.cut_short),

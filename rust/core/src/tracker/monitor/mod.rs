@@ -98,7 +98,9 @@ impl Monitor {
         let monitored = monitored.get_or_insert_with(at_rest);
         let is_deviating = self.check_path(monitored, now, last);
         let is_implausible = self.check_turn(monitored, car, steer, now);
-        Status::DEVIATING.when(is_deviating) | Status::IMPLAUSIBLE.when(is_implausible)
+        Status::DEVIATING.when(is_deviating)
+            | Status::IMPLAUSIBLE.when(is_implausible)
+            | Status::TOO_FAST.when(monitored.is_too_fast(car, now.vehicle.speed))
     }
 
     /// Whether the vehicle is beyond the limit after it was within. A change of direction that

@@ -4,6 +4,7 @@
 use crate::bounds::MAX_YAW;
 use crate::error::{InputError, input_in_range};
 use crate::math::{saturate, sqrt};
+use crate::vehicle::Vehicle;
 use crate::vehicle::estimator::Estimator;
 
 /// The monitor's state; the turns are sums with exponential forgetting.
@@ -24,6 +25,8 @@ pub struct MonitorState {
     pub delayed: f64,
     /// The turning rate of the slower response [rad/s].
     pub rate: f64,
+    /// The turning rate measured, a mean over [`YAW_RATE_TIME`](Self::YAW_RATE_TIME) [rad/s].
+    pub yaw_rate: f64,
     /// Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards.
     pub reach: f64,
     /// Turn by the tangent of the commanded angles beyond that by the angles themselves, which is
@@ -58,6 +61,10 @@ impl MonitorState {
     /// Weight of a steering offset of 0 in the least squares [1/s]. Smaller values mistake stuck
     /// wheels for a steering offset; larger values mistake a steering offset for stuck wheels.
     const OFFSET_PRIOR: f64 = 8.0;
+    /// Time over which the measured turning rate is a mean [s].
+    const YAW_RATE_TIME: f64 = 0.1;
+    /// Tolerance of its noise, in standard deviations: being too fast is no fault.
+    const RATE_DEVIATIONS: f64 = 3.0;
     /// Time over which the steering offset is estimated [s]: too long for a fault to pass as one.
     const OFFSET_TIME: f64 = 10.0;
     /// Time over which the noise is measured [s].
@@ -95,6 +102,7 @@ impl MonitorState {
             expected: 0.0,
             delayed: 0.0,
             rate: 0.0,
+            yaw_rate: 0.0,
             reach: 0.0,
             excess: 0.0,
             time,
@@ -110,6 +118,7 @@ impl MonitorState {
     pub(crate) fn interrupt(&mut self) {
         self.yaw = None;
         self.residual = None;
+        self.yaw_rate = 0.0;
         self.measured = 0.0;
         self.expected = 0.0;
         self.delayed = 0.0;
@@ -126,6 +135,7 @@ impl MonitorState {
         let residual = turn - expected;
         let kept = Self::WINDOW / (Self::WINDOW + dt);
         self.rate += (rate - self.rate) * (dt / (Self::SLOWER + dt));
+        self.yaw_rate += (turn - self.yaw_rate * dt) / (Self::YAW_RATE_TIME + dt);
         self.measured = (self.measured + turn) * kept;
         self.expected = (self.expected + expected) * kept;
         self.delayed = (self.delayed + self.rate * dt) * kept;
@@ -177,6 +187,23 @@ impl MonitorState {
         beyond - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
     }
 
+    /// Whether the vehicle turns at `speed` [m/s] faster than its limit of the lateral acceleration
+    /// allows, by more than noise.
+    ///
+    /// White noise of deviation `s` makes the mean turning rate noisy by less than `s` over its
+    /// time.
+    #[inline]
+    pub(super) fn is_too_fast(&self, car: &Vehicle, speed: f64) -> bool {
+        let Some(most) = car.max_lateral_acceleration else {
+            return false;
+        };
+        let lateral = (speed * self.yaw_rate).abs();
+        lateral > most && {
+            let noise = sqrt(self.noise) / Self::YAW_RATE_TIME;
+            lateral > most + Self::RATE_DEVIATIONS * noise * speed.abs()
+        }
+    }
+
     /// A yaw with white noise of variance `s` makes turns whose differences have `6 s`.
     #[inline]
     fn observe_noise(&mut self, residual: f64, dt: f64) {
@@ -213,6 +240,7 @@ impl MonitorState {
             (self.expected, -Self::MAX, Self::MAX),
             (self.delayed, -Self::MAX, Self::MAX),
             (self.rate, -Self::MAX, Self::MAX),
+            (self.yaw_rate, -Self::MAX, Self::MAX),
             (self.reach, -Self::MAX, Self::MAX),
             (self.excess, 0.0, Self::MAX),
             (self.time, 0.0, Self::NOISE_TIME),

@@ -62,6 +62,7 @@ fn test_sums_of_steps_that_are_all_alike_come_to_their_window() {
         (state.expected, rate * window),
         (state.delayed, rate * window),
         (state.rate, rate),
+        (state.yaw_rate, turn / dt),
         (state.reach, share * window),
         (state.excess, 0.1 * window),
         (state.time, MonitorState::NOISE_TIME),
