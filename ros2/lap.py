@@ -2,7 +2,14 @@
 
 In a ROS installation with popsteer_ros built: python ros2/lap.py --popsteer .venv/bin/popsteer
 
-The plant (the chain of `studies`, 50 Hz) and its planner (the whole track, 10 Hz) are of rclpy.
+The plant (the chain of `studies`, 50 Hz) and its planner (the whole track, 10 Hz) are of rclpy. On
+two machines, here two network namespaces as root:
+
+    ip netns add car; ip netns add steer
+    ip link add to-car netns steer type veth peer to-steer netns car
+    ip -n car addr add 10.0.0.1/24 dev to-steer; ip -n steer addr add 10.0.0.2/24 dev to-car
+    ip -n car link set to-steer up; ip -n steer link set to-car up
+    ip netns exec car python ros2/lap.py --prefix "ip netns exec steer"
 """
 
 from __future__ import annotations
@@ -10,12 +17,16 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import random
+import shlex
 import signal
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
@@ -23,6 +34,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from rclpy.serialization import serialize_message
 
 import popsteer
 from popsteer import tracks
@@ -41,15 +53,18 @@ CAR = popsteer.Vehicle(
     max_lateral_acceleration=6.0,
 )
 DT = 0.02
+SILENCE = 0.5  # without a command for longer, the car brakes by itself [s]
+DECELERATION = 4.0  # [m/s²]
 
 
 class World:
-    """The car and its planner; measures how it is driven."""
+    """The car and its planner, or one of them; measures how it is driven."""
 
-    def __init__(self, track: str, seconds: float, loss: float) -> None:
-        found = tracks.get(track)
-        self.path = popsteer.Path(found.xy)
-        self.end, self.loss = time.monotonic() + seconds, loss
+    def __init__(
+        self, track: str, *, loss: float = 0.0, parts: tuple[str, ...] = ("car", "plan")
+    ) -> None:
+        self.path = popsteer.Path(tracks.get(track).xy)
+        self.loss, self.parts, self.random = loss, parts, random.Random(0)  # noqa: S311
         yaw = math.atan2(self.path.y[1] - self.path.y[0], self.path.x[1] - self.path.x[0])
         x, y = float(self.path.x[0]), float(self.path.y[0])
         start = x - CAR.rear_axle * math.cos(yaw), y - CAR.rear_axle * math.sin(yaw), yaw
@@ -61,12 +76,14 @@ class World:
         self.loop: dict[str, str] = {}
         self.longest = 0.0
         self.finished, self.ticks, self.sent = False, 0, 0.0
-        self.node = rclpy.create_node("world")
-        self.odometry = self.node.create_publisher(Odometry, "odom", 1)
-        self.plan = self.node.create_publisher(PathMessage, "path", 1)
-        self.node.create_subscription(AckermannDriveStamped, "drive", self.obey, 1)
-        self.node.create_subscription(DiagnosticArray, "diagnostics", self.diagnose, 10)
-        self.message = self.planned()
+        self.node = rclpy.create_node("_".join(parts) or "none")
+        if "car" in parts:
+            self.odometry = self.node.create_publisher(Odometry, "odom", 1)
+            self.node.create_subscription(AckermannDriveStamped, "drive", self.obey, 1)
+            self.node.create_subscription(DiagnosticArray, "diagnostics", self.diagnose, 10)
+        if "plan" in parts:
+            self.plan = self.node.create_publisher(PathMessage, "path", 1)
+            self.message = serialize_message(self.planned())
 
     def planned(self) -> PathMessage:
         message = PathMessage()
@@ -78,7 +95,13 @@ class World:
             message.poses.append(pose)
         return message
 
+    def lost(self) -> bool:
+        """Say whether a message is lost."""
+        return self.random.random() < self.loss
+
     def obey(self, message: AckermannDriveStamped) -> None:
+        if self.lost():
+            return
         now = time.monotonic()
         self.delays.append(now - self.sent)
         self.times.append(now)
@@ -92,8 +115,18 @@ class World:
                 self.longest = max(self.longest, float(values["longest_step_s"]))
 
     def step(self) -> None:
+        self.ticks += 1
+        if "car" in self.parts:
+            self.move()
+        if "plan" in self.parts and self.ticks % 5 == 0 and not self.lost():
+            self.plan.publish(self.message)
+
+    def move(self) -> None:
         car = self.car
-        car.speed += max(-4.0 * DT, min(self.speed - car.speed, 4.0 * DT))
+        if self.times and time.monotonic() - self.times[-1] > SILENCE:
+            self.speed = 0.0
+        change = DECELERATION * DT
+        car.speed += max(-change, min(self.speed - car.speed, change))
         car.advance(self.steer)
         x, y, yaw = car.pose
         axle = x + CAR.rear_axle * math.cos(yaw), y + CAR.rear_axle * math.sin(yaw)
@@ -108,21 +141,17 @@ class World:
         message.pose.pose.orientation.z = math.sin(yaw / 2)
         message.pose.pose.orientation.w = math.cos(yaw / 2)
         message.twist.twist.linear.x = car.speed
-        self.ticks += 1
-        if self.loss and self.ticks % round(1.0 / self.loss) == 0:
-            return
-        self.sent = time.monotonic()
-        self.odometry.publish(message)
-        if self.ticks % 5 == 0:
-            self.message.header.stamp = message.header.stamp
-            self.plan.publish(self.message)
+        if not self.lost():
+            self.sent = time.monotonic()
+            self.odometry.publish(message)
 
-    def drive(self) -> None:
+    def drive(self, seconds: float) -> None:
         due = time.monotonic()
-        while not self.finished and time.monotonic() < self.end:
+        end = due + seconds
+        while not self.finished and due < end:
             due += DT
-            while (left := due - time.monotonic()) > 0.0:
-                rclpy.spin_once(self.node, timeout_sec=left)
+            while (remaining := due - time.monotonic()) > 0.0:
+                rclpy.spin_once(self.node, timeout_sec=remaining)
             self.step()
 
 
@@ -138,41 +167,78 @@ def children(process: int) -> list[int]:
     return [int(each) for each in found.split()]
 
 
+class Steering:
+    """A node of popsteer as a process; `log` has what it and the rest of this process print."""
+
+    def __init__(self, name: str, popsteer_: str, log: Any, prefix: str = "") -> None:
+        vehicle = Path(tempfile.gettempdir()) / "popsteer-lap.toml"
+        CAR.save(vehicle)
+        command = [popsteer_, "ros2", "--vehicle", str(vehicle), "--max-speed", "25"]
+        environment = dict(os.environ)
+        if name == "bare":
+            environment.pop("PYTHONPATH", None)
+        else:
+            command = ["ros2", "launch", "popsteer_ros", "track.launch.py"]
+            command += [f"vehicle:={vehicle}", "max_speed:=25.0"]
+        self._process = subprocess.Popen(
+            [*shlex.split(prefix), *command],
+            env=environment,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,
+        )
+        self._launched = name != "bare"
+
+    @property
+    def number(self) -> int:
+        """The number of the node's process; the launch file starts one of its own."""
+        return children(self._process.pid)[0] if self._launched else self._process.pid
+
+    def end(self, kind: signal.Signals = signal.SIGINT) -> None:
+        """End the node, and wait for that."""
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, kind)
+        self._process.wait()
+
+
+def warnings(log: Any) -> list[str]:
+    """Give the warnings and errors that were printed."""
+    log.seek(0)
+    words = ("warn", "error", "traceback", "fail")
+    lines = [line.strip() for line in log if "user interrupted" not in line]  # that was this script
+    return [line for line in lines if any(word in line.lower() for word in words)]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--popsteer", default="popsteer", help="the command, for the bare node")
     parser.add_argument("--nodes", nargs="+", default=["bare", "rclpy"])
     parser.add_argument("--track", default="racetrack")
     parser.add_argument("--seconds", type=float, default=150.0, help="give up after this")
-    parser.add_argument("--loss", type=float, default=0.0, help="share of odometry that is lost")
+    parser.add_argument("--loss", type=float, default=0.0, help="share of messages that is lost")
+    parser.add_argument("--prefix", default="", help="what comes before the node's command")
     options = parser.parse_args()
-    vehicle = Path("car.toml").resolve()
-    CAR.save(vehicle)
-    bare = [options.popsteer, "ros2", "--vehicle", str(vehicle), "--max-speed", "25"]
-    launch = ["ros2", "launch", "popsteer_ros", "track.launch.py", f"vehicle:={vehicle}"]
-    commands = {"bare": bare, "rclpy": [*launch, "max_speed:=25.0"]}
     for name in options.nodes:
-        rclpy.init()
-        world = World(options.track, options.seconds, options.loss)
-        environment = dict(os.environ)
-        if name == "bare":
-            environment.pop("PYTHONPATH", None)
-        with subprocess.Popen(
-            commands[name], env=environment, stdout=subprocess.DEVNULL, start_new_session=True
-        ) as process:
+        with tempfile.TemporaryFile("w+", encoding="utf-8") as log:
+            mine = os.dup(2)
+            os.dup2(log.fileno(), 2)  # rclpy's own warnings are written there
+            rclpy.init()
+            world = World(options.track, loss=options.loss)
+            steering = Steering(name, options.popsteer, log, options.prefix)
             begun = time.monotonic()
-            world.drive()
-            seconds = time.monotonic() - begun
-            # The launch file starts the node of rclpy as a process of its own.
-            of = [process.pid] if name == "bare" else children(process.pid)
-            share = sum(map(used, of)) / seconds
-            os.killpg(process.pid, signal.SIGINT)
-        report(name, world, seconds, share)
-        world.node.destroy_node()
-        rclpy.shutdown()
+            while not world.times and time.monotonic() - begun < 20.0:
+                world.drive(0.1)
+            before = time.monotonic(), used(steering.number)
+            world.drive(options.seconds)
+            share = (used(steering.number) - before[1]) / (time.monotonic() - before[0])
+            steering.end()
+            world.node.destroy_node()
+            rclpy.shutdown()
+            os.dup2(mine, 2)
+            report(name, world, time.monotonic() - begun, share, warnings(log))
 
 
-def report(name: str, world: World, seconds: float, share: float) -> None:
+def report(name: str, world: World, seconds: float, share: float, warned: list[str]) -> None:
     driven = world.times[-1] - world.times[0] if len(world.times) > 1 else math.nan
     delays = sorted(world.delays) or [math.nan]
     print(
@@ -183,7 +249,10 @@ def report(name: str, world: World, seconds: float, share: float) -> None:
         f" {world.loop.get('missed_cycles', '?')} of {world.loop.get('cycles', '?')} cycles missed;"
         f" longest step {1e3 * world.longest:.1f} ms;"
         f" odometry to command {1e3 * statistics.median(delays):.2f} ms median,"
-        f" {1e3 * delays[int(0.99 * (len(delays) - 1))]:.2f} ms 99 %; processor {100 * share:.1f} %"
+        f" {1e3 * delays[int(0.99 * (len(delays) - 1))]:.2f} ms 99 %;"
+        f" processor {100 * share:.1f} %; {len(warned)} warnings",
+        *warned[:10],
+        sep="\n  ",
     )
 
 

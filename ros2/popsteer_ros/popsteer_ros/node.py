@@ -270,9 +270,9 @@ def main() -> None:
     """Run the node until SIGINT or SIGTERM; it stands until it is activated."""
     # rclpy's own handlers would take the publishers away before the last command.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
+    signals, ended = (signal.SIGINT, signal.SIGTERM), threading.Event()
+    for each in signals:
+        signal.signal(each, lambda *_: ended.set())
     node, executor = Track(), SingleThreadedExecutor()
     executor.add_node(node)
     try:
@@ -281,6 +281,8 @@ def main() -> None:
     except ExternalShutdownException:
         pass
     finally:
+        for each in signals:  # `ros2 launch` and the terminal may both send one
+            signal.signal(each, signal.SIG_IGN)
         node.stop()
         node.destroy_node()
         rclpy.try_shutdown()

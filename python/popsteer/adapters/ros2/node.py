@@ -25,6 +25,7 @@ from popsteer.adapters.ros2.messages import (
     TWIST_STAMPED,
     decode,
     encode,
+    make,
 )
 from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
@@ -148,6 +149,8 @@ class Node:
         self._recording = recording
         self._say = say or (lambda _: None)
         topics, types = options.topics, options.topics.types()
+        for kind in types.values():
+            make(kind)  # the first message of a type takes up to 0.3 s, which is not for mid-drive
         self._odometry = participant.reader(topics.odometry, ODOMETRY)
         self._paths = participant.latest(topics.path, topics.path_type)
         self._mode = participant.reader(topics.mode, CONTROL_MODE) if topics.mode else None
