@@ -7,7 +7,7 @@ two machines, here two network namespaces as root:
 
     ip netns add car; ip netns add steer
     ip link add to-car netns steer type veth peer to-steer netns car
-    ip -n car addr add 10.0.0.1/24 dev to-steer; ip -n steer addr add 10.0.0.2/24 dev to-car
+    ip -n car addr add 198.51.100.1/24 dev to-steer; ip -n steer addr add 198.51.100.2/24 dev to-car
     ip -n car link set to-steer up; ip -n steer link set to-car up
     ip netns exec car python ros2/lap.py --prefix "ip netns exec steer"
 """
