@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import shlex
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from popsteer.lab.suite.runs import Cell, mean_error, rows
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
 from popsteer.lab.suite.table import losses, suite_lines, worded
 from tests.cli import command
-from tests.helpers import looped
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -202,6 +203,26 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
         == ("preview-pop", "noise", "suite-car")
     )
     assert again.cells[0] == Cell(**kept)
+
+
+def test_commands_of_the_page_are_taken(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    block = page.partition("```sh\n")[2].partition("```")[0]
+    commands = [shlex.split(line, comments=True)[1:] for line in block.splitlines()]
+    asked = []
+    monkeypatch.setattr(
+        lab.suite, "run", lambda *given, **more: asked.append((given, more)) or 1 / 0
+    )
+    for words in commands[:1] + commands[2:]:
+        with pytest.raises(ZeroDivisionError):
+            command.call(capsys, *words)
+    (own, _), ((one, plants), chosen) = asked
+    assert list(own[0]) == list(popsteer.controllers.names())
+    assert (list(one), list(plants)) == (["stanley"], ["suite-car"])
+    assert (chosen["scenarios"], chosen["conditions"]) == (["hairpin"], ["noise"])
+    assert commands[1][:6] == [*commands[0], "--controllers", "preview-pop,mine.py:Mine", "--out"]
 
 
 def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str]) -> None:

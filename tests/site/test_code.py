@@ -26,6 +26,7 @@ ELSEWHERE = {
     "docs/carla.md": "tests/adapters/test_pages.py",
     "docs/compare_your_controller.md": "tests/cli/test_own.py",
     "docs/edges.md": "tests/closed_loop/test_cars_loop_stop.py",
+    "docs/results.md": "tests/cli/test_suite.py",
     "docs/ros2.md": "tests/adapters/test_pages.py",
 }
 # What the code of a page takes as given, and what it needs beside popsteer.

@@ -231,8 +231,11 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
     at_end = half < 0.5 * _WINDOW * tolerance
     rest = np.where(at_end, _AVERAGED_END, _AVERAGED) * tolerance
     most_offset = _SHARE * tolerance + np.minimum(noise / np.sqrt(counts), rest)
-    # From weights that smooth next to nothing to those that leave a straight line.
+    # From weights that smooth next to nothing to those that leave a straight line. That line is
+    # taken off first, which changes no spline: the largest weights would lose its digits.
     least, most = 4.0 * np.log10(0.1 * tolerance), 5.0 * np.log10(along[-1])
+    trend = np.polynomial.polynomial.polyfit(along, xy, 1)
+    xy = xy - np.polynomial.polynomial.polyval(along, trend).T
     best = make_smoothing_spline(along, xy, lam=10.0**least)
     for _ in range(_HALVINGS):
         middle = 0.5 * (least + most)
@@ -243,7 +246,7 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
             best, least = found, middle
         else:
             most = middle
-    return best
+    return lambda place: best(place) + np.polynomial.polynomial.polyval(place, trend).T
 
 
 def _led_on(along: Floats, xy: Floats, tolerance: float) -> tuple[Floats, Floats]:
