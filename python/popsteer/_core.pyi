@@ -17,7 +17,7 @@ from typing import (
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
+from typing_extensions import Self, dataclass_transform
 
 from popsteer.plants.protocol import PythonPlant
 from popsteer.prediction import Prediction
@@ -126,7 +126,7 @@ def run_many(
 _ParamsT = TypeVar("_ParamsT")
 
 # What several classes have is written once, in private bases that exist for type checkers alone:
-# at run time each class has it itself.
+# at run time each class has it itself. What has a field a line takes the fields by name.
 
 @type_check_only
 class _Value:
@@ -135,13 +135,18 @@ class _Value:
     __hash__: ClassVar[None]  # type: ignore[assignment]
 
 @type_check_only
-class _NamedValue(_Value):
-    def as_dict(self) -> dict[str, Any]: ...
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+class _Answer(_Value): ...
 
 @type_check_only
-class _Params(_NamedValue):
+class _Parameters(_Value):
     __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
+    def as_dict(self) -> dict[str, Any]: ...
     def replace(self, **changes: object) -> Self: ...
+
+@type_check_only
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+class _Params(_Parameters): ...
 
 @type_check_only
 class _LawParams(_Params):
@@ -222,13 +227,14 @@ class _Controller(_Stateful[_ParamsT]):
     def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
 
 @type_check_only
-class _CorePlant(_Params):
+class _CorePlant(_Parameters):
     vehicle: Final[Vehicle]
     def __hash__(self) -> int: ...  # type: ignore[override]
 
 @type_check_only
 class _Vehicle(_Params):
-    front_axle: Final[float]
+    @property
+    def front_axle(self) -> float: ...
     def turning_length(self, speed: float) -> float: ...
     @staticmethod
     def load(file: str | os.PathLike[str]) -> Vehicle: ...
@@ -236,57 +242,32 @@ class _Vehicle(_Params):
     def __hash__(self) -> int: ...  # type: ignore[override]
 
 @final
-class Projection(_Value):
-    def __new__(
-        cls,
-        *,
-        segment: int,
-        fraction: float,
-        point: _Point,
-        arc_length: float,
-        cross_track_error: float,
-        path_yaw: float,
-    ) -> Self: ...
-    segment: Final[int]
-    fraction: Final[float]
-    point: Final[_Point]
-    arc_length: Final[float]
-    cross_track_error: Final[float]
-    path_yaw: Final[float]
+class Projection(_Answer):
+    segment: int
+    fraction: float
+    point: _Point
+    arc_length: float
+    cross_track_error: float
+    path_yaw: float
 
 @final
-class Lookahead(_Value):
-    def __new__(cls, *, index: int, point: _Point, found: bool) -> Self: ...
-    index: Final[int]
-    point: Final[_Point]
-    found: Final[bool]
+class Lookahead(_Answer):
+    index: int
+    point: _Point
+    found: bool
 
 @final
-class Command(_Value):
-    def __new__(
-        cls,
-        *,
-        steer: float,
-        cross_track_error: float,
-        heading_error: float,
-        predicted_cross_track_error: float,
-        predicted_heading_error: float,
-        target: _Point,
-        reverse: bool,
-        reference_speed: float | None,
-        distance_to_stop: float,
-        status: Status,
-    ) -> Self: ...
-    steer: Final[float]
-    cross_track_error: Final[float]
-    heading_error: Final[float]
-    predicted_cross_track_error: Final[float]
-    predicted_heading_error: Final[float]
-    target: Final[_Point]
-    reverse: Final[bool]
-    reference_speed: Final[float | None]
-    distance_to_stop: Final[float]
-    status: Final[Status]
+class Command(_Answer):
+    steer: float
+    cross_track_error: float
+    heading_error: float
+    predicted_cross_track_error: float
+    predicted_heading_error: float
+    target: _Point
+    reverse: bool
+    reference_speed: float | None
+    distance_to_stop: float
+    status: Status
 
 @final
 class Path:
@@ -362,23 +343,14 @@ class Path:
     ) -> int: ...
 
 @final
-class Estimate(_NamedValue):
-    def __new__(
-        cls,
-        *,
-        gain: float = 1.0,
-        steer_offset: float = 0.0,
-        dead_time: float = 0.0,
-        slip: float = 0.0,
-        slip_length: float = 0.0,
-        acceleration: float = 0.0,
-    ) -> Self: ...
-    gain: Final[float]
-    steer_offset: Final[float]
-    dead_time: Final[float]
-    slip: Final[float]
-    slip_length: Final[float]
-    acceleration: Final[float]
+class Estimate(_Answer):
+    gain: float = 1.0
+    steer_offset: float = 0.0
+    dead_time: float = 0.0
+    slip: float = 0.0
+    slip_length: float = 0.0
+    acceleration: float = 0.0
+    def as_dict(self) -> dict[str, Any]: ...
 
 @final
 class Pop(_Controller[PopParams]): ...
@@ -476,23 +448,13 @@ class SpeedPid(_Stateful[SpeedPidParams]):
     def reset(self) -> None: ...
 
 @final
-class SpeedCommand(_Value):
-    def __new__(
-        cls,
-        *,
-        acceleration: float,
-        reference_speed: float,
-        distance_to_stop: float,
-        reverse: bool,
-        standing: bool,
-        cannot_stop: bool,
-    ) -> Self: ...
-    acceleration: Final[float]
-    reference_speed: Final[float]
-    distance_to_stop: Final[float]
-    reverse: Final[bool]
-    standing: Final[bool]
-    cannot_stop: Final[bool]
+class SpeedCommand(_Answer):
+    acceleration: float
+    reference_speed: float
+    distance_to_stop: float
+    reverse: bool
+    standing: bool
+    cannot_stop: bool
 
 @final
 class SpeedTracker(_Stateful[SpeedTrackerParams]):
@@ -625,234 +587,113 @@ def _plan_speeds(
 
 @final
 class Vehicle(_Vehicle):
-    def __new__(
-        cls,
-        *,
-        wheelbase: float = 3.0,
-        rear_axle: float = 0.0,
-        no_slip_point: float | None = None,
-        turning_wheelbase: float | None = None,
-        understeer: float = 0.0,
-        steer_offset: float = 0.0,
-        steer_lag: float = 0.1,
-        dead_time: float = 0.0,
-        max_steer: float = 1.22,
-        max_steer_rate: float | None = None,
-        max_lateral_acceleration: float | None = 4.0,
-        max_speed: float | None = None,
-        max_acceleration: float | None = None,
-        max_deceleration: float | None = None,
-        brake_deceleration: float | None = None,
-        drive_lag: float = 0.0,
-        steers_at_rest: bool = False,
-    ) -> Self: ...
-    wheelbase: Final[float]
-    rear_axle: Final[float]
-    no_slip_point: Final[float | None]
-    turning_wheelbase: Final[float | None]
-    understeer: Final[float]
-    steer_offset: Final[float]
-    steer_lag: Final[float]
-    dead_time: Final[float]
-    max_steer: Final[float]
-    max_steer_rate: Final[float | None]
-    max_lateral_acceleration: Final[float | None]
-    max_speed: Final[float | None]
-    max_acceleration: Final[float | None]
-    max_deceleration: Final[float | None]
-    brake_deceleration: Final[float | None]
-    drive_lag: Final[float]
-    steers_at_rest: Final[bool]
+    wheelbase: float = 3.0
+    rear_axle: float = 0.0
+    no_slip_point: float | None = None
+    turning_wheelbase: float | None = None
+    understeer: float = 0.0
+    steer_offset: float = 0.0
+    steer_lag: float = 0.1
+    dead_time: float = 0.0
+    max_steer: float = 1.22
+    max_steer_rate: float | None = None
+    max_lateral_acceleration: float | None = 4.0
+    max_speed: float | None = None
+    max_acceleration: float | None = None
+    max_deceleration: float | None = None
+    brake_deceleration: float | None = None
+    drive_lag: float = 0.0
+    steers_at_rest: bool = False
 
 @final
 class AdaptParams(_Params):
-    def __new__(
-        cls,
-        *,
-        turn_time: float = 10.0,
-        slip_time: float = 5.0,
-        min_speed: float | None = None,
-    ) -> Self: ...
-    turn_time: Final[float]
-    slip_time: Final[float]
-    min_speed: Final[float | None]
+    turn_time: float = 10.0
+    slip_time: float = 5.0
+    min_speed: float | None = None
 
 @final
 class MonitorParams(_Params):
-    def __new__(
-        cls,
-        *,
-        deviation_limit: float | None = None,
-        join_limit: float | None = None,
-        turn_tolerance: float = 0.01,
-    ) -> Self: ...
-    deviation_limit: Final[float | None]
-    join_limit: Final[float | None]
-    turn_tolerance: Final[float]
+    deviation_limit: float | None = None
+    join_limit: float | None = None
+    turn_tolerance: float = 0.01
 
 @final
 class PopParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        lookahead_gain: float = 0.2,
-        min_lookahead: float | None = None,
-        steer_span: float = 0.05235987755982989,
-        candidate_count: int = 21,
-        exact_lookahead: bool = True,
-        lookahead_tolerance: float | None = None,
-        window_ahead: float | None = None,
-        grid_spacing: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    lookahead_gain: Final[float]
-    min_lookahead: Final[float | None]
-    steer_span: Final[float]
-    candidate_count: Final[int]
-    exact_lookahead: Final[bool]
-    lookahead_tolerance: Final[float | None]
-    window_ahead: Final[float | None]
-    grid_spacing: Final[float | None]
-    search_distance: Final[float | None]
-    lost_distance: Final[float | None]
+    lookahead_gain: float = 0.2
+    min_lookahead: float | None = None
+    steer_span: float = 0.05235987755982989
+    candidate_count: int = 21
+    exact_lookahead: bool = True
+    lookahead_tolerance: float | None = None
+    window_ahead: float | None = None
+    grid_spacing: float | None = None
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
 @final
 class PreviewPopParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        steer_span_rate: float | None = None,
-        horizon: float = 1.0,
-        heading_cost: float | None = None,
-        steer_rate_cost: float | None = None,
-        approach_angle: float = 0.25,
-        min_speed: float | None = None,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    steer_span_rate: Final[float | None]
-    horizon: Final[float]
-    heading_cost: Final[float | None]
-    steer_rate_cost: Final[float | None]
-    approach_angle: Final[float]
-    min_speed: Final[float | None]
-    smoothing_length: Final[float | None]
-    search_distance: Final[float | None]
-    lost_distance: Final[float | None]
+    steer_span_rate: float | None = None
+    horizon: float = 1.0
+    heading_cost: float | None = None
+    steer_rate_cost: float | None = None
+    approach_angle: float = 0.25
+    min_speed: float | None = None
+    smoothing_length: float | None = None
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
 @final
 class PidParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        kp: float | None = None,
-        ki: float | None = None,
-        kd: float | None = None,
-        buffer_length: int = 500,
-        integral_with_dt: bool = True,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    kp: Final[float | None]
-    ki: Final[float | None]
-    kd: Final[float | None]
-    buffer_length: Final[int]
-    integral_with_dt: Final[bool]
-    smoothing_length: Final[float | None]
-    search_distance: Final[float | None]
-    lost_distance: Final[float | None]
+    kp: float | None = None
+    ki: float | None = None
+    kd: float | None = None
+    buffer_length: int = 500
+    integral_with_dt: bool = True
+    smoothing_length: float | None = None
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
 @final
 class PurePursuitParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        lookahead_gain: float = 0.9,
-        min_lookahead: float | None = None,
-        alpha_by_arccos: bool = False,
-        exact_lookahead: bool = True,
-        lookahead_tolerance: float | None = None,
-        window_ahead: float | None = None,
-        grid_spacing: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    lookahead_gain: Final[float]
-    min_lookahead: Final[float | None]
-    alpha_by_arccos: Final[bool]
-    exact_lookahead: Final[bool]
-    lookahead_tolerance: Final[float | None]
-    window_ahead: Final[float | None]
-    grid_spacing: Final[float | None]
-    search_distance: Final[float | None]
-    lost_distance: Final[float | None]
+    lookahead_gain: float = 0.9
+    min_lookahead: float | None = None
+    alpha_by_arccos: bool = False
+    exact_lookahead: bool = True
+    lookahead_tolerance: float | None = None
+    window_ahead: float | None = None
+    grid_spacing: float | None = None
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
 @final
 class StanleyParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        cross_track_gain: float = 1.5,
-        speed_gain: float = 1.3,
-        softening: float | None = None,
-        heading_behind: bool = False,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    cross_track_gain: Final[float]
-    speed_gain: Final[float]
-    softening: Final[float | None]
-    heading_behind: Final[bool]
-    smoothing_length: Final[float | None]
-    search_distance: Final[float | None]
-    lost_distance: Final[float | None]
+    cross_track_gain: float = 1.5
+    speed_gain: float = 1.3
+    softening: float | None = None
+    heading_behind: bool = False
+    smoothing_length: float | None = None
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
 @final
 class CoupledLongitudinalParams(_Params):
-    def __new__(
-        cls,
-        *,
-        cutoff: float = 0.5,
-        steer_limit: float = 1.22,
-        speed_limit: float = 69.44,
-    ) -> Self: ...
-    cutoff: Final[float]
-    steer_limit: Final[float]
-    speed_limit: Final[float]
+    cutoff: float = 0.5
+    steer_limit: float = 1.22
+    speed_limit: float = 69.44
 
 @final
 class SpeedPidParams(_Params):
-    def __new__(
-        cls,
-        *,
-        kp: float = 0.5,
-        ki: float = 0.1,
-        kd: float = 0.0,
-    ) -> Self: ...
-    kp: Final[float]
-    ki: Final[float]
-    kd: Final[float]
+    kp: float = 0.5
+    ki: float = 0.1
+    kd: float = 0.0
 
 @final
 class SpeedTrackerParams(_Params):
-    def __new__(
-        cls,
-        *,
-        kp: float = 1.5,
-        disturbance_time: float = 1.0,
-        max_jerk: float = 20.0,
-        reserve: float = 0.4,
-        drive_delay: float = 0.1,
-    ) -> Self: ...
-    kp: Final[float]
-    disturbance_time: Final[float]
-    max_jerk: Final[float]
-    reserve: Final[float]
-    drive_delay: Final[float]
+    kp: float = 1.5
+    disturbance_time: float = 1.0
+    max_jerk: float = 20.0
+    reserve: float = 0.4
+    drive_delay: float = 0.1
 
 @final
 class CarlaIdentified(_CorePlant):
@@ -890,36 +731,18 @@ class KinematicBicycle(_CorePlant):
 
 @final
 class Noise(_Params):
-    def __new__(
-        cls,
-        *,
-        position: float = 0.0,
-        yaw: float = 0.0,
-        speed: float = 0.0,
-    ) -> Self: ...
-    position: Final[float]
-    yaw: Final[float]
-    speed: Final[float]
+    position: float = 0.0
+    yaw: float = 0.0
+    speed: float = 0.0
 
 @final
 class Settings(_Params):
-    def __new__(
-        cls,
-        *,
-        dt: float = 0.05,
-        substeps: int = 10,
-        stop_distance: float = 1.0,
-        time_limit: float = 1000.0,
-        give_up_distance: float = 50.0,
-        settling_time: float = 5.0,
-        keep_records: bool = True,
-    ) -> Self: ...
-    dt: Final[float]
-    substeps: Final[int]
-    stop_distance: Final[float]
-    time_limit: Final[float]
-    give_up_distance: Final[float]
-    settling_time: Final[float]
-    keep_records: Final[bool]
+    dt: float = 0.05
+    substeps: int = 10
+    stop_distance: float = 1.0
+    time_limit: float = 1000.0
+    give_up_distance: float = 50.0
+    settling_time: float = 5.0
+    keep_records: bool = True
 
 # End of the parameters.

@@ -31,7 +31,7 @@ class Stub:
     """The classes of a stub with all that they inherit, its functions and its aliases."""
 
     def __init__(self, text: str) -> None:
-        nodes = ast.parse(text).body
+        nodes = [_with_constructor(node) for node in ast.parse(text).body]
         self.all = {node.name: node for node in nodes if isinstance(node, ast.ClassDef)}
         self.classes = {name: node for name, node in self.all.items() if not name.startswith("_")}
         self.functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
@@ -73,6 +73,24 @@ class Stub:
             for member, node in self.members(name).items():
                 if not _is_property(node):
                     yield kind if member == "__new__" else getattr(kind, member), node
+
+
+def _with_constructor(node: ast.stmt) -> ast.stmt:
+    """A class with `name: kind = default` fields as one that has a constructor and properties."""
+    if isinstance(node, ast.ClassDef):
+        fields = [
+            each
+            for each in node.body
+            if isinstance(each, ast.AnnAssign)
+            and not ast.unparse(each.annotation).startswith(("Final[", "ClassVar["))
+        ]
+        if fields:
+            said = f"def __new__(cls, *, {', '.join(map(ast.unparse, fields))}) -> Self: ..."
+            node.body.append(ast.parse(said).body[0])
+        for each in fields:
+            each.annotation = ast.parse(f"Final[{ast.unparse(each.annotation)}]").body[0].value  # type: ignore[attr-defined]
+            each.value = None
+    return node
 
 
 def _as_property(node: ast.stmt) -> ast.stmt:
@@ -259,16 +277,16 @@ def test_stub_is_that_of_the_module(check: Any) -> None:
 @pytest.mark.parametrize(
     ("check", "written", "planted"),
     [
-        (wrong_defaults, "lookahead_gain: float = 0.2,", "lookahead_gain: float = 0.3,"),
+        (wrong_defaults, "lookahead_gain: float = 0.2\n", "lookahead_gain: float = 0.3\n"),
         (wrong_defaults, "substeps: int = 10", "substeps: int = ..."),
         (wrong_defaults, "candidate_count: int = 21", "candidate_count: float = 21.0"),
         (wrong_defaults, "hold_limit: int = 10,", "hold_limit: int = 9,"),
         (wrong_names, "def predict(", "def foresee("),
-        (wrong_names, "    lost_distance: Final", "    gone_distance: Final"),
+        (wrong_names, "    lost_distance: float", "    gone_distance: float"),
         (wrong_names, "params: _ParamsT | None = None,", "tuning: _ParamsT | None = None,"),
-        (wrong_types, "    candidate_count: Final[int]", "    candidate_count: Final[float]"),
+        (wrong_types, "    candidate_count: int = 21", "    candidate_count: float = 21"),
         (wrong_types, "def state(self) -> State", "def state(self) -> _ParamsT"),
-        (wrong_types, "    reverse: Final[bool]", "    reverse: Final[float]"),
+        (wrong_types, "    reverse: bool\n", "    reverse: float\n"),
         (wrong_types, "    tracked_point: Final[float]", "    tracked_point: Final[_Point]"),
         (
             wrong_setters,

@@ -65,19 +65,24 @@ fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
         _ if field.optional => "float | None",
         _ => "float",
     };
-    let mut text = format!("\n@final\nclass {name}({base}):\n    def __new__(\n        cls,\n");
-    if *base == "_CorePlant" {
-        text += "        vehicle: Vehicle | None = None,\n";
+    let mut text = format!("\n@final\nclass {name}({base}):\n");
+    let is_plant = *base == "_CorePlant";
+    if is_plant {
+        // A vehicle comes before the fields, which no field can say.
+        text += "    def __new__(\n        cls,\n        vehicle: Vehicle | None = None,\n        *,\n";
+        for field in fields {
+            let default = python(field.default);
+            writeln!(text, "        {}: {} = {default},", field.name, kind(field))?;
+        }
+        text += "    ) -> Self: ...\n";
     }
-    text += "        *,\n";
     for field in fields {
-        let default = python(field.default);
-        writeln!(text, "        {}: {} = {default},", field.name, kind(field))?;
-    }
-    text += "    ) -> Self: ...\n";
-    for field in fields {
-        let kind = kind(field);
-        writeln!(text, "    {}: Final[{kind}]", field.name)?;
+        let (name, kind) = (field.name, kind(field));
+        if is_plant {
+            writeln!(text, "    {name}: Final[{kind}]")?;
+        } else {
+            writeln!(text, "    {name}: {kind} = {}", python(field.default))?;
+        }
     }
     Ok(text)
 }
