@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer.files import write_text_atomic
 from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
-from popsteer.lab.bench.table import digits, duration
+from popsteer.lab.bench.report import digits, duration
 from studies.layout import ROOT, replace_block
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.report.pack import HOLE
+from popsteer.lab.report.scene import HOLE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from popsteer.lab.bench import latency
-from popsteer.lab.bench.table import table as bench_table
+from popsteer.lab.bench.report import table as bench_table
 from tests.cli import command
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 import popsteer
 from popsteer import ConfigError, PopsteerError, reference
-from popsteer.lab.bench import latency, states, table, yardsticks
+from popsteer.lab.bench import latency, states, yardsticks
 from popsteer.lab.bench.calls import (
     ASIDE_STEP,
     EMPTY_CALL,
@@ -27,6 +27,7 @@ from popsteer.lab.bench.calls import (
     lineup,
 )
 from popsteer.lab.bench.latency import Percentiles
+from popsteer.lab.bench.report import duration
 from popsteer.lab.common import timing
 from popsteer.lab.common.timing import Driver, time_calls
 from tests.helpers import looped
@@ -317,4 +318,4 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
      (335_383.0, "335 µs"), (3.239e6, "3.24 ms"), (2.5e9, "2.50 s")],
 )  # fmt: skip
 def test_table_durations_are_short(nanoseconds: float, written: str) -> None:
-    assert table.duration(nanoseconds) == written
+    assert duration(nanoseconds) == written

@@ -22,9 +22,8 @@ from popsteer.lab.report.axes import log_axis
 from popsteer.lab.report.colours import style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
-from popsteer.lab.report.pack import Pack, deflated
 from popsteer.lab.report.page import Page, page_bytes
-from popsteer.lab.report.scene import distances
+from popsteer.lab.report.scene import Pack, deflated, distances
 from popsteer.lab.report.verdict import of_rows, of_runs, of_shadows
 from popsteer.logs import Log
 from popsteer.status import Status

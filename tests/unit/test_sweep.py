@@ -20,7 +20,7 @@ from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import sweep
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.sweep import rows as files
-from popsteer.lab.sweep import workers
+from popsteer.lab.sweep import runs as workers
 from popsteer.lab.sweep.job import from_text
 from popsteer.lab.sweep.summary import (
     ERROR,
@@ -160,7 +160,7 @@ def test_killed_sweep_goes_on_without_a_row_lost_or_twice(tmp_path: Path) -> Non
     program = (
         "import sys, pathlib\n"
         "from popsteer.lab import sweep\n"
-        "from popsteer.lab.sweep import workers\n"
+        "from popsteer.lab.sweep import runs as workers\n"
         "from popsteer.lab.sweep.job import from_text\n"
         "workers._CORE_CHUNK = 2\n"
         "sweep.run(from_text(pathlib.Path(sys.argv[1]).read_text()), pathlib.Path(sys.argv[2]))\n"

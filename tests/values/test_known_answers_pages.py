@@ -14,8 +14,9 @@ import popsteer
 from popsteer import sim
 from popsteer.lab import compare
 from popsteer.lab.compare.files import metrics_json
-from popsteer.lab.report import envelope, times
+from popsteer.lab.report import compare as times
 from popsteer.lab.report import matrix as matrix_page
+from popsteer.lab.report import shares as envelope
 from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.axes import log_axis
 from popsteer.lab.report.compare import actor_of

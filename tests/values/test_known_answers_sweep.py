@@ -194,7 +194,7 @@ def test_worst_tenth_stands_for_failures_from_ten_runs_on() -> None:
 def test_progress_of_a_sweep_counts_runs_over_all_of_its_chunks(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from popsteer.lab.sweep import workers
+    from popsteer.lab.sweep import runs as workers
 
     def drive(_: Any, chunk: Any, threads: int, advance: Any) -> list[dict[str, Any]]:
         advance(0.5)

@@ -106,7 +106,7 @@ def _identify() -> dict[str, Any]:
 
 def _scene(scene: Any) -> dict[str, Any]:
     """Give a scene as a page has it, and the columns of its actors."""
-    from popsteer.lab.report.pack import Pack
+    from popsteer.lab.report.scene import Pack
 
     columns = {each.name: each.columns for each in scene.actors}
     return {"document": scene.document(Pack()), "columns": columns}
@@ -158,7 +158,8 @@ def _comparison(plant: str, track: str, **errors: float) -> Any:
 
 def _compare() -> dict[str, Any]:
     from popsteer.lab.report import compare as page
-    from popsteer.lab.report import matrix, times, verdict
+    from popsteer.lab.report import compare as times
+    from popsteer.lab.report import matrix, verdict
 
     one = _comparison("car", "lap", pop=0.02, preview_pop=0.01, stanley=-0.3)
     other = _comparison("van", "lap", pop=0.03, stanley=1.3)

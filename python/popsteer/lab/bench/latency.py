@@ -23,9 +23,8 @@ from popsteer.errors import ConfigError, PopsteerError
 from popsteer.files import write_text_atomic
 from popsteer.lab.bench import yardsticks
 from popsteer.lab.bench.calls import PAPER_NS, SLOW_STEPS, lineup
-from popsteer.lab.bench.report import LatencyReport, to_json
+from popsteer.lab.bench.report import LatencyReport, table, to_json
 from popsteer.lab.bench.states import DT, at_hand
-from popsteer.lab.bench.table import table
 from popsteer.lab.common import machine
 from popsteer.lab.common.timing import BATCH, Drive, Percentiles, time_calls
 from popsteer.ranges import check_count

@@ -11,7 +11,7 @@ from popsteer._core import __version__
 from popsteer.errors import PopsteerError
 from popsteer.lab.report.colours import named, style
 from popsteer.lab.report.markup import block, escape, json_for_script
-from popsteer.lab.report.pack import Pack, deflated
+from popsteer.lab.report.scene import Pack, deflated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -12,12 +12,11 @@ from popsteer import sim
 from popsteer.lab.common.names import title_of
 from popsteer.lab.report.colours import named, ranked
 from popsteer.lab.report.compare import PANELS, actor_of
-from popsteer.lab.report.envelope import envelope_figure
 from popsteer.lab.report.markup import block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Panel, Scene
-from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
+from popsteer.lab.report.shares import envelope_figure, error_figure, quantity_figures, start_figure
 from popsteer.lab.report.verdict import of_rows
 from popsteer.lab.sweep.driving import repeat
 from popsteer.lab.sweep.summary import (

@@ -1,7 +1,7 @@
 """How far the steering loops are from instability, and what that costs in bends.
 
-`linear` and `linear_preview` are the loops of small signals, `runs` their margins, `carrot` and
-`preview_bend` the offsets in a bend; `table`, `figures` and `choice_figure` show them.
+`linear` has the controllers in small signals, `runs` their margins, `carrot` and `preview_bend` the
+offsets in a bend; `table` and `figures` show them.
 """
 
 from popsteer.lab.stability import table

@@ -26,8 +26,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from popsteer.lab.stability.linear import no_slip
-from popsteer.lab.stability.linear_preview import decay
+from popsteer.lab.stability.linear import decay, no_slip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -3,7 +3,7 @@
 In a steady bend of curvature κ the prediction with the right model foresees no error and asks for
 no move. Where the vehicle turns by l = L + K v² and the model by l', the controller commands
 c = κ l / l' in the model's curvature, and rests where the error asks for what is missing, with its
-gains g of `popsteer.lab.stability.linear_preview`::
+gains g of `popsteer.lab.stability.linear`::
 
     g_e e = (g_a + g_c) (κ - c)      e = (g_a + g_c) / g_e · (1 - l / l') / R
 """
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from popsteer._core import AdaptParams, PopParams, PreviewPopParams
 from popsteer.lab.stability.carrot import carrot_offset
-from popsteer.lab.stability.linear_preview import preview_gains
+from popsteer.lab.stability.linear import preview_gains
 from popsteer.lab.stability.runs import margins
 from popsteer.ranges import check_in_range
 

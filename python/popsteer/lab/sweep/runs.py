@@ -1,18 +1,243 @@
-"""A sweep from its first run to its last; one that was stopped is continued."""
+"""A sweep from its first run to its last; one that was stopped is continued.
+
+The core's threads, processes or a Dask cluster drive: each takes runs in chunks and returns rows.
+If a worker dies, another one gets its chunk.
+"""
 
 from __future__ import annotations
 
+import atexit
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+import warnings
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
-from popsteer.lab.sweep import workers as who
+from popsteer import own
+from popsteer._core import __version__
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.extras import require
+from popsteer.lab.sweep.driving import drive, drive_text
 from popsteer.lab.sweep.rows import Journal, check_same, journal_of, read, write
 from popsteer.ranges import check_count
+from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from popsteer.lab.sweep.job import Job
+
+    Rows = list[dict[str, Any]]
+
+_LOOK = 0.05  # s between looks at signals
+_CORE_CHUNK = 250  # runs between writes: seconds of work, and cores that seldom wait for the last
+_ATTEMPTS = 5  # how often a pool of processes is made anew
+_DASK_TIMEOUT = 10.0  # s for a scheduler to answer
+
+
+def on_core(
+    job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on the core's threads, and give their rows as they come.
+
+    Plant and controller have to be in Rust. `threads` is as `popsteer.sim.run_many` has it;
+    `progress` is called with the number of runs that are done, in fractions.
+    """
+    for begin in range(0, len(runs), _CORE_CHUNK):
+        chunk = runs[begin : begin + _CORE_CHUNK]
+
+        def advance(share: float, begin: int = begin, size: int = len(chunk)) -> None:
+            progress(begin + share * size)
+
+        yield drive(job, chunk, threads, advance)
+
+
+def on_processes(
+    job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on processes of their own, as many as cores by default; give rows as they come.
+
+    `progress` is called with the number of runs that are done. Raises PopsteerError where the
+    processes die again and again.
+    """
+    if workers is None:
+        # Windows and macOS do not tell which cores a process may use.
+        affinity = getattr(os, "sched_getaffinity", None)
+        workers = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
+    remaining = _chunks(runs, workers)
+    done = 0
+    for _ in range(_ATTEMPTS):
+        pool = ProcessPoolExecutor(
+            workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt
+        )
+        try:
+            with _interrupts_held():
+                pending = {pool.submit(drive_text, job.text, chunk): chunk for chunk in remaining}
+            while pending:
+                ready, _waiting = wait(pending, timeout=_LOOK, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    rows = future.result()  # raises where a worker died: its chunk stays
+                    pending.pop(future)
+                    done += len(rows)
+                    yield rows
+                progress(done)
+        except BrokenProcessPool:
+            remaining = list(pending.values())
+        else:
+            return
+        finally:
+            _end(pool)
+    raise PopsteerError(f"the processes of the sweep died {_ATTEMPTS} times")
+
+
+def on_dask(
+    job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on a Dask cluster, and give their rows as they come.
+
+    `where` is the address of a scheduler, or ``local:N`` for N processes of its own. `progress` is
+    called with the number of runs that are done. Raises PopsteerError where the scheduler does not
+    answer, its workers have another version of popsteer or none, or the extra is missing.
+    """
+    require("--dask", "dask")
+    import dask
+    from distributed import Client, as_completed
+    from distributed.deploy.spec import close_clusters
+
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # A task is given up only after many workers have died with it.
+    dask.config.set({"distributed.scheduler.allowed-failures": 20})
+    cluster: Any = None
+    client = None
+    try:
+        if where.startswith("local:"):
+            cluster = _beside(lambda: _cluster(where))
+        try:
+            client = Client(cluster or where, timeout=_DASK_TIMEOUT)
+        except (OSError, ValueError) as error:
+            raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
+        _check_versions(client, where)
+        for file in own.files(job.controller, plant_name(job.whole)):
+            client.upload_file(str(file))
+        workers = max(len(client.nthreads()), 1)
+        text = client.scatter(job.text, broadcast=True)
+        futures = [
+            client.submit(drive_text, text, chunk, pure=False, retries=3)
+            for chunk in _chunks(runs, workers)
+        ]
+        done = 0
+        for _, rows in as_completed(futures, with_results=True):
+            done += len(rows)
+            yield rows
+            progress(done)
+    except KeyboardInterrupt:
+        # Its workers have nothing to lose, and closing would wait for what they do.
+        for process in multiprocessing.active_children():
+            process.kill()
+        atexit.unregister(close_clusters)
+        raise
+    finally:
+        with suppress(Exception):
+            if client is not None:
+                client.close(timeout=0.2)
+            if cluster is not None:
+                cluster.close(timeout=0.2)
+
+
+def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
+    """Make something that starts processes in another thread: Ctrl-C reaches this one alone."""
+    made: list[Any] = []
+
+    def held() -> None:
+        with _interrupts_held():
+            try:
+                made.append(make())
+            except Exception as error:  # noqa: BLE001 - raised where it is waited for
+                made.append(error)
+
+    thread = threading.Thread(target=held, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(_LOOK)
+    if isinstance(made[0], Exception):
+        raise made[0]
+    return made[0]
+
+
+def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
+    """Start workers on this machine."""
+    from distributed import LocalCluster
+
+    text = where.partition(":")[2]
+    count = int(text) if text.isdecimal() else 0
+    if not 1 <= count <= 1024:
+        raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
+    with warnings.catch_warnings():
+        # Its dashboard is not used, and another cluster may have the usual port.
+        warnings.filterwarnings("ignore", message="Port .* is already in use")
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+
+
+def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
+    """Refuse workers with another version of popsteer."""
+    found = client.run(_version, on_error="return")
+    for worker, version in found.items():
+        if version != __version__:
+            said = f"popsteer {version}" if isinstance(version, str) else f"no popsteer: {version}"
+            raise PopsteerError(f"--dask {where}: {worker} has {said}; this is {__version__}")
+    if not found:
+        raise PopsteerError(f"--dask {where}: the scheduler has no workers")
+
+
+def _version() -> str:
+    return __version__
+
+
+def _chunks(runs: Sequence[int], workers: int) -> list[Sequence[int]]:
+    """Cut runs into chunks: many for each worker, so that none waits long for the last."""
+    size = min(max(len(runs) // (16 * workers), 1), _CORE_CHUNK)
+    return [runs[begin : begin + size] for begin in range(0, len(runs), size)]
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Start processes that leave Ctrl-C to this one from their first moment on."""
+    if not hasattr(signal, "pthread_sigmask"):  # not on Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # it unblocks them where it is started later
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _ignore_interrupt() -> None:
+    """Leave Ctrl-C to the process that started this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _end(pool: ProcessPoolExecutor) -> None:
+    """End the processes of a pool at once; done ones have nothing to lose."""
+    processes = list((getattr(pool, "_processes", None) or {}).values())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in processes:
+        process.terminate()
+
 
 _MAX_WORKERS = 1024
 
@@ -122,7 +347,7 @@ def _who(
     advance: Callable[[float], None],
 ) -> Iterator[list[dict[str, Any]]]:
     if dask is not None:
-        return who.on_dask(job, remaining, dask, advance)
+        return on_dask(job, remaining, dask, advance)
     if job.is_of_core:
-        return who.on_core(job, remaining, count, advance)
-    return who.on_processes(job, remaining, count, advance)
+        return on_core(job, remaining, count, advance)
+    return on_processes(job, remaining, count, advance)

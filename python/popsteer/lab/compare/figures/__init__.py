@@ -2,17 +2,318 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from popsteer.errors import ConfigError
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, limit, nice_limit, wrapped
+from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
-from popsteer.lab.compare.figures.overview import overview_figure
-from popsteer.lab.compare.figures.results import results_figure
+from popsteer.lab.compare.paper import PAPER, is_authors_path
+from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
+    from popsteer.sim import Run
+
+
+_COLUMN = 4.1  # inches
+_ROW = 1.75
+_MARGIN = 0.12  # of the track's extent
+
+
+class _Series(NamedTuple):
+    """A row of the figure: what is drawn over time."""
+
+    record: str
+    label: str
+    scale: float
+    note: str
+
+
+_SERIES = (
+    _Series(
+        "cross_track_error", "cross-track error [m]", 1.0, "mean |e| {mean:.3f} m, max {max:.2f} m"
+    ),
+    _Series(
+        "heading_error",
+        "heading error [deg]",
+        math.degrees(1.0),
+        "mean |ψe| {mean:.2f}°, max {max:.1f}°",
+    ),
+    _Series("steer", "steering command [deg]", math.degrees(1.0), "max |δ| {max:.1f}°"),
+)
+
+
+def results_figure(comparison: Comparison, theme: Theme) -> Figure:
+    """Draw what each controller did: a column for each.
+
+    The rows are the path driven against the path, and cross-track error, heading error and steering
+    command over time. The limits of a row are the same in all columns, and fit what the controllers
+    do once the start has died out; a note in each panel gives its extremes.
+    """
+    runs = comparison.runs
+    extent = _extent(comparison)
+    track_row = _track_height(extent)
+    height = 1.2 + track_row + len(_SERIES) * _ROW
+    figure = Figure(
+        figsize=(max(_COLUMN * len(runs) + 0.4, 6.4), height),
+        layout=ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.07),
+    )
+    axes = figure.subplots(
+        1 + len(_SERIES),
+        len(runs),
+        squeeze=False,
+        height_ratios=[track_row, *[_ROW] * len(_SERIES)],
+    )
+    colours = theme.colours(runs)
+    end = max(run.metrics.time for run in runs.values())
+    for column, (name, run) in enumerate(runs.items()):
+        _draw_track(axes[0, column], run, extent, colours[name], theme)
+        axes[0, column].set_title(title_of(name), color=colours[name], pad=10)
+        for row, series in enumerate(_SERIES, start=1):
+            panel = axes[row, column]
+            _draw_series(panel, run, series, colours[name], theme)
+            panel.set_xlim(0.0, end)
+            bound = nice_limit(
+                [limit(other, series.record) * series.scale for other in runs.values()]
+            )
+            panel.set_ylim(-bound, bound)
+            if column == 0:
+                panel.set_ylabel(series.label)
+            else:
+                panel.tick_params(labelleft=False)
+            if row < len(_SERIES):
+                panel.tick_params(labelbottom=False)
+            else:
+                panel.set_xlabel("time [s]")
+        axes[0, column].set_xlabel("x [m]")
+        if column == 0:
+            axes[0, column].set_ylabel("y [m]")
+        else:
+            axes[0, column].tick_params(labelleft=False)
+    figure.align_ylabels(list(axes[:, 0]))
+    title = wrapped(caption(comparison), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
+    return figure
+
+
+def _extent(comparison: Comparison) -> NDArray[np.float64]:
+    """Lower left and upper right corner of all that is driven and to be followed [m]."""
+    path = comparison.path
+    tracks = [np.column_stack((path.x, path.y))]
+    for run in comparison.runs.values():
+        records = run.records
+        tracks.append(np.column_stack((records["reference_x"], records["reference_y"])))
+    points = np.concatenate(tracks)
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _track_height(extent: NDArray[np.float64]) -> float:
+    """Height of the row of tracks [inch] that lets a track fill its column."""
+    width, height = extent[1] - extent[0]
+    # A straight one gets a third of its length to the sides, so that it can be seen.
+    slope = max(height, 0.3 * width) / max(width, 0.3 * height)
+    return float(min(0.5 + 0.9 * _COLUMN * slope, 1.35 * _COLUMN))
+
+
+def _draw_track(
+    panel: Axes, run: Run, extent: NDArray[np.float64], colour: str, theme: Theme
+) -> None:
+    path = run.path
+    x, y = path.x, path.y
+    if path.closed:
+        x, y = np.append(x, x[0]), np.append(y, y[0])
+    panel.plot(x, y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="path")
+    driven_x, driven_y = run.records["reference_x"], run.records["reference_y"]
+    panel.plot(driven_x, driven_y, color=colour, linewidth=1.4, label="driven")
+    panel.plot(
+        driven_x[:1],
+        driven_y[:1],
+        "o",
+        markersize=6,
+        color=theme.background,
+        markeredgecolor=colour,
+        markeredgewidth=1.6,
+        label="start",
+    )
+    panel.update_datalim(extent)  # the same limits for all controllers
+    panel.margins(_MARGIN)
+    panel.set_aspect("equal", adjustable="datalim")
+    panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    panel.legend(loc="best", fontsize=8.5, handlelength=1.6)
+
+
+def _draw_series(panel: Axes, run: Run, series: _Series, colour: str, theme: Theme) -> None:
+    values: NDArray[np.float64] = run.records[series.record] * series.scale
+    panel.axhline(0.0, color=theme.path, linewidth=0.9)
+    panel.plot(run.records["time"], values, color=colour, linewidth=1.1)
+    note = run.ending  # where code of one's own raised in its first step
+    if len(values):
+        note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
+    panel.text(
+        0.98,
+        0.96,
+        note,
+        transform=panel.transAxes,
+        ha="right",
+        va="top",
+        fontsize=8.5,
+        color=theme.faint,
+        bbox={"facecolor": theme.background, "edgecolor": "none", "alpha": 0.9, "pad": 1.5},
+    )
+    panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], symmetric=True))
+    panel.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+
+
+_BAR = 0.42  # of the distance between controllers
+
+
+def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
+    """Draw the controllers together.
+
+    Above is the cross-track error of all controllers over the distance along the path; below are
+    the mean absolute cross-track and heading errors beside the paper's.
+    """
+    figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
+    panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
+    colours = theme.colours(comparison.runs)
+    _draw_all(panels["all"], comparison, colours, theme)
+    for place, label, quantity in (
+        ("cross-track", "mean |cross-track error| [m]", "mean_abs_cross_track_error"),
+        ("heading", "mean |heading error| [rad]", "mean_abs_heading_error"),
+    ):
+        _draw_bars(panels[place], comparison, quantity, theme)
+        panels[place].set_title(label, fontsize=10.5)
+    if is_authors_path(comparison.path):
+        figure.supxlabel("\n".join(notes(comparison)[2:]), fontsize=8.5, color=theme.faint)
+    title = wrapped(caption(comparison), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
+    return figure
+
+
+def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], theme: Theme) -> None:
+    panel.axhline(0.0, color=theme.path, linewidth=0.9)
+    for name, run in comparison.runs.items():
+        panel.plot(
+            _distance(run),
+            run.records["cross_track_error"],
+            color=colours[name],
+            linewidth=1.8 if name == "pop" else 1.2,
+            # A run that left the road is drawn behind those that can be compared.
+            alpha=1.0 if run.metrics.finished else 0.4,
+            zorder=2.0 if run.metrics.finished else 1.5,
+            label=title_of(name),
+        )
+    bound = nice_limit([limit(run, "cross_track_error") for run in comparison.runs.values()])
+    panel.set_ylim(-bound, bound)
+    panel.set_xlim(0.0, comparison.path.length)
+    panel.set_xlabel("distance along the path [m]")
+    panel.set_ylabel("cross-track error [m]")
+    panel.set_title("cross-track error at each controller's tracked point", fontsize=10.5)
+    panel.legend(loc="upper right", ncols=len(comparison.runs), fontsize=9, handlelength=1.6)
+
+
+def _distance(run: Run) -> NDArray[np.float64]:
+    """Distance along the path of each record [m]."""
+    path = run.path
+    reach = 2.0 * run.plant_vehicle.wheelbase
+    segment: int | None = None
+    along = np.empty(len(run.records["time"]))
+    columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw"))
+    for index, (x, y, yaw) in enumerate(zip(*columns, strict=True)):
+        # Near the last one, which keeps to the branch where a path crosses itself: as far as the
+        # controllers search, two wheelbases.
+        if segment is None:
+            segment = path.relocalise(x, y, yaw)
+        backwards = path.reverse is not None and path.reverse[segment]
+        projection = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, reach)
+        segment, along[index] = projection.segment, projection.arc_length
+    # A gap in the line where a closed path begins again.
+    along[1:][np.diff(along) < -0.5 * path.length] = np.nan
+    return along
+
+
+def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme) -> None:
+    """Draw a pair of bars for each controller: the whole run, and the paper's figure.
+
+    The paper's figures belong to its track; on another one the second bar is what remains after
+    the start.
+    """
+    runs = comparison.runs
+    whole = [getattr(run.metrics, quantity) for run in runs.values()]
+    if is_authors_path(comparison.path):
+        labels = ("measured", "paper")
+        second = [getattr(PAPER.get(run.law), quantity, math.nan) for run in runs.values()]
+    else:
+        labels = ("whole run", f"after {comparison.first.settings.settling_time:g} s")
+        second = [getattr(run.metrics, f"settled_{quantity}") for run in runs.values()]
+    # A controller that left the road must not dwarf the others; its bars are cut off.
+    pairs = zip(runs.values(), whole, second, strict=True)
+    kept = [value for run, *pair in pairs if run.metrics.finished for value in pair]
+    top = max((value for value in kept or whole if math.isfinite(value)), default=0.0) or 1.0
+
+    for place, (colour, *pair) in enumerate(
+        zip(theme.colours(runs).values(), whole, second, strict=True)
+    ):
+        shown = [value for value in pair if math.isfinite(value)]
+        for number, value in enumerate(shown):
+            _draw_bar(
+                panel,
+                place + _BAR * (number - 0.5 * (len(shown) - 1)),
+                value,
+                top,
+                facecolor=theme.background if number else colour,
+                edgecolor=colour,
+                hatch="////" if number else "",
+            )
+    panel.set_xticks(
+        range(len(runs)),
+        [
+            title_of(name) + ("" if run.metrics.finished else "\n(not finished)")
+            for name, run in runs.items()
+        ],
+    )
+    panel.tick_params(axis="x", length=0, labelcolor=theme.text)
+    panel.set_xlim(-0.6, len(runs) - 0.4)
+    panel.set_ylim(0.0, 1.32 * top)
+    panel.grid(visible=False, axis="x")
+    handles = [
+        Patch(facecolor=fill, edgecolor=theme.faint, linewidth=1.2, hatch=hatch, label=text)
+        for text, fill, hatch in (
+            (labels[0], theme.faint, ""),
+            (labels[1], theme.background, "////"),
+        )
+    ]
+    panel.legend(handles=handles, loc="upper right", ncols=2, fontsize=9)
+
+
+def _draw_bar(panel: Axes, place: float, value: float, top: float, **style: str) -> None:
+    """Draw one bar with its number above; one that is too tall ends at the top."""
+    height = min(value, 1.1 * top)
+    panel.bar(place, height, _BAR - 0.05, linewidth=1.2, zorder=2, **style)  # type: ignore[arg-type]
+    panel.annotate(
+        f"{value:.4f}" if height == value else f"{value:.2g} ↑",
+        (place, height),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize=8,
+    )
+
 
 __all__ = ["FIGURES", "THEMES", "render"]
 
