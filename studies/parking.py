@@ -10,7 +10,7 @@ import numpy as np
 import popsteer
 from popsteer import plants
 from studies.layout import before, line
-from studies.moved import PERIOD, Moved, OwnCar, Shipped
+from studies.slopes import PERIOD, Moved, OwnCar, Shipped
 
 LAG = 0.15
 """Of the wheels and of the drive, and the dead time [s]."""

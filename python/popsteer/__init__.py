@@ -64,9 +64,8 @@ from popsteer._core import (
     build_profile,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
-from popsteer.params_file import add_load_and_save
+from popsteer.params_file import add_load_and_save, spell_out
 from popsteer.prediction import Prediction
-from popsteer.signatures import spell_out
 from popsteer.state import State
 from popsteer.status import Status
 

@@ -13,7 +13,7 @@ import typer
 import popsteer
 from popsteer import tracks
 from popsteer.cli.app import app
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from tests.cli import command
 from tests.helpers import looped
 
@@ -111,7 +111,7 @@ def test_progress_off_a_terminal_or_in_the_first_second_shows_nothing(
 ) -> None:
     with Progress() as progress:
         progress.update("pop", 0.5)
-    monkeypatch.setattr("popsteer.cli.progress._PATIENCE", 0.0)
+    monkeypatch.setattr("popsteer.cli.outputs._PATIENCE", 0.0)
     with Progress() as progress:
         progress.update("pop", 0.5)
     captured = capsys.readouterr()
@@ -121,7 +121,7 @@ def test_progress_off_a_terminal_or_in_the_first_second_shows_nothing(
 def test_progress_on_a_terminal_shows_what_is_done_and_goes_away(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("popsteer.cli.progress._PATIENCE", 0.0)
+    monkeypatch.setattr("popsteer.cli.outputs._PATIENCE", 0.0)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("TERM", "xterm")
     with Progress() as progress:

@@ -9,7 +9,7 @@ from popsteer.sim import Noise, Settings
 from studies import dead_time
 from studies.dead_time import NAMES, RUNS, DeadTimeRow, dead_time_lines, dead_time_rows
 from studies.layout import table
-from studies.rolling import Given
+from studies.theory import Given
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
 

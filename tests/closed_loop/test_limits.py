@@ -7,8 +7,16 @@ import math
 import pytest
 
 from studies.layout import table
-from studies.limits import SLALOMS, STRAIGHTS, Slalom, straight_lines
-from studies.limits_straight import Straight, allowed, join, sweep
+from studies.limits import (
+    SLALOMS,
+    STRAIGHTS,
+    Slalom,
+    Straight,
+    allowed,
+    join,
+    straight_lines,
+    sweep,
+)
 
 MOST = {
     ("commonroad-mb-2", 0.4): 0.05,

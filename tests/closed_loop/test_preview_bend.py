@@ -13,7 +13,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
 from popsteer.lab.stability.carrot import carrot_curve
 from popsteer.lab.stability.preview_bend import choice
-from studies.rolling import Car, Given, driven_preview_offset, roll
+from studies.theory import Car, Given, driven_preview_offset, roll
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)
 CAR = Car.of(VEHICLE)

@@ -10,7 +10,7 @@ import pytest
 import popsteer
 from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
 from popsteer.lab.stability import margins
-from studies.rolling import (
+from studies.theory import (
     Car,
     Given,
     critical_dead_time,

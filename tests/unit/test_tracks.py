@@ -10,8 +10,8 @@ from popsteer import tracks
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError, PathError
 from popsteer.tracks import Track
-from popsteer.tracks.build import FIRST_SPEED
 from popsteer.tracks.catalogue import _MAKERS
+from popsteer.tracks.geometry import FIRST_SPEED
 from tests.helpers import looped
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import typer
 from popsteer import controllers as own_controllers
 from popsteer import lab, presets, sim
 from popsteer._core import AdaptParams, Vehicle
-from popsteer.cli import inputs, options, outputs, vehicle_inputs
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
@@ -141,13 +141,13 @@ def compare(
     course = inputs.course(waypoints, track, closed=closed)
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     with Progress() as progress:
-        mover = vehicle_inputs.plant(plant, set_plant)
+        mover = inputs.plant(plant, set_plant)
         usual = inputs.usual_longitudinal([course], [mover])
         if is_authors_path(course.path):
             usual = "coupled"  # as the paper drove there
         chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, usual)
         itself = sim.vehicle_of(mover)
-        given = vehicle_inputs.believed(vehicle, set_vehicle, itself)
+        given = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
@@ -158,7 +158,7 @@ def compare(
             course,
             tuning,
             mover,
-            vehicle_inputs.plant_label(plant),
+            inputs.plant_label(plant),
             progress,
             vehicle=given,
             start=begin.pose,

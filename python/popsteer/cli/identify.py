@@ -10,9 +10,9 @@ import typer
 
 from popsteer import lab, vehicles
 from popsteer._core import Vehicle
-from popsteer.cli import logs, options, outputs, vehicle_inputs
+from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.assignments import assigned
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.identification import Identification
@@ -72,7 +72,7 @@ def identify(
 
     given: Vehicle | None = None
     if vehicle is not None or set_vehicle:
-        base = Vehicle() if vehicle is None else vehicle_inputs.named_vehicle(vehicle)
+        base = Vehicle() if vehicle is None else inputs.named_vehicle(vehicle)
         given = assigned(base, set_vehicle or [], "the vehicle")
     if out is not None:
         if out.suffix.lower() != ".toml":

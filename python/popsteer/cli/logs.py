@@ -14,7 +14,7 @@ from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
 
 if TYPE_CHECKING:
-    from popsteer.cli.progress import Progress
+    from popsteer.cli.outputs import Progress
 
 Log: TypeAlias = Annotated[
     Path,

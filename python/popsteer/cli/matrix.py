@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets
-from popsteer.cli import inputs, options, outputs, vehicle_inputs
-from popsteer.cli.progress import Progress
+from popsteer.cli import inputs, options, outputs
+from popsteer.cli.outputs import Progress
 from popsteer.controllers import names as own_names
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
@@ -104,9 +104,9 @@ def matrix(
         check_folder(out, lab.matrix.table.FILES)
     outputs.check_page(report)
     with Progress() as progress:
-        movers = {name: vehicle_inputs.plant(name) for name in inputs.names("--plants", plants)}
+        movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
         given = {
-            name: vehicle_inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+            name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
@@ -177,7 +177,7 @@ def _suite(
             {
                 each: lab.suite.suite_car()
                 if each == lab.suite.runs.SUITE_CAR
-                else vehicle_inputs.plant(each)
+                else inputs.plant(each)
                 for each in movers
             },
             scenarios=scenarios,

@@ -11,9 +11,9 @@ import typer
 
 from popsteer import planning
 from popsteer._core import Path, Vehicle
-from popsteer.cli import options, outputs, vehicle_inputs
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
@@ -98,7 +98,7 @@ def plan(
     """Find the fastest speeds along a path."""
     from popsteer.lab.plan.table import plan_caption, plan_table
 
-    car = vehicle_inputs.believed(vehicle, set_vehicle, Vehicle())
+    car = inputs.believed(vehicle, set_vehicle, Vehicle())
     limits = assigned(SpeedLimits(), set_ or [], "the limits")
     if driving is not None:
         limits = limits.replace(max_acceleration=_points("--driving", driving))

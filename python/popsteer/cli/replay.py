@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 import typer
 
 from popsteer import lab, own, presets, vehicles
-from popsteer.cli import inputs, logs, options, outputs, vehicle_inputs
+from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.assignments import assigned
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
@@ -82,7 +82,7 @@ def replay(
     from popsteer.lab.replay import run as replayed
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
-    given = vehicle_inputs.believed(vehicle, set_vehicle, vehicle_inputs.named_vehicle(vehicle))
+    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
     chosen = _chosen(controllers, params, preset, set_ or [])
     course = None
     if waypoints is not None or track is not None or closed:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from popsteer import controllers
-from popsteer.cli import inputs, options, ros2_options, vehicle_inputs
+from popsteer.cli import inputs, options, ros2_options
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def ros2(
     from popsteer.adapters.ros2.pacing import spin
     from popsteer.adapters.ros2.recording import Recording
 
-    given = vehicle_inputs.believed(vehicle, set_vehicle, vehicle_inputs.named_vehicle(vehicle))
+    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
     tuning = inputs.tuned(
         [controller], preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, vehicles
-from popsteer.cli import inputs, options, outputs, vehicle_inputs
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned
-from popsteer.cli.progress import Progress
+from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
 from popsteer.lab.stability.runs import DEFAULT_SPEEDS
@@ -75,8 +75,8 @@ def stability(
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
-    given = assigned(vehicle_inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
-    itself = given if plant is None else vehicle_inputs.named_vehicle(plant)
+    given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
+    itself = given if plant is None else inputs.named_vehicle(plant)
     itself = assigned(itself, set_plant or [], "the vehicle")
     tuning = inputs.tuned(
         names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS

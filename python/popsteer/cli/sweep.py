@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
-from popsteer.cli.progress import Progress, kept_in
+from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli.outputs import Progress, kept_in
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
@@ -109,7 +109,7 @@ def sweep(
     context: typer.Context,
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
-    moved, given, label = vehicle_inputs.varied(plant, set_plant, vehicle, set_vehicle)
+    moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed)
     job = lab.sweep.Job(

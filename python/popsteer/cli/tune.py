@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from popsteer import controllers, lab, own
-from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
-from popsteer.cli.progress import Progress, kept_in
+from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli.outputs import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.common.distributions import distribution
@@ -121,7 +121,7 @@ def tune(
     ] = None,
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""
-    moved, given, _ = vehicle_inputs.varied(plant, set_plant, vehicle, set_vehicle)
+    moved, given, _ = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     if name not in controllers.names() and not own.is_named("controller", name):
         raise ConfigError.unknown("controller", name, controllers.names())

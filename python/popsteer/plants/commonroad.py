@@ -22,8 +22,7 @@ from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
 from popsteer.errors import ConfigError, InputError, PlantLimit
 from popsteer.plants.pedals import PedalParams
-from popsteer.plants.protocol import PlantState, follow
-from popsteer.plants.published import published
+from popsteer.plants.protocol import PlantState, follow, published
 
 if TYPE_CHECKING:
     from collections.abc import Callable

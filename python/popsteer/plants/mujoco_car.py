@@ -13,8 +13,7 @@ import mujoco
 
 from popsteer.errors import PlantLimit
 from popsteer.plants.pedals import MujocoCarParams
-from popsteer.plants.protocol import PlantState, follow
-from popsteer.plants.published import published
+from popsteer.plants.protocol import PlantState, follow, published
 
 # As in the model file.
 _WHEELBASE, _TRACK, _RADIUS, _CENTRE_HEIGHT = 2.7, 1.56, 0.33, 0.5

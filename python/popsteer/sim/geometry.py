@@ -9,8 +9,8 @@ from popsteer import plants
 from popsteer._core import CarlaIdentified, KinematicBicycle
 from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
-from popsteer.plants.own import ASKED
 from popsteer.plants.protocol import PythonPlant
+from popsteer.plants.registry import ASKED
 
 if TYPE_CHECKING:
     from popsteer._core import Vehicle

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.errors import ConfigError
-from popsteer.tracks.build import build, equal_steps
-from popsteer.tracks.geometry import Sampled, sample, straight, turn
+from popsteer.tracks.geometry import Sampled, build, equal_steps, sample, straight, turn
 from popsteer.tracks.manoeuvres import double_lane_change, obstacle_avoidance, step_steer
 
 if TYPE_CHECKING:

@@ -24,9 +24,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.ranges import check_in_range
-from popsteer.tracks.build import equal_steps, profile
 from popsteer.tracks.cusps import parallel_parking, three_point_turn
-from popsteer.tracks.geometry import Piece, Waypoints, placed
+from popsteer.tracks.geometry import Piece, Waypoints, equal_steps, placed, profile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -27,8 +27,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
-from popsteer.tracks.build import build, equal_steps
-from popsteer.tracks.geometry import Piece, Sampled, sample, straight
+from popsteer.tracks.geometry import Piece, Sampled, build, equal_steps, sample, straight
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

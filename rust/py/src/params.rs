@@ -191,7 +191,7 @@ pub(crate) use scaled;
 ///
 /// The text of each field is its documentation in the class and on the attribute. `@of vehicle`
 /// takes a vehicle before the parameters, `$usual` by default. The signature with its defaults is
-/// made in Python, by `popsteer.signatures`.
+/// made in Python, by `popsteer.params_file`.
 macro_rules! params {
     (
         {

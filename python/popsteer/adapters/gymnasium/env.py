@@ -8,14 +8,16 @@ import gymnasium
 import numpy as np
 
 from popsteer.adapters.gymnasium.picture import Picture
-from popsteer.adapters.gymnasium.spaces import (
+from popsteer.adapters.gymnasium.task import (
     INFO,
+    Actions,
+    RewardWeights,
+    Task,
     action_space,
     actions_of,
     observation_names,
     observation_space,
 )
-from popsteer.adapters.gymnasium.task import Actions, RewardWeights, Task
 from popsteer.errors import ConfigError, InputError
 from popsteer.sim import vehicle_of
 

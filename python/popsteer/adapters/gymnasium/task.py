@@ -6,13 +6,14 @@ import copy
 import math
 from bisect import bisect_right
 from dataclasses import astuple, dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 import numpy as np
+from gymnasium.spaces import Box
 
 from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
 from popsteer._core import Episodes, Settings
-from popsteer.errors import ConfigError, in_range
+from popsteer.errors import ConfigError, InputError, in_range
 from popsteer.ranges import check_in_range
 from popsteer.sim import plant_name, plant_names
 from popsteer.sim.closed_loop import at_constant_speed
@@ -22,8 +23,12 @@ from popsteer.tracks import Track
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from gymnasium.spaces import Space
+    from numpy.typing import ArrayLike, NDArray
+
     from popsteer import CoupledLongitudinal
     from popsteer.sim import Plant, Pose
+
 
 Actions: TypeAlias = Literal["steer", "steer-and-pedals"]
 """What the agent does: steer alone, at the path's speeds, or work the pedals as well."""
@@ -257,3 +262,46 @@ def _range(name: str, ends: tuple[float, float], bound: float) -> tuple[float, f
     if not -bound <= low <= high <= bound:
         raise ConfigError(name, (low, high), f"(lowest, highest) {in_range(-bound, bound)}")
     return low, high
+
+
+INFO = tuple(Episodes.info_names())
+"""The names of what is reported in addition to an observation."""
+
+
+def observation_names(task: Task) -> list[str]:
+    """Name the entries of an observation, in order."""
+    heads = [name for name in Episodes.figures() if name != "preview"]
+    points = range(len(task.preview))
+    return heads + [f"preview_{axis}[{k}]" for k in points for axis in "xy"]
+
+
+def observation_space(task: Task) -> Space[NDArray[np.float32]]:
+    """Give the space of observations."""
+    bounds = dict(Episodes.figures())
+    preview = bounds.pop("preview")
+    high = np.array([*bounds.values(), *[preview] * (2 * len(task.preview))], dtype=np.float32)
+    return cast("Space[NDArray[np.float32]]", Box(-high, high, dtype=np.float32))
+
+
+def action_space(task: Task) -> Space[NDArray[np.float32]]:
+    """Give the space of actions."""
+    count = 1 if task.actions == "steer" else 2
+    return cast("Space[NDArray[np.float32]]", Box(-1.0, 1.0, (count,), np.float32))
+
+
+def actions_of(actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
+    """Give actions as floats of this shape; refuse what has another.
+
+    Raises
+    ------
+    InputError
+        They are no numbers, or of another shape.
+    """
+    try:
+        array = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(name, actions, "numbers") from error
+    wanted = shape if name == "actions" else shape[1:]
+    if array.shape != wanted:
+        raise InputError(f"shape of {name}", array.shape, f"{wanted}")
+    return array.reshape(shape)

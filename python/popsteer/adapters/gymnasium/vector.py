@@ -10,7 +10,7 @@ from gymnasium.vector.utils import batch_space
 
 from popsteer.adapters.gymnasium.env import TrackEnv
 from popsteer.adapters.gymnasium.picture import Picture
-from popsteer.adapters.gymnasium.spaces import INFO, actions_of
+from popsteer.adapters.gymnasium.task import INFO, actions_of
 from popsteer.errors import ConfigError, InputError
 from popsteer.ranges import check_count
 
