@@ -11,8 +11,7 @@ import popsteer
 from popsteer import AdaptParams, PreviewPopParams, Vehicle, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
-from popsteer.lab.stability.carrot import carrot_curve
-from popsteer.lab.stability.preview_bend import choice
+from popsteer.lab.stability.carrot import carrot_curve, choice
 from studies.theory import Car, Given, driven_preview_offset, roll
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)

@@ -11,8 +11,8 @@ import pytest
 
 import popsteer
 from popsteer import Status, controllers, planning, sim
-from popsteer.sim.belief import believed, informed
 from popsteer.sim.pedals import PedalMap, check_longitudinal
+from popsteer.sim.steering import believed, informed
 
 X = np.arange(0.0, 90.0, 0.5)
 PATH = popsteer.Path(np.column_stack((X, 2.0 * np.sin(X / 8.0))), speed=6.0 + 0.0 * X)

@@ -7,13 +7,15 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import own, plants, sim, tracks, vehicles
+from popsteer import own, plants, presets, sim, toml_file, tracks, vehicles
 from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, params_of
 from popsteer.lab.common.names import controller_names
+from popsteer.lab.common.varied import usual
 from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
 from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
@@ -310,3 +312,51 @@ def varied(
 
 def _is_file(text: str) -> bool:
     return text.lower().endswith(".toml")
+
+
+DEFAULT_CONTROLLER = "preview-pop"
+"""The controller by default."""
+
+
+def tuning(
+    controller: str | None,
+    params: FilePath | None,
+    preset: str,
+    assignments: Sequence[str] | None,
+    *,
+    no_adapt: bool,
+) -> tuple[str, Tuning]:
+    """Give the name of the controller, by default the one that the file is of, and its tuning.
+
+    The arguments are those of `tuned`. Raises ConfigError as that does.
+    """
+    if controller is None:
+        controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
+    if baselines.is_known(controller) and preset == "default":
+        preset = presets.REPRODUCTION  # those from elsewhere have one tuning alone
+    return controller, tuned([controller], preset, assignments, no_adapt=no_adapt, params=params)
+
+
+def distributions(
+    vary: Sequence[str] | None, file: FilePath | None, plant: Plant
+) -> dict[str, Distribution]:
+    """Give what varies, by name: that of a file, or else what usually does, changed by `vary`.
+
+    `vary` is ``NAME=DISTRIBUTION`` each; ``NAME=none`` takes one out, and anything else leaves
+    what usually varies with the plant out. Raises ConfigError where the file is no TOML file of
+    ``NAME = "DISTRIBUTION"``, or a text is no distribution.
+    """
+    texts: dict[str, Any] = {}
+    if file is not None:
+        texts = toml_file.read(file, "--distributions")
+    elif not vary or all(each.partition("=")[2].strip() == "none" for each in vary):
+        texts = dict(usual(sim.vehicle_of(plant), plant))
+    for each in vary or []:
+        name, equals, text = (part.strip() for part in each.partition("="))
+        if not equals:
+            raise ConfigError("--vary", each, "written NAME=DISTRIBUTION")
+        if text == "none":
+            texts.pop(name, None)
+        else:
+            texts[name] = text
+    return {name: distribution(name, text) for name, text in texts.items()}

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
@@ -50,7 +50,7 @@ def sweep(
         options.optional(
             "NAME",
             "The controller, as compare has them. The default is that of --params, or else"
-            f" {varying.DEFAULT_CONTROLLER}.",
+            f" {inputs.DEFAULT_CONTROLLER}.",
         ),
     ] = None,
     params: options.Params = None,
@@ -110,14 +110,14 @@ def sweep(
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
-    name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
+    name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed)
     job = lab.sweep.Job(
         course.path,
         name,
         tuning.params[name],
         moved,
-        varying.distributions(vary, distributions, moved),
+        inputs.distributions(vary, distributions, moved),
         runs,
         seed,
         vehicle=given,

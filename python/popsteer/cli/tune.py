@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from popsteer import controllers, lab, own
-from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
@@ -48,7 +48,7 @@ def tune(
             "NAME",
             f"The controller: {', '.join(controllers.names())}, or your own as compare has it."
             " The default is that of"
-            f" --params, or else {varying.DEFAULT_CONTROLLER}.",
+            f" --params, or else {inputs.DEFAULT_CONTROLLER}.",
         ),
     ] = None,
     params: options.Params = None,
@@ -122,7 +122,7 @@ def tune(
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""
     moved, given, _ = inputs.varied(plant, set_plant, vehicle, set_vehicle)
-    name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
+    name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     if name not in controllers.names() and not own.is_named("controller", name):
         raise ConfigError.unknown("controller", name, controllers.names())
     base = tuning.params[name]
@@ -133,7 +133,7 @@ def tune(
             if not equals:
                 raise ConfigError("--search", each, "written NAME=DISTRIBUTION")
         wanted = {k.strip(): distribution(k.strip(), text) for _, k, _, text in pairs}
-    varies = varying.distributions(vary, distributions, moved)
+    varies = inputs.distributions(vary, distributions, moved)
     if not vary and distributions is None:
         # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}

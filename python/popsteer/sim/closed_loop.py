@@ -23,10 +23,10 @@ from popsteer._core import (
 )
 from popsteer.errors import ConfigError, PathError
 from popsteer.ranges import check_count, check_in_range
-from popsteer.sim.belief import believed, informed
 from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
+from popsteer.sim.steering import believed, informed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

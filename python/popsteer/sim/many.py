@@ -10,10 +10,10 @@ from popsteer import _core, controllers
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_count
-from popsteer.sim.belief import informed
 from popsteer.sim.closed_loop import check_seed, default_start
 from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
 from popsteer.sim.pedals import check_longitudinal
+from popsteer.sim.steering import informed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

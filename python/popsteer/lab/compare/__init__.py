@@ -1,12 +1,11 @@
 """Several controllers on one plant and one path: their errors beside the paper's.
 
-`runs` drives them, `step_time` times a step of each, `paper` holds the paper's figures; `table` is
-what the command prints, `files` what it writes, with `figures`.
+`runs` drives them and times a step of each, `paper` holds the paper's figures; `table` is what the
+command prints, `files` what it writes, with `figures`.
 """
 
 from popsteer.lab.compare import files, paper, table
-from popsteer.lab.compare.runs import Comparison, controller, parameters, run
-from popsteer.lab.compare.step_time import time_steps
+from popsteer.lab.compare.runs import Comparison, controller, parameters, run, time_steps
 
 __all__ = [
     "Comparison",

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from popsteer import controllers, presets, sim
-from popsteer.errors import ConfigError
+from popsteer._core import build_profile
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import beginning
 from popsteer.lab.common.names import controller_names
+from popsteer.lab.common.timing import Drive, Driver, time_calls
 from popsteer.sim import plant_name, vehicle_of
 
 if TYPE_CHECKING:
@@ -24,6 +29,7 @@ if TYPE_CHECKING:
     from popsteer.sim.closed_loop import Pose
     from popsteer.sim.geometry import StartAt
     from popsteer.sim.pedals import Longitudinal
+
 
 DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
 """The controllers of the paper, in the order of its table."""
@@ -275,3 +281,102 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
             first.start, path, first.plant_vehicle, speed, constant_speed, longitudinal
         )
     return Comparison(runs=runs, preset=preset, plant=plant_name(plant), begins=begins)
+
+
+# Of a slow controller as many as take a second or so, of a fast one as many as steady its median.
+_CALLS = 1000
+
+
+def time_steps(
+    comparison: Comparison,
+    params: Mapping[str, Any],
+    progress: Callable[[str, float], object] | None = None,
+    *,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Comparison:
+    """Measure the step of each controller on the states of its own run.
+
+    Each controller, fresh, is shown the recorded states from the start, again and again, and asked
+    for the angle alone, as `popsteer.lab.common.timing` does: warm caches, no garbage collection,
+    net of the clock where a step is so short that reading it counts.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs, with their records.
+    params : mapping
+        The tuning by name of the controller, as `popsteer.lab.compare.runs.parameters` gives it.
+    progress : callable, optional
+        Called with the name of the controller and the share of its timing done, 0 to 1.
+    adapt : AdaptParams or None, optional
+        How the controllers adapt; None: not at all. Left out: as each does by default.
+
+    Returns
+    -------
+    Comparison
+        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns];
+        without those of runs that code of your own ended.
+
+    Raises
+    ------
+    ConfigError
+        The runs kept no records.
+    PopsteerError
+        The extension module is a debug build, whose times would mean nothing.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> from popsteer.lab.compare import parameters
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> params = parameters(["pop"], "default")
+    >>> timed = time_steps(compare.run(path, params), params)
+    >>> timed.step_times["pop"] > 0.0
+    True
+    """
+    if build_profile == "debug":
+        raise PopsteerError("step times of a debug build mean nothing: install a release build")
+    times: dict[str, float] = {}
+    latencies: dict[str, Sequence[int]] = {}
+    for name, run in comparison.runs.items():
+        if run.traceback:
+            continue  # there is no step to time
+
+        def advance(share: float, name: str = name) -> None:
+            if progress is not None:
+                progress(f"time {name}", share)
+
+        make = partial(controller, name, run.path, comparison.believed, params[name], adapt)
+        times[name], latencies[name] = _step_time(comparison, run, make, advance)
+    return replace(comparison, step_times=times, latencies=latencies)
+
+
+def _nothing() -> None:
+    """Stand for the `reset` of a controller of one's own that has none."""
+
+
+def _step_time(
+    comparison: Comparison,
+    run: Run,
+    make: Callable[[], Any],
+    progress: Callable[[float], object],
+) -> tuple[float, Sequence[int]]:
+    """Give the median of a run's controller [s], and what each single step took [ns]."""
+    records = run.records
+    if not len(records["x"]):
+        raise ConfigError("keep_records", value=False, requirement="true where steps are timed")
+    table = np.column_stack([records[column] for column in ("x", "y", "yaw", "speed")])
+    states = [(x, y, yaw, speed) for x, y, yaw, speed in table.tolist()]
+    drive = Drive(comparison.plant, run.path, states, comparison.believed)
+
+    def driver() -> Driver:
+        made = make()
+        # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
+        return Driver(getattr(made, "steer", made.step), getattr(made, "reset", _nothing))
+
+    measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
+    percentiles = measured.percentiles[run.law]
+    net = percentiles.net_p50
+    median = 1e-9 * (percentiles.p50 if net is None else net)
+    return median, measured.singles[run.law]

@@ -11,8 +11,7 @@ from popsteer import presets
 from popsteer.errors import ConfigError
 from popsteer.lab import compare
 from popsteer.lab.common.longitudinal import made as pedals_of
-from popsteer.lab.compare.runs import parameters
-from popsteer.lab.compare.step_time import time_steps
+from popsteer.lab.compare.runs import parameters, time_steps
 from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.geometry import made, plant_name
 

@@ -1,12 +1,11 @@
 """How far the steering loops are from instability, and what that costs in bends.
 
-`linear` has the controllers in small signals, `runs` their margins, `carrot` and `preview_bend` the
-offsets in a bend; `table` and `figures` show them.
+`linear` has the controllers in small signals, `runs` their margins, `carrot` the offsets in a bend;
+`table` and `figures` show them.
 """
 
 from popsteer.lab.stability import table
-from popsteer.lab.stability.carrot import carrot_offset, driven_offset
-from popsteer.lab.stability.preview_bend import preview_offset
+from popsteer.lab.stability.carrot import carrot_offset, driven_offset, preview_offset
 from popsteer.lab.stability.runs import Margins, Stability, dead_time_map, margins, run
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""By how much following the carrot cuts a bend: in closed form, and driven.
+"""Offsets in a bend: following the carrot cuts it, in closed form and driven; preview POP hardly.
 
 POP steers the front wheels towards a point of the path at the distance ld, so the front axle moves
 as if it were drawn by a rope of that length. On a circle of radius R it comes to rest on a smaller
@@ -16,25 +16,36 @@ Where the front axle turns about the same point as the wheels say, a = L + K v²
 to the inside, whatever the wheelbase, the speed and the lag. Where the wheels turn the car less
 than that, the rope points inward, and on wide circles the offset is about
 ld (ld / 2 - (L + K v² - a)) / R.
+
+In a steady bend of curvature κ the prediction of preview POP with the right model foresees no error
+and asks for no move. Where the vehicle turns by l = L + K v² and the model by l', the controller
+commands c = κ l / l' in the model's curvature, and rests where the error asks for what is missing,
+with its gains g of `popsteer.lab.stability.linear`::
+
+    g_e e = (g_a + g_c) (κ - c)      e = (g_a + g_c) / g_e · (1 - l / l') / R
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from popsteer import sim, vehicles
-from popsteer._core import Path, Pop, PopParams, SpeedPid
+from popsteer._core import AdaptParams, Path, Pop, PopParams, PreviewPopParams, SpeedPid
 from popsteer.errors import ConfigError
-from popsteer.lab.stability.linear import lookahead, no_slip
+from popsteer.lab.stability.linear import lookahead, no_slip, preview_gains
+from popsteer.lab.stability.runs import margins
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from popsteer._core import Vehicle
+
 
 LATERAL = 2.0
 """Lateral acceleration in the bends of `carrot_curve` [m/s²]."""
@@ -170,3 +181,112 @@ def carrot_curve(plant: str) -> Carrot:
     driven = [driven_offset(radius, plant, math.sqrt(LATERAL * radius))[0] for radius in _RADII]
     rope = radii - np.sqrt(radii**2 - reach**2)
     return Carrot(radii, np.array(computed), rope, np.array(_RADII), np.array(driven))
+
+
+class Choice(NamedTuple):
+    """Margin and accuracy at each value of a parameter that trades one for the other."""
+
+    values: tuple[float, ...]
+    """The values."""
+    dead_times: tuple[float, ...]
+    """Dead time that may be added [s]; NaN where the loop is unstable without."""
+    offsets: tuple[float, ...]
+    """Offset in the bend, to the inside [m]."""
+
+
+def preview_offset(
+    params: PreviewPopParams,
+    vehicle: Vehicle,
+    radius: float,
+    speed: float,
+    dt: float = 0.05,
+    *,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> float:
+    """Offset that preview POP keeps in a steady bend.
+
+    Parameters
+    ----------
+    params : PreviewPopParams
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle as it is.
+    radius : float
+        Radius R of the bend [m]; it should be wide against the wheelbase.
+    speed : float
+        Speed v [m/s], positive.
+    dt : float, default 0.05
+        Control period [s].
+    believed : Vehicle, optional
+        The vehicle that the controller is given; `vehicle` by default.
+    adapt : AdaptParams or None, optional
+        How the controller adapts; None: not at all. Left out: as it does by default.
+
+    Returns
+    -------
+    float
+        How far inside the bend its tracked point runs [m]; negative outside. 0 where it estimates
+        how the vehicle turns.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> from popsteer import PreviewPopParams, Vehicle
+    >>> preview_offset(PreviewPopParams(), Vehicle(), 50.0, 15.0, adapt=None)
+    0.0
+    >>> longer = Vehicle(turning_wheelbase=3.3)
+    >>> offset = preview_offset(
+    ...     PreviewPopParams(), Vehicle(), 50.0, 15.0, believed=longer, adapt=None
+    ... )
+    >>> 0.0 < offset < 0.1
+    True
+    """
+    check_in_range("radius", radius, 1e-3, 1e6)
+    check_in_range("speed", speed, 1e-3, 1e3)
+    check_in_range("dt", dt, 1e-3, 1.0)
+    adapt = AdaptParams() if adapt == "auto" else adapt
+    if adapt is not None and adapt.turn_time > 0.0:
+        return 0.0
+    believed = vehicle if believed is None else believed
+    gains = preview_gains(params, believed, speed, dt)
+    turns, modelled = vehicle.turning_length(speed), believed.turning_length(speed)
+    return (gains.driven + gains.commanded) / gains.error * (1.0 - turns / modelled) / radius
+
+
+def choice(
+    params: PopParams | PreviewPopParams,
+    vehicle: Vehicle,
+    values: Sequence[float],
+    *,
+    radius: float = 50.0,
+    speed: float = 15.0,
+    dt: float = 0.05,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Choice:
+    """Vary the parameter of a controller that trades margin for accuracy.
+
+    `values` are lookahead distances [m] for POP, values of `steer_rate_cost` [m s/rad] for preview
+    POP. `radius` is that of the bend [m], and the other arguments are those of `preview_offset`.
+    Raises ConfigError where a number is out of its range.
+    """
+    dead_times, offsets = [], []
+    for value in values:
+        changed: PopParams | PreviewPopParams
+        if isinstance(params, PopParams):
+            changed = params.replace(lookahead_gain=0.0, min_lookahead=value)
+            offset = carrot_offset(value, radius, vehicle, speed)
+        else:
+            changed = params.replace(steer_rate_cost=value)
+            offset = preview_offset(
+                changed, vehicle, radius, speed, dt, believed=believed, adapt=adapt
+            )
+        found = margins(changed, vehicle, speed, dt, believed=believed, adapt=adapt)
+        dead_times.append(found.dead_time)
+        offsets.append(offset)
+    return Choice(tuple(values), tuple(dead_times), tuple(offsets))

@@ -15,9 +15,8 @@ from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
 from popsteer.lab.common.draw import drawn
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
-from popsteer.lab.stability.carrot import LATERAL, carrot_curve
+from popsteer.lab.stability.carrot import LATERAL, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
-from popsteer.lab.stability.preview_bend import Choice, choice
 from popsteer.lab.stability.runs import dead_time_map, run
 from popsteer.lab.stability.table import stability_caption
 from popsteer.sim import plant_names
