@@ -86,6 +86,18 @@ def test_tracks_lists_them_all(capsys: pytest.CaptureFixture[str]) -> None:
         assert tracks.get(name).title in outcome.out
 
 
+def test_tracks_that_are_named_are_listed_and_no_others(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = command.call(capsys, "tracks", "--tracks", "slalom,circle").out
+    assert [line.split()[0] for line in found.splitlines() if line[:1].isalpha()] == [
+        "slalom",
+        "circle",
+    ]
+    slalom = tracks.get("slalom")
+    assert f"{len(slalom.xy)} waypoints, {slalom.length:.0f} m, open" in found
+
+
 def test_tracks_export_writes_what_compare_reads(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
