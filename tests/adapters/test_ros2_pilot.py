@@ -238,3 +238,16 @@ def test_command_allows_as_hard_a_braking_as_it_asks_for() -> None:
                 assert drive.limit >= -drive.acceleration, (sign, before)
                 hardest = max(hardest, -drive.acceleration)
         assert hardest > 4.0
+
+
+def test_vehicle_that_has_come_to_rest_is_no_fault_after_a_gap_of_odometry() -> None:
+    path = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    for gap in (0.4, 0.7, 0.95):
+        pilot = ros2.Pilot(popsteer.PreviewPop(path))
+        last = ros2.Measured(2.0, 0.0, 0.0, 0.01, 0, "map", "base_link")
+        for k in range(20):
+            pilot.step(last._replace(x=2.0 + 0.0002 * (k - 19)), 0.0, DT)
+        for _ in range(round(gap / DT)):
+            pilot.step(None, 0.0, DT, "no odometry")
+        pilot.step(last._replace(speed=0.0), 0.0, DT)
+        assert (pilot.state, pilot.reason) == (ros2.State.DRIVING, ""), gap

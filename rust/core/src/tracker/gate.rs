@@ -141,7 +141,9 @@ impl Gate {
         self.since += elapsed;
         let repeats = vehicle.x.to_bits() == self.measured.x.to_bits()
             && vehicle.y.to_bits() == self.measured.y.to_bits();
-        if repeats && travel.abs() > Self::STILL * car.wheelbase {
+        // One that stood at either end may have stood in between.
+        let slowest = smaller(before.speed.abs(), vehicle.speed.abs());
+        if repeats && slowest * elapsed > Self::STILL * car.wheelbase {
             return self.hold_stale(car, vehicle, (travel, curvature), elapsed);
         }
         self.stale = 0.0;
