@@ -187,6 +187,12 @@ def test_simulation_that_begins_anew_is_a_jump_and_gone_on_with() -> None:
     assert bench.state == "driving"
 
 
+def test_simulated_time_that_runs_back_a_little_is_no_jump() -> None:
+    bench = Bench(sim_time=True)
+    ticking(bench, [10**9 + round(k * PERIOD) for k in (0, 1, 2, 1.95, 3, 2.5, 4)])
+    assert (bench.node.loop.jumps, bench.node.loop.cycles) == (0, 5)
+
+
 def test_simulated_time_that_stands_still_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pacing, "_STILL", 0.1)
     bench = Bench(sim_time=True)

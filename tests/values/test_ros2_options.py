@@ -42,6 +42,8 @@ def test_every_topic_has_its_type_and_its_new_name() -> None:
         assert types[topics.command] == topics.command_type
         assert types[topics.odometry] == messages.ODOMETRY
     given = {name: f"/new/{name}" for name in NAMES}
+    twist = replace(Topics(), command_type="geometry_msgs/msg/Twist")
+    assert twist.renamed({}, namespace="/car").command == "/car/cmd_vel"
     found = Topics().renamed(given)
     assert {name: getattr(found, name) for name in NAMES} == given
     with pytest.raises(ConfigError, match="topic"):

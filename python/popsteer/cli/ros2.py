@@ -33,7 +33,8 @@ Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
   path         /path                     nav_msgs/Path, or with --path-type trajectory
                                          autoware_planning_msgs/Trajectory
   command      /drive                    ackermann_msgs/AckermannDriveStamped, or with
-                                         --command-type control autoware_control_msgs/Control
+                                         --command-type control autoware_control_msgs/Control,
+                                         with twist a Twist on /cmd_vel
   predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
   diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
   clock        /clock                    rosgraph_msgs/Clock, with --sim-time

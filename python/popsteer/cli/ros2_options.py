@@ -188,28 +188,20 @@ def topics_of(
     nothing else is given. Raises ConfigError where a name or a type is not known.
     """
     # Here, so that the other commands do not load the adapter.
-    from popsteer.adapters.ros2.messages import (
-        ACKERMANN,
-        CONTROL,
-        PATH,
-        TRAJECTORY,
-        TWIST,
-        TWIST_STAMPED,
-    )
-    from popsteer.adapters.ros2.topics import Topics
+    from popsteer.adapters.ros2.messages import PATH, TRAJECTORY
+    from popsteer.adapters.ros2.topics import COMMANDS, Topics
 
     paths = {"path": PATH, "trajectory": TRAJECTORY}
-    twists = {"twist": TWIST, "twist-stamped": TWIST_STAMPED}
-    commands = {"ackermann": ACKERMANN, "control": CONTROL, **twists}
+    commands = {name.replace("_", "-"): kind for name, kind in COMMANDS.items()}
     topics = Topics.of_autoware() if autoware else Topics()
     asked = [each.partition("=")[0] for each in renamed or []]
     if twice := [name for name in asked if asked.count(name) > 1]:
         raise ConfigError("--topic", twice[0], "given once")
     return replace(
-        topics.renamed(logs.pairs("--topic", renamed), *(names or Names())),
+        topics,
         path_type=_chosen("--path-type", path_type, paths, topics.path_type),
         command_type=_chosen("--command-type", command_type, commands, topics.command_type),
-    )
+    ).renamed(logs.pairs("--topic", renamed), *(names or Names()))
 
 
 def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:

@@ -1,4 +1,4 @@
-"""Poses in the frame of the path, and of the vehicle's point, by tf2."""
+"""tuple[float, ...]s in the frame of the path, and of the vehicle's point, by tf2."""
 
 from __future__ import annotations
 
@@ -14,22 +14,19 @@ from popsteer.adapters.ros2 import Measured, MessageError, yaw_of
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-Pose = tuple[float, float, float]
-
 
 class Frames:
-    """Transforms what odometry says.
+    """Transforms odometry into another frame, and that of the vehicle's point, `base`.
 
-    `base` is the frame of the vehicle's point; empty for the odometry's own child frame. A
-    transform that is older than odometry by more than `stale` [s] is not used.
+    A transform that is older than odometry by more than `stale` [s] is not used.
     """
 
-    def __init__(self, node: Node) -> None:
-        self.base, self.stale = "", math.inf
+    def __init__(self, node: Node, stale: float) -> None:
+        self.base, self.stale = "", stale
         self._buffer = Buffer(cache_time=Duration(seconds=10))
         self._listener = TransformListener(self._buffer, node)
 
-    def find(self, target: str, source: str, stamp: int = 0) -> Pose:
+    def find(self, target: str, source: str, stamp: int = 0) -> tuple[float, ...]:
         """Give place and yaw of a frame in another: at a time [ns], or else the last known.
 
         Raises MessageError where tf does not know them.
@@ -44,28 +41,25 @@ class Frames:
             age = 1e-9 * (stamp - known) if known else 0.0
             if age > self.stale:
                 raise MessageError(f"transform from {source!r} to {target!r} is {age:.1f} s old")
-            moved = found.transform
-            return moved.translation.x, moved.translation.y, yaw_of(moved.rotation)
+            to, turn = found.transform.translation, found.transform.rotation
+            return to.x, to.y, yaw_of(turn)
         raise MessageError(f"no transform from {source!r} to {target!r}: {said}")
 
     def transform(self, measured: Measured, frame: str) -> Measured:
         """Give what is measured in a frame, of the vehicle's point."""
-        pose = measured[:3]
+        pose, child = measured[:3], measured.child_frame
         if measured.frame != frame:
             pose = _after(self.find(frame, measured.frame, measured.stamp), pose)
-        child = measured.child_frame
         if self.base and child and child != self.base:
-            pose = _after(pose, self.find(child, self.base))
-            measured = measured._replace(child_frame=self.base)
-        x, y, yaw = pose
-        return measured._replace(x=x, y=y, yaw=yaw, frame=frame)
+            pose, child = _after(pose, self.find(child, self.base)), self.base
+        return Measured(*pose, *measured[3:5], frame, child)
 
     def close(self) -> None:
         """Hear no more of tf."""
         self._listener.unregister()
 
 
-def _after(first: Pose, then: Pose) -> Pose:
+def _after(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:
     """Give a pose that is given in the frame of another pose."""
     (x, y, yaw), (ahead, left, turn) = first, then
     c, s = math.cos(yaw), math.sin(yaw)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import partial
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -11,24 +11,24 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosidl_runtime_py.utilities import get_message
 from std_srvs.srv import Trigger
 
+from popsteer.adapters.ros2.messages import ODOMETRY
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rclpy.node import Node
 
 _DEPTH = 10
+_OVERRIDES = QoSOverridingOptions.with_default_policies()
 
 
-class Reader:
+class Reader(deque[bytes]):
     """What has come in on a topic."""
-
-    def __init__(self) -> None:
-        self.queue: deque[bytes] = deque(maxlen=_DEPTH)
 
     def take(self) -> list[bytes]:
         """Take it, the oldest first."""
-        found = list(self.queue)
-        self.queue.clear()
+        found = list(self)
+        self.clear()
         return found
 
 
@@ -37,10 +37,7 @@ class Writer:
 
     def __init__(self, publisher: Any) -> None:
         self._publisher = publisher
-
-    def write(self, data: bytes) -> None:
-        """Publish a message."""
-        self._publisher.publish(data)
+        self.write = publisher.publish
 
     @property
     def peers(self) -> int:
@@ -48,75 +45,62 @@ class Writer:
         return int(self._publisher.get_subscription_count())
 
 
-class Transport:
+class Transport(ExitStack):
     """What the node needs of a member of a domain, over the node of rclpy.
 
-    `came` is called when there is odometry to step on.
+    `came` is called when there is odometry to step on. To close it takes all away that it made.
     """
 
     def __init__(self, node: Node, came: Callable[[], object]) -> None:
+        super().__init__()
         self.node, self.namespace = node.get_name(), node.get_namespace()
-        self.domain = node.context.get_domain_id()
         self.graph = self  # rclpy's node knows the graph
-        self.release: Callable[[], str] = str
         self._node, self._came = node, came
-        self._closers: list[Callable[[], object]] = []
         self._published: set[str] = set()
 
     def reader(self, topic: str, kind: str) -> Reader:
         """Subscribe to all publishers of a topic."""
-        return self._subscribe(topic, kind, ReliabilityPolicy.BEST_EFFORT, self._came)
+        return self._subscribe(topic, kind, ReliabilityPolicy.BEST_EFFORT)
 
     def latest(self, topic: str, kind: str) -> Reader:
-        """Subscribe to the reliable publishers of a path.
+        """Subscribe to the reliable publishers of a path; to kept ones by a QoS override alone."""
+        return self._subscribe(topic, kind, ReliabilityPolicy.RELIABLE)
 
-        The path that a planner has kept comes by the QoS override ``durability: transient_local``
-        alone: a subscription of rclpy has one QoS.
-        """
-        return self._subscribe(topic, kind, ReliabilityPolicy.RELIABLE, lambda: None)
-
-    def _subscribe(
-        self, topic: str, kind: str, reliability: Any, came: Callable[[], object]
-    ) -> Reader:
-        reader = Reader()
+    def _subscribe(self, topic: str, kind: str, reliability: Any) -> Reader:
+        reader = Reader(maxlen=_DEPTH)
 
         def take(data: bytes) -> None:
-            reader.queue.append(bytes(data))
-            came()
+            reader.append(bytes(data))
+            if kind == ODOMETRY:
+                self._came()
 
-        found = self._node.create_subscription(
-            get_message(kind),
-            topic,
-            take,
-            QoSProfile(depth=_DEPTH, reliability=reliability),
-            raw=True,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        profile, node = QoSProfile(depth=_DEPTH, reliability=reliability), self._node
+        found = node.create_subscription(
+            get_message(kind), topic, take, profile, raw=True, qos_overriding_options=_OVERRIDES
         )
-        self._closers.append(partial(self._node.destroy_subscription, found))
+        self.callback(node.destroy_subscription, found)
         return reader
 
     def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
         """Publish on a topic, reliably."""
         kept = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        profile = QoSProfile(depth=depth, durability=kept)
         found = self._node.create_publisher(
-            get_message(kind),
-            topic,
-            QoSProfile(depth=depth, durability=kept),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            get_message(kind), topic, profile, qos_overriding_options=_OVERRIDES
         )
-        self._closers.append(partial(self._node.destroy_publisher, found))
+        self.callback(self._node.destroy_publisher, found)
         self._published.add(topic)
         return Writer(found)
 
-    def service(self, name: str) -> Reader:
-        """Offer the service that forgets a fault; rclpy answers it, so no requests wait here."""
+    def service(self, name: str, do: Callable[[], str]) -> Reader:
+        """Offer a service that answers with what `do` says; rclpy calls it, so nothing waits."""
 
         def answer(_: Any, response: Any) -> Any:
-            response.success, response.message = True, self.release()
+            response.success, response.message = True, do()
             return response
 
         found = self._node.create_service(Trigger, name, answer)
-        self._closers.append(partial(self._node.destroy_service, found))
+        self.callback(self._node.destroy_service, found)
         return Reader()
 
     def look(self) -> None:
@@ -125,8 +109,3 @@ class Transport:
     def others(self, topic: str) -> int:
         """Count the publishers of a topic that are not this node's."""
         return int(self._node.count_publishers(topic)) - (topic in self._published)
-
-    def close(self) -> None:
-        """Take all readers, writers and services away."""
-        while self._closers:
-            self._closers.pop()()

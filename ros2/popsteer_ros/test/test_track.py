@@ -18,7 +18,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
 from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Odometry, Path
-from popsteer_ros.node import Track, load_path
+from popsteer_ros.node import Track
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -335,7 +335,7 @@ def test_simulated_time_gives_the_periods_and_one_that_begins_anew_is_driven_on(
 
     steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
     car.node.create_timer(0.01, tick, clock=steady)  # twice as fast as real time
-    assert car.until(lambda: car.track.seconds() > 100.0)
+    assert car.until(lambda: car.track.now() > 100 * 10**9)
     car.start()
     assert car.until(lambda: car.paths.get_subscription_count() > 0)
     assert car.until(lambda: car.track.core.intake.measured is not None)
@@ -347,9 +347,11 @@ def test_simulated_time_gives_the_periods_and_one_that_begins_anew_is_driven_on(
     car.close()
 
 
-def test_raceline_of_f1tenth_has_speeds(tmp_path: Any) -> None:
+def test_raceline_of_f1tenth_is_driven_at_its_speeds(tmp_path: Any) -> None:
     file = tmp_path / "line.csv"
     head = "# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n"
-    file.write_text(f"{head}0; 0; 1; 0; 0; 3; 0\n5; 5; 1; 0; 0; 4; 0\n")
-    found = load_path(str(file), closed=False)
-    assert (found.x.tolist(), found.speed.tolist()) == ([0.0, 5.0], [3.0, 4.0])
+    file.write_text(f"{head}0; 0; 0; 0; 0; 3; 0\n25; 25; 0; 0; 0; 3; 0\n50; 50; 0; 0; 0; 3; 0\n")
+    car = Car(path_file=str(file)).start()
+    assert car.until(lambda: car.speed > 2.9)
+    assert not car.until(lambda: car.speed > 3.3, 1.0)
+    car.close()

@@ -355,24 +355,10 @@ def ackermann_message(
 
 
 def control_message(steer: float, speed: float, acceleration: float, nanoseconds: int) -> Any:  # noqa: ANN401
-    """Make a control command of Autoware.
+    """Make a control command of Autoware: angle [rad], speed [m/s], acceleration [m/s²], time [ns].
 
-    Parameters
-    ----------
-    steer : float
-        Angle of the front wheels [rad], positive to the left.
-    speed : float
-        Speed [m/s], negative backwards.
-    acceleration : float
-        Acceleration in the direction of driving [m/s²], as Autoware's own controllers and simulator
-        have it; negative brakes.
-    nanoseconds : int
-        Its time [ns].
-
-    Returns
-    -------
-    autoware_control_msgs/msg/Control
-        The message.
+    The acceleration is in the direction of driving, as Autoware's own controllers and simulator
+    have it; negative brakes.
 
     Examples
     --------

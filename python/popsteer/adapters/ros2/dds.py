@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from weakref import WeakMethod
 
 from popsteer.adapters.ros2.discovery import configuration, domain_of
 from popsteer.adapters.ros2.graph import Graph, user_data
@@ -13,6 +14,9 @@ from popsteer.adapters.ros2.messages import encode, hash_of, make
 from popsteer.adapters.ros2.names import check_name, check_namespace, check_node
 from popsteer.errors import PopsteerError
 from popsteer.extras import require
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _BATCH = 256
 # How long the last message of a publisher that keeps it is waited for [s].
@@ -96,9 +100,9 @@ class Participant:
         """Subscribe to all reliable publishers of a topic, those that keep their messages, too."""
         return Latest(self, topic, kind)
 
-    def service(self, name: str) -> Service:
-        """Offer a service of the type ``std_srvs/srv/Trigger``."""
-        return Service(self, check_name("service", name))
+    def service(self, name: str, do: Callable[[], str]) -> Service:
+        """Offer a service of the type ``std_srvs/srv/Trigger``; `do` says what it answers."""
+        return Service(self, check_name("service", name), do)
 
     def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
         """Publish on a topic of a type, reliably.
@@ -251,7 +255,8 @@ class Service:
     The header of requests is that of ``rmw_cyclonedds_cpp``, whose clients alone hear the answers.
     """
 
-    def __init__(self, participant: Participant, name: str) -> None:
+    def __init__(self, participant: Participant, name: str, do: Callable[[], str]) -> None:
+        self._do = WeakMethod(do)  # the node's, which has this: no circle keeps both alive
         kind = "std_srvs/srv/Trigger"
         request, answer = f"{kind}_Request", f"{kind}_Response"
         found = participant.open_reader(f"{name}Request", request, reliable=True, prefix="rq")
@@ -259,14 +264,13 @@ class Service:
         writer = participant.open_writer(f"{name}Reply", answer, depth=10, prefix="rr")
         self._answers = Writer(writer, answer)
 
-    def take(self) -> list[bytes]:
-        """Take the headers of the requests that have come in."""
-        return [data[4:20] for data in self._requests.take() if data[:2] == b"\0\1"]
-
-    def answer(self, header: bytes, text: str) -> None:
-        """Answer a request with success and a text."""
-        body = encode(make("std_srvs/srv/Trigger_Response", success=True, message=text))
-        self._answers.write(body[:4] + header + body[4:])
+    def take(self) -> None:
+        """Answer the requests that have come in, with success."""
+        for data in self._requests.take():
+            if data[:2] == b"\0\1" and (do := self._do()) is not None:
+                response = make("std_srvs/srv/Trigger_Response", success=True, message=do())
+                body = encode(response)
+                self._answers.write(body[:4] + data[4:20] + body[4:])
 
 
 class Writer:

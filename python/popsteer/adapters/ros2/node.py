@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from popsteer.adapters.ros2 import diagnostics
@@ -48,6 +48,16 @@ _SECOND = 10**9
 _AHEAD = 2.0  # the intended trajectory's length [s] ...
 _POSES = 40  # ... and its poses at most
 
+RANGES = {
+    "rate": (1.0, 1000.0),
+    "stale": (0.01, 1.0),
+    "hold": (0.0, 10.0),
+    "keep_path": (0.0, 1e6),
+    "timeout": (0.0, 1e6),
+    "report_rate": (0.1, 1000.0),
+}
+"""What the numbers of `Options` may be."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -87,15 +97,7 @@ class Options:
     """Diagnostics and intended trajectories a second [Hz]."""
 
     def __post_init__(self) -> None:
-        ranges = {
-            "rate": (1.0, 1000.0),
-            "stale": (0.01, 1.0),
-            "hold": (0.0, 10.0),
-            "keep_path": (0.0, 1e6),
-            "timeout": (0.0, 1e6),
-            "report_rate": (0.1, 1000.0),
-        }
-        for name, (low, high) in ranges.items():
+        for name, (low, high) in RANGES.items():
             check_in_range(name, getattr(self, name), low, high)
 
     @property
@@ -151,12 +153,12 @@ class Node:
         topics, types = options.topics, options.topics.types()
         for kind in types.values():
             make(kind)  # the first message of a type takes up to 0.3 s, which is not for mid-drive
-        self._odometry = participant.reader(topics.odometry, ODOMETRY)
-        self._paths = participant.latest(topics.path, topics.path_type)
+        self.odometry_reader = participant.reader(topics.odometry, ODOMETRY)
+        self.path_reader = participant.latest(topics.path, topics.path_type)
         self._mode = participant.reader(topics.mode, CONTROL_MODE) if topics.mode else None
         self._autonomous = False
         names = participant.node, participant.namespace
-        self._resets = participant.service(expanded("~/reset", *names))
+        self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
         latched = topics.command_type == CONTROL
         self._writers = {
@@ -175,16 +177,6 @@ class Node:
         self._reported = 0
         self._told = ""
 
-    @property
-    def odometry_reader(self) -> Reader:
-        """Where odometry comes in."""
-        return self._odometry
-
-    @property
-    def path_reader(self) -> Reader:
-        """Where paths come in."""
-        return self._paths
-
     def jumped(self, seconds: float) -> None:
         """Note that the clock has jumped by `seconds`: what was measured before is discarded."""
         self.loop.jumps += 1
@@ -193,6 +185,13 @@ class Node:
         self.intake.forget_odometry()
         if self.pilot is not None:
             self.pilot.reset()
+
+    def change(self, **options: float) -> None:
+        """Change `stale`, `hold` or `keep_path` of the options while it runs."""
+        self.options = replace(self.options, **options)  # type: ignore[arg-type]
+        self.intake.stale = self.options.stale
+        if self.pilot is not None:
+            self.pilot.hold = self.options.hold
 
     def release(self) -> str:
         """Forget the fault that it brakes for; says what it was."""
@@ -234,10 +233,10 @@ class Node:
         topics, intake, participant = self.options.topics, self.intake, self._participant
         if intake.measured is None:
             topic, kind, count = topics.odometry, ODOMETRY, intake.odometry
-            reader: Reader = self._odometry
+            reader: Reader = self.odometry_reader
         else:
             topic, kind, count = topics.path, topics.path_type, intake.courses
-            reader = self._paths
+            reader = self.path_reader
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
             f" {self.options.timeout:g} s:"
@@ -246,14 +245,13 @@ class Node:
 
     def _take(self, now: int) -> None:
         topics, seconds = self.options.topics, 1e-9 * now
-        for data in self._odometry.take():
+        for data in self.odometry_reader.take():
             self._record(topics.odometry, ODOMETRY, data, now)
             self.intake.take_odometry(data, seconds)
-        for data in self._paths.take():
+        for data in self.path_reader.take():
             self._record(topics.path, topics.path_type, data, now)
             self.intake.take_course(data, seconds)
-        for header in self._resets.take():
-            self._resets.answer(header, self.release())
+        self._resets.take()
         for data in self._mode.take() if self._mode is not None else ():
             self._record(topics.mode, CONTROL_MODE, data, now)
             with suppress(Exception):  # bytes that are no message say nothing

@@ -71,10 +71,20 @@ class Pace:
         """Say by how much a clock has jumped [s], else 0; periods begin anew where theirs has."""
         moved, self._offset = wall - now - self._offset, wall - now
         passed = now - self._before
-        if passed < 0 or (wall == now and passed > max(_SIM_JUMP * _SECOND, 5 * self._period)):
+        leaps = wall == now and passed > max(_SIM_JUMP * _SECOND, 5 * self._period)
+        if leaps or passed < -_JUMP * _SECOND:
             self._before = self._base = now - self._period
             moved = passed
         return moved / _SECOND if abs(moved) > _JUMP * _SECOND else 0.0
+
+    def cycle(self, node: Node, now: int, wall: int, *, came: bool) -> bool:
+        """Let a node do a cycle, if it is time for one; says whether it was."""
+        if jump := self.jump(now, wall):
+            node.jumped(jump)
+        if now < (self.earliest if came else self.due):
+            return False
+        node.cycle(wall, *self.step(now, came=came))
+        return True
 
     def step(self, now: int, *, came: bool) -> tuple[float, int]:
         """Step, on odometry if it `came`; give the time since the last [s], and steps missed."""
@@ -93,9 +103,7 @@ def _spin_real(node: Node, stopped: Callable[[], bool], at: list[int]) -> None:
         time.sleep(max(pace.earliest - time.monotonic_ns(), 0) / _SECOND)
         came = node.odometry_reader.wait(max(pace.due - time.monotonic_ns(), 0) / _SECOND)
         steady, at[0] = time.monotonic_ns(), time.time_ns()
-        if jump := pace.jump(steady, at[0]):
-            node.jumped(jump)
-        node.cycle(at[0], *pace.step(steady, came=came))
+        pace.cycle(node, steady, at[0], came=came)
         node.check_silence((steady - begun) / _SECOND)
 
 
@@ -105,27 +113,17 @@ def _spin_simulated(
     clock = participant.reader(node.options.topics.clock, CLOCK)
     period = round(node.options.period * _SECOND)
     begun = heard = time.monotonic()
-    before: int | None = None
-    due = 0
+    pace: Pace | None = None
     while not stopped():
         clock.wait(_PATIENCE)
         for now in _ticks(clock):
-            if before is None:
-                before, due = now - period, now
-            elif now < before or now - before > max(_SIM_JUMP * _SECOND, 5 * period):
-                node.jumped((now - before) / _SECOND)
-                before, due = now - period, now
-            heard = time.monotonic()
-            if now >= due:
-                missed = (now - due) // period
-                due += (missed + 1) * period
-                at[0] = now
-                node.cycle(now, (now - before) / _SECOND, missed)
-                before = now
+            pace = pace or Pace(period, now - period, now - period)
+            heard, at[0] = time.monotonic(), now
+            pace.cycle(node, now, now, came=False)
         waited = time.monotonic() - begun
-        if before is not None and time.monotonic() - heard > _STILL:
+        if pace is not None and time.monotonic() - heard > _STILL:
             node.note(f"paused: time stands still on {node.options.topics.clock}")
-        if before is None and waited >= node.options.timeout:
+        if pace is None and waited >= node.options.timeout:
             topic = node.options.topics.clock
             raise PopsteerError(
                 f"no {CLOCK} on {topic} in domain {participant.domain} within"

@@ -14,12 +14,22 @@ from popsteer.adapters.ros2.messages import (
     ODOMETRY,
     PATH,
     TRAJECTORY,
+    TWIST,
+    TWIST_STAMPED,
 )
 from popsteer.adapters.ros2.names import check_name, expanded
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+COMMANDS = {
+    "ackermann": ACKERMANN,
+    "control": CONTROL,
+    "twist": TWIST,
+    "twist_stamped": TWIST_STAMPED,
+}
+"""The types that a command can have, by the words for them."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,8 @@ class Topics:
                 raise ConfigError.unknown("topic", what, [*known])
         own = {"odometry": "odom", "path": "path", "command": "drive"}
         own["predicted"] = "~/predicted_path"
+        if self.command_type in (TWIST, TWIST_STAMPED):
+            own["command"] = "cmd_vel"
         relative = {what: name for what, name in own.items() if known[what] == getattr(plain, what)}
         within = node, namespace
         full = {what: expanded(name, *within) for what, name in {**relative, **names}.items()}
