@@ -22,8 +22,7 @@ pytest.importorskip("scenariogeneration", reason="scenariogeneration is not inst
 
 import carla
 
-from tests.adapters.carla_actor import CAR, Actor
-from tests.adapters.carla_road import road, route
+from tests.adapters.carla_actor import CAR, Actor, road, route
 
 SPEED = 8.0
 ROADS = {"road": road(), "mirrored": road(-1.0)}

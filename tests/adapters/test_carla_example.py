@@ -18,8 +18,7 @@ pytest.importorskip("scenariogeneration", reason="scenariogeneration is not inst
 
 import carla
 
-from tests.adapters.carla_actor import CAR, Actor, World
-from tests.adapters.carla_road import road, route
+from tests.adapters.carla_actor import CAR, Actor, World, road, route
 
 
 class _SpawnedActor(Actor):

@@ -8,7 +8,7 @@ import pytest
 
 import popsteer
 from tests.bags import write_bag
-from tests.cli import command, logs
+from tests.cli import command
 from tests.helpers import looped
 
 if TYPE_CHECKING:
@@ -19,12 +19,12 @@ pytest.importorskip("scipy")
 
 @pytest.fixture(scope="module")
 def columns() -> dict[str, Any]:
-    return logs.drive()
+    return command.drive()
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory, columns: dict[str, Any]) -> Path:
-    return logs.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
+    return command.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
 
 
 def test_identify_writes_a_vehicle_and_what_it_was_made_of(

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from popsteer.lab.sweep import rows
-from tests.cli import command, logs
+from tests.cli import command
 from tests.helpers import looped
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "speed": speed,
         "steer": np.arctan(2.7 * 0.1 * np.cos(0.2 * t) / speed),
     }
-    return logs.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
+    return command.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
 
 
 @pytest.fixture(scope="module")

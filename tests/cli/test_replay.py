@@ -11,7 +11,7 @@ import popsteer
 from popsteer import controllers
 from popsteer.lab.replay import own_path, run
 from popsteer.logs import Log, LogError
-from tests.cli import command, logs
+from tests.cli import command
 from tests.helpers import looped
 
 if TYPE_CHECKING:
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def columns() -> dict[str, Any]:
-    return logs.drive()
+    return command.drive()
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory, columns: dict[str, Any]) -> Path:
-    return logs.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
+    return command.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
 
 
 def test_replay_of_the_controller_that_drove_agrees_with_it(columns: dict[str, Any]) -> None:
     x = 0.5 * np.arange(1600)
     path = popsteer.Path(np.column_stack((x, 12.0 * np.sin(x / 22.0))))
-    found = run(Log(**columns), {"stanley": None}, logs.CAR, path=path)
+    found = run(Log(**columns), {"stanley": None}, command.CAR, path=path)
     shadow = found.shadows["stanley"]
     # It takes over from a driver at the start, and lets go of that angle by and by.
     assert np.abs(shadow.steer - columns["steer"])[-300:].mean() < 1e-3
@@ -66,7 +66,7 @@ def test_replay_after_a_gap_begins_anew(columns: dict[str, Any]) -> None:
     kept = np.ones(len(columns["t"]), dtype=bool)
     kept[300:340] = False
     log = Log(**{name: values[kept] for name, values in columns.items()})
-    found = run(log, {"preview-pop": None, "pid": None}, logs.CAR)
+    found = run(log, {"preview-pop": None, "pid": None}, command.CAR)
     for shadow in found.shadows.values():
         assert np.isfinite(shadow.steer).all()
         assert shadow.share("fault") == 0.0
@@ -108,7 +108,7 @@ def test_replay_prints_a_table_and_writes_files(
     capsys: pytest.CaptureFixture[str], file: Path, tmp_path: Path
 ) -> None:
     car, out = tmp_path / "car.toml", tmp_path / "out"
-    logs.CAR.save(car)
+    command.CAR.save(car)
     outcome = command.call(
         capsys, "replay", str(file), "--vehicle", str(car), "--out", str(out),
         "--controllers", "stanley,preview-pop",

@@ -20,7 +20,7 @@ from popsteer import lab
 from popsteer.cli import main
 from popsteer.lab.common.distributions import distribution
 from popsteer.params_file import load_all
-from tests.cli import command, logs
+from tests.cli import command
 from tests.helpers import looped
 from tests.pages_of_html import Html, columns
 
@@ -42,8 +42,8 @@ ALL = {**DRIVEN, **WATCHED}
 def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Html, str]]:
     """The page of each command, and what it printed."""
     folder = tmp_path_factory.mktemp("reports")
-    logs.write_csv(folder / "drive.csv", logs.drive())
-    logs.CAR.save(folder / "car.toml")
+    command.write_csv(folder / "drive.csv", command.drive())
+    command.CAR.save(folder / "car.toml")
     found = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -156,7 +156,7 @@ def test_page_of_an_identification_has_the_vehicle_that_out_writes(
         next(text for text in page.texts["code"] if "wheelbase = " in text), encoding="utf-8"
     )
     found = popsteer.Vehicle.load(tmp_path / "car.toml")
-    assert abs(found.turning_length(8.0) - logs.CAR.turning_length(8.0)) < 0.05
+    assert abs(found.turning_length(8.0) - command.CAR.turning_length(8.0)) < 0.05
 
 
 def test_cars_of_a_comparison_are_where_the_records_have_them(
@@ -260,7 +260,7 @@ def test_report_that_cannot_be_written_is_refused_before_the_work(
     arguments: tuple[str, ...],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    logs.CAR.save(tmp_path / "car.toml")
+    command.CAR.save(tmp_path / "car.toml")
     (tmp_path / "drive.csv").write_text("t,x\n")
     (tmp_path / "folder.html").mkdir()
     for place, said in (

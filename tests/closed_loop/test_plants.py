@@ -16,8 +16,8 @@ from popsteer import lab, plants, sim, tracks
 from popsteer.errors import ConfigError, InputError, PathError, PlantLimit, PopsteerError
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from studies.chain import Chain
+from tests.closed_loop.drives import Bicycle
 from tests.closed_loop.paths import cusps, line, shuttle, track
-from tests.closed_loop.python_bicycle import Bicycle
 from tests.helpers import authors_data
 
 COMMONROAD = [name for name in plants.names() if name.startswith("commonroad-")]

@@ -10,8 +10,8 @@ import pytest
 import popsteer
 from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError, InputError, PathError
+from tests.closed_loop.drives import Bicycle
 from tests.closed_loop.paths import line, track
-from tests.closed_loop.python_bicycle import Bicycle
 
 if TYPE_CHECKING:
     from popsteer.sim import Run

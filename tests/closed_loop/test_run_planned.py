@@ -14,7 +14,7 @@ import popsteer
 from popsteer import ConfigError, InputError, Path, Vehicle, sim, tracks
 from popsteer.plants import get
 from popsteer.tracks import edges
-from tests.closed_loop.python_bicycle import Bicycle
+from tests.closed_loop.drives import Bicycle
 
 CAR = Vehicle(
     wheelbase=2.7,

@@ -11,7 +11,7 @@ import pytest
 
 import popsteer
 from popsteer import sim
-from tests.closed_loop.python_bicycle import Bicycle
+from tests.closed_loop.drives import Bicycle
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 
 import popsteer
+from studies.cases import BEFORE, case_lines, titles
+from studies.layout import table
 from tests.trust.car import TOLD, Car, drive, flips, out_and_back
+from tests.trust.cases import CASES
 
 LAWS = (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit, popsteer.Pid)
 
@@ -80,3 +84,24 @@ def test_status_names_the_limit_that_binds() -> None:
         command = popsteer.Stanley(path, car).step(20.0, 3.0, 0.0, 8.0, 0.05)
         assert limit in command.status, (limit, command.status)
         assert status.SATURATED in command.status
+
+
+MISSED = {
+    "yaw noise, 20 % lost, jitter: error by that of `adapt=None`",
+}
+
+
+def test_page_table_of_cases_is_what_is_driven() -> None:
+    lines = case_lines()
+    assert table("loop.md", "cases") == lines
+    missed = {
+        title for title, row in zip(titles(), lines, strict=True) if "**" in row.split("|")[4]
+    }
+    assert missed == MISSED
+
+
+def test_most_cases_are_missed_by_version_0_3_0() -> None:
+    before = json.loads(BEFORE.read_text(encoding="utf-8"))
+    assert list(before) == titles()
+    values = zip(CASES, before.values(), strict=True)
+    assert sum(value is None or not case.met(value) for case, value in values) > 30

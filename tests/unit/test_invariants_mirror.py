@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 import popsteer
 from tests.parity.checks import adapting
-from tests.parity.decided import decided
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
+from tests.parity.plans import decided
 from tests.parity.strategies import (
     ADAPTS,
     CALM_VEHICLES,

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 import popsteer
 from tests.parity.checks import adapting
-from tests.parity.decided import decided
 from tests.parity.laws import LATERAL, POP, PREVIEW_POP, PURE_PURSUIT, STANLEY, Law
+from tests.parity.plans import decided
 from tests.parity.strategies import ADAPTS, CALM_VEHICLES, SEEDS, Shape, Spot, Waypoints
 
 REACH = 2e3

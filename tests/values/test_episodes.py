@@ -11,7 +11,7 @@ import pytest
 
 import popsteer
 from popsteer import sim, tracks
-from tests.values.twins import BACKWARDS, SELF
+from tests.values.tables import BACKWARDS, SELF
 
 gymnasium = pytest.importorskip("gymnasium", reason='the extra "gym" is not installed')
 

@@ -18,7 +18,8 @@ import popsteer
 from popsteer import Status, sim
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.theme import THEMES
-from tests.values import documents, tables
+from tests.values import tables
+from tests.values import tables as documents
 from tests.values.test_known_answers_replay import identification, replay
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from popsteer import planning
 from popsteer.logs import Log
 from popsteer.planning import SpeedLimits
 from tests.planned import closed_spline, random_course
-from tests.values import documents
+from tests.values import tables as documents
 
 if TYPE_CHECKING:
     from collections.abc import Callable

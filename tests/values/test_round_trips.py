@@ -18,8 +18,7 @@ from popsteer.lab.common.varied import varied, varying
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep.job import from_text
 from popsteer.planning import SpeedLimits
-from tests.values.fields import changed
-from tests.values.tables import STRAIGHT, job, row
+from tests.values.tables import STRAIGHT, changed, job, row
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

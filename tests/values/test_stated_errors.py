@@ -11,7 +11,7 @@ import pytest
 import popsteer
 from popsteer.logs import Log
 from studies.chain import Chain as Car
-from tests.values.twins import MIRRORED
+from tests.values.tables import MIRRORED
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

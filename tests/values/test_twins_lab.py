@@ -14,7 +14,7 @@ from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.varied import run_seed
 from popsteer.logs import Log
 from popsteer.planning import SpeedLimits, speed_profile
-from tests.values.twins import BACKWARDS, MIRRORED, SELF, Twin
+from tests.values.tables import BACKWARDS, MIRRORED, SELF, Twin
 
 CAR = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.1, dead_time=0.05)
 STRAIGHT = [(0.5 * k, 0.0) for k in range(121)]

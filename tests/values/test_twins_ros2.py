@@ -9,7 +9,7 @@ import pytest
 
 import popsteer
 from popsteer.adapters import ros2
-from tests.values.twins import BACKWARDS, MIRRORED, SELF, Twin
+from tests.values.tables import BACKWARDS, MIRRORED, SELF, Twin
 
 if TYPE_CHECKING:
     from collections.abc import Callable
