@@ -385,12 +385,27 @@ def test_intended_trajectory_begins_at_the_vehicle(bench: Bench) -> None:
     assert 5.0 < xs[-1] - xs[0] < 10.0  # 2 s at 4 m/s
 
 
-def test_last_command_is_to_stand(bench: Bench) -> None:
-    bench.run(5)
-    bench.drive.take()
-    bench.node.finish(bench.now)
-    assert bench.drive.wait(1.0)
-    assert messages.decode(messages.ACKERMANN, bench.drive.take()[-1]).drive.speed == 0.0
+def test_last_command_is_to_stand_as_hard_as_the_one_before_allows() -> None:
+    for kind in (messages.ACKERMANN, messages.CONTROL):
+        bench = Bench(topics=replace(Topics(), command_type=kind))
+        bench.node.finish(bench.now)
+        assert not bench.drive.take()
+        bench.begin()
+        bench.run(5)
+        last = bench.node.drive
+        assert last is not None
+        assert last.limit > 0.5
+        bench.drive.wait(1.0)
+        bench.drive.take()
+        bench.node.finish(bench.now)
+        assert bench.drive.wait(1.0)
+        said = messages.decode(kind, bench.drive.take()[-1])
+        if kind == messages.ACKERMANN:
+            found = said.drive.speed, said.drive.acceleration, said.drive.steering_angle
+        else:
+            moves = said.longitudinal
+            found = moves.velocity, -moves.acceleration, said.lateral.steering_tire_angle
+        assert found == pytest.approx((0.0, last.limit, last.steer), rel=1e-6), kind
 
 
 def _altered(random: np.random.Generator, data: bytes) -> bytes:

@@ -291,3 +291,48 @@ def test_recording_keeps_what_came_before_an_exception(tmp_path: Path) -> None:
     log = logs.read(tmp_path / "5.mcap")
     assert log.x.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert log.steer == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+
+
+def test_gap_counts_as_one_long_step_up_to_a_second_and_then_begins_anew() -> None:
+    here = ros2.Measured(3.0, 1.0, 0.3, 6.0, 0, "map", "base_link")
+    later = ros2.Measured(4.5, 1.2, 0.28, 6.0, 0, "map", "base_link")
+    # Steps of a quarter of a second, which add up exactly: at 1 s it goes on, beyond it does not.
+    for missed, passed in ((0, 0.25), (1, 0.5), (3, 1.0), (4, None), (9, None)):
+        pilot, plain = (ros2.Pilot(popsteer.PreviewPop(_path(), CAR)) for _ in range(2))
+        first = pilot.step(here, 0.0, 0.25)
+        for _ in range(missed):
+            pilot.step(None, 0.0, 0.25, "no odometry")
+        pilot.step(later, 0.0, 0.25)
+        twin = plain.controller
+        assert twin.step(*here[:4], 0.25).steer == first.steer
+        if passed is None:
+            twin.reset(steer=first.steer)
+        assert pilot.command == twin.step(*later[:4], passed or 0.25), missed
+    # A first step that comes late counts as a second.
+    pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
+    pilot.step(here, 0.0, 3.0)
+    assert pilot.command == popsteer.PreviewPop(_path(), CAR).step(*here[:4], 1.0)
+
+
+def test_reset_forgets_the_time_that_has_passed_and_a_refused_pose_does_not() -> None:
+    here = ros2.Measured(3.0, 1.0, 0.3, 6.0, 0, "map", "base_link")
+    later = ros2.Measured(4.5, 1.2, 0.28, 6.0, 0, "map", "base_link")
+    wrong = ros2.Measured(math.nan, 1.2, 0.28, 6.0, 0, "map", "base_link")
+    for again, passed in ((True, 0.02), (False, 0.52)):
+        pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
+        first = pilot.step(here, 0.0, DT)
+        for _ in range(25):
+            pilot.step(wrong, 0.0, DT)
+        if again:
+            pilot.reset()
+        pilot.step(later, 0.0, DT)
+        twin = popsteer.PreviewPop(_path(), CAR)
+        twin.step(*here[:4], DT)
+        if again:
+            twin.reset(steer=first.steer)
+        command, wanted = pilot.command, twin.step(*later[:4], passed)
+        assert command is not None
+        assert command.steer == pytest.approx(wanted.steer, abs=1e-12), again
+        assert command.predicted_cross_track_error == pytest.approx(
+            wanted.predicted_cross_track_error, abs=1e-12
+        )

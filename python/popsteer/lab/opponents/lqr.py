@@ -84,9 +84,12 @@ class Lqr(Opponent):
 
     def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
         self.params = params
-        self._key = (math.inf, 0.0)
-        self._gain = np.zeros(4)
         super().__init__(path, vehicle)
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+        super().reset()
+        self._key, self._gain = (math.inf, 0.0), np.zeros(4)
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]."""
