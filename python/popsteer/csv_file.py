@@ -155,7 +155,6 @@ def _check_text(name: str, data: bytes) -> None:
 
 
 def _lines(data: bytes) -> Iterator[str]:
-    """Split the text at its line ends."""
     # This ends lines where editors do; str.splitlines would also at a form feed or U+2028, and the
     # line numbers in messages would drift from those an editor shows.
     return io.TextIOWrapper(io.BytesIO(data), "utf-8-sig")

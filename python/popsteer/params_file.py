@@ -72,7 +72,6 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
 
 
 def _kind(name: str) -> Any:  # noqa: ANN401 - one's own has any class
-    """Give the class of a controller's parameters."""
     if name in controllers.names():
         return controllers.get(name).params
     from popsteer import own

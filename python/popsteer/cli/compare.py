@@ -183,7 +183,6 @@ def compare(
 
 
 def _check_record(file: Path | None, controllers: list[str]) -> None:
-    """Refuse a file that could not be written, before anything is driven."""
     if file is not None:
         if file.suffix != ".mcap":
             raise ConfigError("--record", str(file), "a file *.mcap")

@@ -97,7 +97,6 @@ def identify(
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
-    """Make the vehicle, and what stands beside it."""
     from popsteer.lab.identify import identified_csv, identified_json
     from popsteer.lab.identify.figure import identified_figure
     from popsteer.vehicle_file import as_toml

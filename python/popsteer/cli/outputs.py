@@ -84,7 +84,6 @@ class Progress:
                     self._draw()
 
     def _show(self) -> None:
-        """Show the bar; from then on it draws itself."""
         with self._lock:
             if not self._over:
                 self._draw()

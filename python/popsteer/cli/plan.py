@@ -144,7 +144,6 @@ def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:
 
 
 def _points(option: str, text: str) -> list[tuple[float, float]]:
-    """Read a table over speed."""
     try:
         pairs = [part.split(":") for part in text.split(",")]
         return [(float(speed), float(value)) for speed, value in pairs]

@@ -121,7 +121,6 @@ def replay(
 def _chosen(
     controllers: str | None, file: Path | None, preset: str, assignments: list[str]
 ) -> dict[str, Params]:
-    """Give the parameters of each controller."""
     tuned = {} if file is None else load_all(file)
     names = inputs.names("--controllers", controllers or ",".join(tuned) or _DEFAULT)
     for name in tuned:
@@ -141,7 +140,6 @@ def _usual(name: str, preset: str) -> Params:
 
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
-    """Make the files that go into a folder."""
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.replay import replay_csv, summary_csv
     from popsteer.lab.replay.figure import replay_figure

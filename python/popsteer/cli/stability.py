@@ -110,7 +110,6 @@ def stability(
 
 
 def _speeds(text: str) -> list[float]:
-    """Read a list of speeds."""
     try:
         found = [float(part) for part in text.split(",") if part.strip()]
     except ValueError:

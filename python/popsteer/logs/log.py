@@ -216,7 +216,6 @@ def _rising(times: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _gaps(t: NDArray[np.float64]) -> tuple[int, ...]:
-    """Give the rows that follow a gap."""
     steps = np.diff(t)
     longest = max(_GAP_PERIODS * float(np.median(steps)), _SHORTEST_GAP)
     return tuple(int(k) + 1 for k in np.flatnonzero(steps > longest))

@@ -33,8 +33,6 @@ _KINEMATIC_SPEED = 0.1
 
 
 class _Model(NamedTuple):
-    """One of the models."""
-
     derivative: Callable[..., list[float]]
     initial: Callable[..., list[float]]
     least_speed: float

@@ -71,7 +71,6 @@ figure-eight, slalom, step-steer, double-lane-change, obstacle-avoidance
 
 @cache
 def _made(name: str) -> Track:
-    """Compute a track, once."""
     return _MAKERS[name](name)
 
 
@@ -111,7 +110,6 @@ def _racetrack(name: str) -> Track:
 
 
 def _straight(name: str) -> Track:
-    """Make a straight line."""
     return build(
         name,
         "Straight line, 200 m",
@@ -122,7 +120,6 @@ def _straight(name: str) -> Track:
 
 
 def _circle(name: str) -> Track:
-    """Make a circle, driven to the left."""
     radius, count = 50.0, 314
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
@@ -158,7 +155,6 @@ def _figure_eight(name: str) -> Track:
 
 
 def _slalom(name: str) -> Track:
-    """Make a sine wave along x."""
     amplitude, wavelength, waves = 3.0, 60.0, 5
     k = 2.0 * math.pi / wavelength
 

@@ -310,5 +310,4 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
 
 
 def _made(kind: type[TrackEnv], options: dict[str, Any]) -> TrackEnv:
-    """Make a copy of an environment."""
     return kind(**options)

@@ -128,7 +128,6 @@ class Problem:
         return _within(within_rate, *self.reach)
 
     def _change(self, time: float) -> float:
-        """Give the largest change of the angle in a time [s]."""
         most = self._most_change
         return most if self._rate is None else min(self._rate * time, most)
 
@@ -189,7 +188,6 @@ class Problem:
         q[:, 2] = weight * d * now.curvature
 
     def _bound(self, now: Instant, base: float) -> None:
-        """Write the limits of the angle and of its change."""
         widest = most = self._vehicle.max_steer
         if self._vehicle.max_lateral_acceleration is not None:
             acceleration = self._vehicle.max_lateral_acceleration
@@ -237,7 +235,6 @@ def _cost(params: MpcParams) -> sparse.csc_matrix:
 
 
 def _moved_on(stages: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Drop the first stage, repeat the last."""
     return np.concatenate((stages[1:], stages[-1:])).ravel()
 
 

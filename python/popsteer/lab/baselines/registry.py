@@ -40,8 +40,6 @@ def _mpc(
 
 
 class _Broken:
-    """Stands for a controller whose constructor raised."""
-
     def __init__(self, error: Exception) -> None:
         self._error = error
 
@@ -57,7 +55,6 @@ def _own(
     vehicle: Vehicle | None,
     params: Any,  # noqa: ANN401 - of a class of its own
 ) -> OwnSimpleController:
-    """Make a controller of your own."""
     try:
         made: OwnSimpleController = own.called(kind, path, vehicle, params=params)
     except Exception as error:  # noqa: BLE001 - anything can be raised there

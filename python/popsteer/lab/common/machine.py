@@ -18,7 +18,6 @@ def describe() -> dict[str, str]:
 
 
 def _cpu() -> str:
-    """Name the processor, as far as the system tells."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:  # not on Linux

@@ -266,7 +266,6 @@ def _no_call(_call: _Call, block: _Block, _dt: float, clock: _Clock, record: _Re
 
 
 def _idle() -> Driver:
-    """Make the driver that is never called."""
     return Driver(lambda *_: None, lambda: None)
 
 
@@ -286,7 +285,6 @@ def _blocks(states: _Block) -> list[_Block]:
 
 @contextmanager
 def _no_garbage_collector() -> Iterator[None]:
-    """Collect garbage once, and from then on not until the end."""
     was_on = gc.isenabled()
     gc.collect()
     gc.disable()

@@ -131,7 +131,6 @@ def varied(
 
 
 def _moved(plant: Any, values: Mapping[str, float]) -> Any:  # noqa: ANN401 - any kind of plant
-    """Give a plant with other figures."""
     if not values:
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):

@@ -71,7 +71,6 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
 
 
 def _table(comparison: Comparison, columns: list[_Column]) -> Table:
-    """Set out some columns."""
     from rich.text import Text
 
     table = blank_table(1)
@@ -138,14 +137,12 @@ _AGAINST_PAPER = [
 
 
 def _step_time(times: Mapping[str, float]) -> _Column:
-    """Column for the median time of a control step."""
     return _Column(
         "step\np50\n[µs]", lambda run: 1e6 * times.get(run.law, math.nan), ".2f", ranked=True
     )
 
 
 def _more(settling_time: float) -> list[_Column]:
-    """Columns for what the paper does not report."""
     settled = f"after\n{settling_time:g} s\n[m]"
     return [
         _Column("rms\ne\n[m]", lambda r: r.metrics.rms_cross_track_error, ".3f", ranked=True),

@@ -102,7 +102,6 @@ def _scene(found: Identification) -> Scene:
 
 
 def _histograms(found: Identification) -> list[dict[str, Any]]:
-    """Draw histograms of the residuals."""
     records = found.records
     counts = np.asarray(records["counts"], dtype=np.bool_)
     rate = (records["yaw_rate"] - records["simulated_yaw_rate"])[counts]

@@ -116,7 +116,6 @@ def broken(values: NDArray[Any], gaps: Sequence[int]) -> NDArray[np.float64]:
 
 
 def _histogram(found: Replay) -> dict[str, Any]:
-    """Draw how often the angles differ by how much."""
     differences = {
         name: np.degrees(shadow.steer - found.log.steer) for name, shadow in found.shadows.items()
     }

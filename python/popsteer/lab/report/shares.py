@@ -146,7 +146,6 @@ def _dots(
 
 
 def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> list[dict[str, Any]]:
-    """Draw the share that succeeds over ten parts of the values, with its interval."""
     x, share, up, down = [], [], [], []
     for low, high, rate in success_rates(values, good):
         x += rounded([0.5 * (low + high)])
@@ -170,7 +169,6 @@ def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> list[dict[str, Any]
 
 
 def _limit(value: float, axis: str) -> dict[str, Any]:
-    """Draw a dashed line at the allowed error."""
     along, across = axis, "y" if axis == "x" else "x"
     return {
         "type": "line",

@@ -129,7 +129,6 @@ def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
 
 
 def _fault_names(bits: int) -> str:
-    """Name faults; a dash for none."""
     return str(Status(bits)) if bits else "–"
 
 
@@ -139,7 +138,6 @@ def _scene(
     bad: Sequence[int],
     progress: Callable[[str, float], object] | None,
 ) -> Scene:
-    """Let the worst runs and the median one drive again."""
     actors, marks = [], []
     for place, run in enumerate((*median, *bad)):
         if progress is not None:

@@ -96,7 +96,6 @@ def stability_figures(
 
 
 def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], theme: Theme) -> Figure:
-    """Draw the dead-time margin over speed and lookahead."""
     figure = Figure(figsize=(10.5, 4.9), layout="constrained")
     panels = figure.subplots(1, len(maps), squeeze=False, sharey=True)[0]
     colours = ScalarMappable(BoundaryNorm(_LEVELS, 256, extend="max"), "viridis")
@@ -133,7 +132,6 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
 
 
 def _margins_figure(result: Stability, theme: Theme) -> Figure:
-    """Draw the margins of all controllers over speed."""
     colours = theme.colours(result.params)
     figure = Figure(figsize=(10.5, 3.9), layout="constrained")
     panels = figure.subplots(1, 3)

@@ -167,7 +167,6 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
 
 
 def _tracked_point(params: Params, vehicle: Vehicle) -> float:
-    """Tell how far ahead of the pose's point the tracked point lies [m]."""
     axle = controllers.get(controllers.name_of(type(params))).axle
     if axle == "front":
         return vehicle.front_axle

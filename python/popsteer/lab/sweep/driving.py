@@ -122,7 +122,6 @@ def _by_core(
     threads: int | None,
     progress: Callable[[float], object] | None,
 ) -> list[dict[str, Any]]:
-    """Drive runs in one call of the core."""
     made = [job.made(run) for run in runs]
     path, pedals = job.road
     driver: Any = controller(job.controller, path, job.given, job.params, job.adapt)

@@ -82,7 +82,6 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
 
 
 def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: ANN401 - matplotlib's
-    """Draw the share that succeeds over ten parts of the values, with its interval."""
     for low, high, rate in success_rates(values, good):
         panel.fill_between([low, high], rate.low, rate.high, color=theme.laws["pop"], alpha=0.25)
         panel.plot([low, high], [rate.share] * 2, color=theme.laws["pop"], linewidth=1.8)

@@ -172,7 +172,6 @@ def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
 
 
 def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
-    """Start workers on this machine."""
     from distributed import LocalCluster
 
     text = where.partition(":")[2]
@@ -192,7 +191,6 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
-    """Refuse workers with another version of popsteer."""
     found = client.run(_version, on_error="return")
     for worker, version in found.items():
         if version != __version__:
@@ -319,7 +317,6 @@ def _driven(
     progress: Callable[[str, float], object] | None,
     keep: Callable[[list[dict[str, Any]]], object],
 ) -> dict[int, dict[str, Any]]:
-    """Drive the runs that are not known yet."""
     found = dict(known)
     remaining = [k for k in range(job.runs) if k not in found]
     before = len(found)

@@ -245,7 +245,6 @@ class Problem:
         return found
 
     def _speed(self, road: tuple[Path, Any], made: Varied) -> float:
-        """Give the speed at the start of a run [m/s]."""
         return start_speed(road[0], self.constant_speed) if made.speed is None else made.speed
 
     def _one_by_one(

@@ -189,7 +189,6 @@ def _optimize(
 
 
 def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
-    """Give the trials that came to an end."""
     return [
         Trial(
             each.number,
@@ -229,7 +228,6 @@ def _near_the_best(
 
 
 def _check(trials: int | None, seconds: float | None, effort_limit: float) -> None:
-    """Refuse numbers that are out of their range."""
     if trials is not None:
         check_count("--trials", trials, 1, _MAX_TRIALS)
     if seconds is not None and not 0.0 < seconds < 1e9:

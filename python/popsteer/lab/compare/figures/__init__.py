@@ -34,8 +34,6 @@ _MARGIN = 0.12  # of the track's extent
 
 
 class _Series(NamedTuple):
-    """A row of the figure: what is drawn over time."""
-
     record: str
     label: str
     scale: float
