@@ -62,11 +62,11 @@ HELD = {
     "tracker/intend.rs": f"{_RUST}new_path.rs",
     "tracker/monitor/mod.rs": f"{_RUST}monitor.rs",
     "tracker/monitor/state.rs": f"{_RUST}monitor.rs",
-    "tracker/perceive.rs": f"{_RUST}past.rs",
+    "tracker/perceive.rs": f"{_RUST}late_poses.rs",
     "tracker/replan.rs": f"{_RUST}new_path.rs",
     "tracker/reported.rs": "tests/unit/test_refused.py",
     "tracker/state.rs": "tests/unit/test_api_state.py",
-    "vehicle/past.rs": f"{_RUST}past.rs",
+    "vehicle/past.rs": f"{_RUST}late_poses.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/tests.rs",
     # The textbook's solution, by numpy.
     "vehicle/regression.rs": "tests/closed_loop/test_least_squares.py",

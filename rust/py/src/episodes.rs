@@ -17,7 +17,7 @@ use crate::path::PyPath;
 use crate::plants::any_plant;
 use crate::pool;
 use crate::python_plant::{PythonPlant, limit_of};
-use crate::settings::PySettings;
+use crate::sim::PySettings;
 use crate::speed::controllers::longitudinal_of;
 
 /// Observations, rewards, whether the episodes are terminated, whether they are truncated, info.

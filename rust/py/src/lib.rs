@@ -29,8 +29,6 @@ mod projection;
 mod python_driver;
 mod python_plant;
 mod record;
-mod records;
-mod settings;
 mod sim;
 mod speed;
 mod tracker;
@@ -61,8 +59,7 @@ mod _core {
         path::PyPath,
         plants::{PyCarlaIdentified, PyKinematicBicycle, plants},
         projection::{PyLookahead, PyProjection},
-        settings::{PyNoise, PySettings},
-        sim::PySimulation,
+        sim::{PyNoise, PySettings, PySimulation},
         speed::controllers::{
             PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
         },
@@ -70,8 +67,8 @@ mod _core {
         speed::tracker::{PySpeedCommand, PySpeedTracker, PySpeedTrackerParams},
         tracker::command::PyCommand,
         tracker::commands::PyCommandBatch,
-        tracker::in_flight::PyInFlight,
         tracker::monitor::PyMonitorParams,
+        tracker::prediction::PyInFlight,
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
     };
 

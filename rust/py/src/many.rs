@@ -17,7 +17,7 @@ use crate::laws::law_of;
 use crate::metrics::figures;
 use crate::plants::plant_of;
 use crate::pool;
-use crate::settings::{PyNoise, PySettings};
+use crate::sim::{PyNoise, PySettings};
 use crate::speed::controllers::{GivenPedals, longitudinal_for};
 
 /// How often signals and progress are handled: well within the 100 ms that a person notices.

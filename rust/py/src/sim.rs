@@ -12,15 +12,27 @@ use pyo3::{PyTraverseError, PyVisit};
 
 use crate::driving::driven;
 use crate::errors::{OrRaise, argument_error};
-use crate::metrics::by_name;
+use crate::metrics::{by_name, columns_of};
+use crate::params::params;
 use crate::path::PyPath;
 use crate::plants::{AnyPlant, any_plant, plant_object};
 use crate::python_plant::{PythonPlant, limit_of};
-use crate::records::columns_of;
-use crate::settings::{PyNoise, PySettings};
 use crate::speed::controllers::{GivenPedals, longitudinal_for};
 use crate::tracker::state;
 use crate::vehicle::PyVehicle;
+
+popsteer_sim::Settings! { params {
+    /// How a run goes.
+    PySettings(Settings) named "Settings" in "popsteer.sim";
+} }
+
+popsteer_sim::Noise! { params {
+    /// Noise of pose and speed as a controller gets them: standard deviations of normal noise.
+    ///
+    /// Drawn anew at every control step, independent of one another. The vehicle itself, and what
+    /// is measured of it, are without noise.
+    PyNoise(Noise) named "Noise" in "popsteer.sim";
+} }
 
 /// Path, plant, start, tracked point and settings of a simulation that was taken apart.
 type Begin<'py> = (

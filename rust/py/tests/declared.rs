@@ -69,7 +69,8 @@ fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
     let is_plant = *base == "_CorePlant";
     if is_plant {
         // A vehicle comes before the fields, which no field can say.
-        text += "    def __new__(\n        cls,\n        vehicle: Vehicle | None = None,\n        *,\n";
+        text +=
+            "    def __new__(\n        cls,\n        vehicle: Vehicle | None = None,\n        *,\n";
         for field in fields {
             let default = python(field.default);
             writeln!(text, "        {}: {} = {default},", field.name, kind(field))?;

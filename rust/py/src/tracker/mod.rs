@@ -4,7 +4,6 @@
 pub(crate) mod command;
 pub(crate) mod commands;
 pub(crate) mod controller;
-pub(crate) mod in_flight;
 pub(crate) mod monitor;
 pub(crate) mod prediction;
 pub(crate) mod state;

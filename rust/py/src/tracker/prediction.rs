@@ -1,4 +1,4 @@
-//! The trajectory that a controller intends, as arrays.
+//! The trajectory that a controller intends, as arrays; the commands in flight of one in Python.
 
 use numpy::PyArray1;
 use popsteer_core::InputError;
@@ -7,9 +7,11 @@ use popsteer_core::error::{Requirement, input_in_range};
 use popsteer_core::math::{from_count, to_count};
 use popsteer_core::tracker::Predicted;
 use popsteer_core::vehicle::state::checked_dt;
+use popsteer_core::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
 use pyo3::prelude::*;
 
-use crate::errors::argument_error;
+use crate::errors::{OrRaise, argument_error};
+use crate::vehicle::PyVehicle;
 
 /// More instants than this are a mistake.
 const MOST: usize = 100_000;
@@ -46,4 +48,45 @@ pub(crate) fn shown<'py>(py: Python<'py>, instants: &[Predicted]) -> PyResult<Bo
         column(|instant| instant.vehicle.speed),
         column(|instant| instant.steer),
     ))
+}
+
+/// The commands that are given to a vehicle but have not reached its wheels, and the wheels.
+#[pyclass(name = "_InFlight", module = "popsteer._core")]
+pub(crate) struct PyInFlight {
+    vehicle: Vehicle,
+    in_flight: InFlight,
+}
+
+#[pymethods]
+impl PyInFlight {
+    /// The command 0 in flight, and the wheels at rest under it.
+    #[new]
+    fn new(vehicle: &PyVehicle) -> Self {
+        Self {
+            vehicle: vehicle.0,
+            in_flight: InFlight::settled(&vehicle.0, 0.0),
+        }
+    }
+
+    /// Lets `dt` [s] pass since the angle `last` [rad] was commanded, and predicts: x, y [m], yaw
+    /// [rad] and speed [m/s] of the no-slip point, and the angle of the wheels [rad], when a
+    /// command given now reaches them. The pose given is that of the vehicle's point, now.
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        last: f64,
+        dt: f64,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        speed: f64,
+    ) -> PyResult<(f64, f64, f64, f64, f64)> {
+        let now = VehicleState { x, y, yaw, speed }.checked().or_raise(py)?;
+        let dt = checked_dt(dt).or_raise(py)?;
+        let Self { vehicle, in_flight } = self;
+        in_flight.elapse(vehicle, last, dt, 0.0);
+        let now = now.ahead(vehicle.no_slip());
+        let (then, wheel) = in_flight.predict(vehicle, now, in_flight.wheel(), &Estimate::DEFAULT);
+        Ok((then.x, then.y, then.yaw, then.speed, wheel))
+    }
 }
