@@ -127,19 +127,27 @@ _BENDS = ((1 / 30, math.pi / 2, 60.0), (-1 / 20, 0.8, 30.0), (1 / 25, 1.6, 20.0)
 _TRANSITION = 15.0  # of each clothoid [m]
 
 
-def opendrive(sign: float = 1.0) -> str:
-    """A road of bends joined by clothoids; mirrored with `sign` −1."""
-    geometry: list[Any] = []
+def bends(sign: float = 1.0) -> list[list[Any]]:
+    """The geometry of bends joined by clothoids, each behind a straight; mirrored with −1."""
+    geometry: list[list[Any]] = []
     for curvature, angle, straight in _BENDS:
         bend = sign * curvature
         length = angle / abs(curvature) - _TRANSITION
-        geometry += [
-            xodr.Line(straight),
-            xodr.Spiral(0.0, bend, _TRANSITION),
-            xodr.Arc(bend, length=length),
-            xodr.Spiral(bend, 0.0, _TRANSITION),
-        ]
-    geometry.append(xodr.Line(40.0))
+        geometry.append(
+            [
+                xodr.Line(straight),
+                xodr.Spiral(0.0, bend, _TRANSITION),
+                xodr.Arc(bend, length=length),
+                xodr.Spiral(bend, 0.0, _TRANSITION),
+            ]
+        )
+    geometry[-1].append(xodr.Line(40.0))
+    return geometry
+
+
+def opendrive(sign: float = 1.0) -> str:
+    """A road of all bends; mirrored with `sign` −1."""
+    geometry = [piece for bend in bends(sign) for piece in bend]
     # The lane is as wide on either side, so that a mirrored road's left lane is the mirror image.
     road = xodr.create_road(geometry, id=1, left_lanes=1, right_lanes=1, lane_width=4)
     drive = xodr.OpenDrive("bends", geo_reference="+proj=tmerc +lat_0=0 +lon_0=0")
