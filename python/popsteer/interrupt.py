@@ -5,8 +5,8 @@ Imported first of all; from there on `popsteer.cli.main` handles it.
 
 from __future__ import annotations
 
+import _signal as signal  # type: ignore[import-not-found]  # signal: enum, functools, ... first
 import os
-import signal
 import sys
 
 

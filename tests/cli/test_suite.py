@@ -233,6 +233,7 @@ def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str])
         (("--suite", "standard-9"), "unknown suite 'standard-9'"),
         (("--suite", "standard-1", "--scenarios", "moose"), "unknown scenario 'moose'"),
         (("--suite", "standard-1", "--conditions", "rain"), "unknown condition 'rain'"),
+        (("--suite", "standard-1", "--conditions", ""), "unknown condition ''"),
         (
             ("--suite", "standard-1", "--tracks", "slalom"),
             "--tracks must be left out where --suite",
@@ -247,4 +248,6 @@ def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str])
         assert (outcome.status, said in outcome.err) == (2, True), outcome.err
     with pytest.raises(ConfigError, match="controllers"):
         lab.suite.run([], ["suite-car"])
+    with pytest.raises(ConfigError, match=r"scenarios must be at least one, got \[\]"):
+        lab.suite.run(["pop"], ["suite-car"], scenarios=[])
     assert sim.vehicle_of(suite_car()).wheelbase == 2.7

@@ -31,8 +31,8 @@ matrix.json, and a figure shows the error over the time of a step.
 
 With --suite it drives a suite instead: scenarios such as a double lane change, a hairpin or a
 parking bay, each as told and under conditions such as a dead time, noise, lost poses, play or a
-slope. The controllers have their defaults. --controllers, --plants, --scenarios and --conditions
-choose; a run is the same whatever else is driven.
+slope. The controllers have their defaults, and what --params and --set say. --controllers,
+--plants, --scenarios and --conditions choose; a run is the same whatever else is driven.
 
 \b
 Examples:
@@ -170,7 +170,9 @@ def _suite(
     params, set_ = tuning
     usual = "default" if set(chosen) & set(own_names()) else presets.REPRODUCTION
     given = inputs.tuned(chosen, usual, set_, no_adapt=False, params=params)
-    scenarios, conditions = (each and [part.strip() for part in each.split(",")] for each in parts)
+    scenarios, conditions = (
+        None if each is None else [part.strip() for part in each.split(",")] for each in parts
+    )
     with Progress() as progress:
         found = lab.suite.run(
             given.params,

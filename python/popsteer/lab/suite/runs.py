@@ -113,9 +113,10 @@ def run(
     under = _chosen("condition", conditions, CONDITIONS)
     params = dict(names) if isinstance(names, Mapping) else {k: _usual(k) for k in names}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
-    for field, given in (("controllers", params), ("plants", movers)):
+    parts = {"controllers": params, "plants": movers, "scenarios": roads, "conditions": under}
+    for field, given in parts.items():
         if not given:
-            raise ConfigError(field, list(given), "at least one")
+            raise ConfigError(field, [], "at least one")
     moved = {
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
