@@ -211,6 +211,23 @@ def test_errors_of_least_squares_are_those_of_newey_and_west() -> None:
         )
 
 
+def test_errors_are_not_below_those_that_noise_alone_makes() -> None:
+    random = np.random.default_rng(8)
+    parts, theta, sample = [slice(0, 60), slice(70, 110)], 0.9, 0.3
+    steps = random.uniform(0.01, 0.05, 109)
+    jacobian = whiten.whitened(random.standard_normal((110, 2)).cumsum(axis=0), parts, theta)
+    # By matrices: the filter of each sample's error, and the covariance of these errors.
+    filtered = jacobian.T @ whiten.whitened(np.eye(110), parts, theta)
+    walk = np.tri(110, 109, -1)
+    noise = sample**2 * np.eye(110) + walk @ np.diag(steps**2) @ walk.T
+    score = whiten.noise_score(jacobian, parts, theta, sample, steps)
+    assert score == pytest.approx(filtered @ noise @ filtered.T, rel=1e-6)
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    residual = 1e-6 * random.standard_normal(len(jacobian))
+    found = whiten.known(jacobian, residual, 3, score).errors()
+    assert found == pytest.approx(np.sqrt(np.diag(inverse @ score @ inverse)), rel=1e-6)
+
+
 def test_direction_that_is_not_excited_is_not_known() -> None:
     jacobian = np.random.default_rng(6).standard_normal((50, 3))
     jacobian[:, 2] = 2.0 * jacobian[:, 1]

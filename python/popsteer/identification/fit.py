@@ -13,6 +13,7 @@ from popsteer.identification.whiten import (
     choose_theta,
     clipped_mean_square,
     known,
+    noise_score,
     spread,
     whitened,
 )
@@ -274,19 +275,20 @@ class _Task:
     def _theta_of_speeds(self, error: Array) -> float:
         """Give the theta that the noise of the measured speeds alone makes.
 
-        Their noise s, integrated, lets the simulated heading drift by s dt yaw'/v a sample. That
-        is too little to be seen in the residuals, and yet what limits how well the gain is known.
+        Too little to be seen in the residuals, it limits how well the gain is known.
         """
-        drive = self.drive
-        drift, noise = [], []
-        turned = np.diff(drive.yaw - error)
-        for part in self.parts:
-            speed = np.maximum(np.abs(drive.sample_speed[part][1:]), 0.3)
-            drift.append(turned[part.start : part.stop - 1] / speed * drive.speed_noise)
-            noise.append(np.diff(error[part]))
-        share = float(np.mean(np.concatenate(drift) ** 2))
-        share /= max(0.5 * spread(np.concatenate(noise)) ** 2, 1e-18)
+        drift = self._drift(error)
+        steps = [slice(part.start, part.stop - 1) for part in self.parts]
+        noise = np.concatenate([np.diff(error)[step] for step in steps])
+        share = float(np.mean(np.concatenate([drift[step] for step in steps]) ** 2))
+        share /= max(0.5 * spread(noise) ** 2, 1e-18)
         return 1.0 + 0.5 * share - float(np.sqrt(share + 0.25 * share * share))
+
+    def _drift(self, error: Array) -> Array:
+        """Give how far the noise s of the speeds lets the heading drift: s dt yaw'/v a sample."""
+        speed = np.maximum(np.abs(self.drive.sample_speed[1:]), 0.3)
+        drift: Array = np.diff(self.drive.yaw - error) / speed * self.drive.speed_noise
+        return drift
 
     def free(self, values: Mapping[str, float]) -> list[str]:
         return [
@@ -311,10 +313,20 @@ class _Task:
         longest = max(1.0, self.drive.usual_step / (1.0 - self.theta))
         memory = int(np.ceil(longest / self.drive.usual_step))
         root = np.sqrt(weight)
+        error = self.error(values)
+        theta = choose_theta(error, self.parts)
+        sample = np.sqrt(theta) * spread(whitened(error, self.parts, theta)) / self.noise
+        score = noise_score(
+            jacobian * weight[:, None],
+            self.parts,
+            self.theta,
+            sample,
+            self._drift(error) / self.noise,
+        )
         return Fit(
             values=values,
             names=names,
-            known=known(jacobian * root[:, None], residual * root, memory),
+            known=known(jacobian * root[:, None], residual * root, memory, score),
             lag_of=self.chain.lag_of,
             theta=self.theta,
             noise=self.noise,

@@ -91,11 +91,35 @@ class Known(NamedTuple):
         return [self.error(row) for row in np.eye(len(self.covariance))]
 
 
-def known(jacobian: Array, residual: Array, memory: int) -> Known:
+def noise_score(
+    jacobian: Array, parts: Sequence[slice], theta: float, sample: float, steps: Array
+) -> Array:
+    """Give the covariance of J^T w, (P, P), that noise alone makes of the innovations w.
+
+    `jacobian` is that of the innovations, (K, P). Each sample of the error has noise of its own, of
+    the deviation `sample`; what is added from one to the next, of the deviations `steps`, stays.
+    """
+    from scipy.signal import lfilter
+
+    total, first = np.zeros((jacobian.shape[1],) * 2), 0
+    for part in parts:
+        piece = jacobian[first : first + part.stop - part.start - 1]
+        first += len(piece)
+        # The transposed filter, backwards in time: what a step of the error adds to J^T w.
+        step = lfilter([1.0], [1.0, -theta], piece[::-1], axis=0)[::-1]
+        ends = np.zeros((1, step.shape[1]))
+        own = sample * np.diff(step, axis=0, prepend=ends, append=ends)
+        step = step * steps[part.start : part.stop - 1, None]
+        total += own.T @ own + step.T @ step
+    return total
+
+
+def known(jacobian: Array, residual: Array, memory: int, noise: Array | None = None) -> Known:
     """Tell how well least squares know their parameters, where residuals are slightly correlated.
 
     The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
-    too where the model is not quite what the car is. `jacobian` is (K, P), `residual` (K,).
+    too where the model is not quite what the car is. `jacobian` is (K, P), `residual` (K,). No
+    error is below that of `noise`, (P, P), the S of `noise_score`, or else of white residuals.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
@@ -109,10 +133,13 @@ def known(jacobian: Array, residual: Array, memory: int) -> Known:
         weight = 1.0 - lag / (memory + 1)
         cross = score[lag:].T @ score[:-lag]
         middle += weight * (cross + cross.T)
-    # Newey and West may come out below plain least squares by chance; the plain one is the floor.
-    plain = inverse * float(np.mean(residual**2))
     found = inverse @ middle @ inverse
-    grow = np.sqrt(np.maximum(1.0, np.diag(plain) / np.maximum(np.diag(found), 1e-300)))
+    # Newey and West do not see what is correlated for longer, and may be small by chance.
+    if noise is None:
+        least = inverse * float(np.mean(residual**2))
+    else:
+        least = inverse @ (noise / np.outer(scale, scale)) @ inverse
+    grow = np.sqrt(np.maximum(1.0, np.diag(least) / np.maximum(np.diag(found), 1e-300)))
     return Known(
         found * np.outer(grow, grow) / np.outer(scale, scale), directions[:, ~excited], scale
     )
