@@ -16,7 +16,7 @@ import popsteer
 from popsteer import MonitorParams, Status, controllers, sim
 from studies.chain import Chain
 from tests.closed_loop.paths import track
-from tests.closed_loop.test_own_car import bends
+from tests.closed_loop.test_run_planned import bends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -18,8 +18,7 @@ from popsteer.lab import compare, replay
 from popsteer.lab.common.layout import blank_table
 from popsteer.lab.report import of_comparison
 from popsteer.lab.report import page as page_module
-from popsteer.lab.report.axes import log_axis
-from popsteer.lab.report.colours import style
+from popsteer.lab.report.colours import log_axis, style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
 from popsteer.lab.report.page import Page, page_bytes

@@ -18,7 +18,7 @@ from popsteer.lab.report import compare as times
 from popsteer.lab.report import matrix as matrix_page
 from popsteer.lab.report import shares as envelope
 from popsteer.lab.report import sweep as sweep_page
-from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.colours import log_axis
 from popsteer.lab.report.compare import actor_of
 from popsteer.lab.report.scene import _car, travelled
 from popsteer.lab.sweep import repeat

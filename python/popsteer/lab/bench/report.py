@@ -1,4 +1,4 @@
-"""The report of the benchmark, its ratios and its JSON."""
+"""The report of the benchmark: its ratios, its JSON, and its table for the terminal, by rich."""
 
 from __future__ import annotations
 

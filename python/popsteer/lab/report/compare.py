@@ -11,8 +11,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.table import caption, notes, tables
-from popsteer.lab.report.axes import log_axis, rounded
-from popsteer.lab.report.colours import colours_of
+from popsteer.lab.report.colours import colours_of, log_axis, rounded
 from popsteer.lab.report.markup import paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes

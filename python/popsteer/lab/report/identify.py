@@ -8,8 +8,7 @@ import numpy as np
 
 from popsteer import vehicle_file
 from popsteer.lab.identify.table import caption, identified_table, smoothed
-from popsteer.lab.report.axes import rounded
-from popsteer.lab.report.colours import named
+from popsteer.lab.report.colours import named, rounded
 from popsteer.lab.report.markup import block, paragraphs, table
 from popsteer.lab.report.origin import Origin
 from popsteer.lab.report.page import Page, Section, page_bytes

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from popsteer.lab.common.names import title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
-from popsteer.lab.report.axes import log_axis, rounded
-from popsteer.lab.report.colours import colours_of
+from popsteer.lab.report.colours import colours_of, log_axis, rounded
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import escape, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles

@@ -8,8 +8,7 @@ import numpy as np
 
 from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
-from popsteer.lab.report.axes import rounded
-from popsteer.lab.report.colours import colours_of, named
+from popsteer.lab.report.colours import colours_of, named, rounded
 from popsteer.lab.report.markup import paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.report.axes import log_axis, rounded
+from popsteer.lab.report.colours import log_axis, rounded
 from popsteer.lab.report.scene import distances
 from popsteer.lab.sweep.driving import repeat
 from popsteer.lab.sweep.summary import axis_title, influence, outcomes, success_rates, worst
