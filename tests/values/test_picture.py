@@ -118,3 +118,29 @@ def test_line_of_the_road_is_dense_and_a_lap_is_closed() -> None:
         assert tuple(line[-1]) == ((0.0, 0.0) if closed else (0.0, 10.0))
     assert len(Picture(popsteer.Path([(0.0, 0.0), (9000.0, 0.0)]))._line) == 20_000
     assert len(Picture(popsteer.Path([(0.0, 0.0), (0.01, 0.0)]))._line) == 2
+
+
+def test_picture_of_a_turned_world_is_the_turned_picture() -> None:
+    x = np.arange(-30.0, 60.0, 1.0)
+    xy = np.column_stack((x, 6.0 * np.sin(x / 10.0)))
+    car = popsteer.Vehicle(wheelbase=3.0, rear_axle=-1.35)
+    observation = np.zeros(11, dtype=np.float32)
+    observation[4], observation[7:] = 0.4, (12.0, 2.5, 6.0, -4.0)
+    images = []
+    for quarter in range(4):
+        angle = 0.5 * math.pi * quarter
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        picture = Picture(popsteer.Path(xy @ turn.T))
+        for at, yaw in (((0.0, 0.3), 0.5), ((3.0, 2.0), 0.7)):
+            info = np.array([*(turn @ np.array(at)), yaw + angle, 0.0])
+            image = picture.draw(car, info, observation)
+        # About the pixel in the middle, so without the first row and column.
+        images.append(np.rot90(image[1:, 1:], -quarter))
+    for image in images[1:]:
+        assert (image != images[0]).any(axis=2).mean() < 2e-3
+    # Two wheels and the body about the car's middle, at the heading of 0.7 rad.
+    for along, across, colour in ((1.5, 0.75, "wheel"), (-1.5, -0.75, "wheel"), (0.5, 0.0, "body")):
+        right = along * math.cos(0.7) - across * math.sin(0.7)
+        up = along * math.sin(0.7) + across * math.cos(0.7)
+        found = images[0][round(199.0 - 8.0 * up), round(199.0 + 8.0 * right)]
+        assert found.tolist() == list(COLOURS[colour]), along
