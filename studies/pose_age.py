@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import popsteer
+from popsteer import controllers
 from studies.chain import Chain
 from studies.layout import line
 
@@ -19,13 +20,7 @@ CAR = popsteer.Vehicle(
 )
 START = (0.0, 0.5, math.atan2(3.0, 12.0))
 AGES = [(0.0, False), (0.1, True), (0.1, False), (0.2, True), (0.2, False)]
-SHOWN: dict[str, Any] = {
-    "POP": popsteer.Pop,
-    "Pure-Pursuit": popsteer.PurePursuit,
-    "Stanley": popsteer.Stanley,
-    "PID": popsteer.Pid,
-    "Preview POP": popsteer.PreviewPop,
-}
+SHOWN = [controllers.get(name) for name in ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")]
 
 
 def mean_error(
@@ -63,6 +58,9 @@ def mean_error(
 def age_lines() -> list[str]:
     """A row for each controller."""
     return [
-        line(title, *(f"{mean_error(kind, CAR, age, given=given):.3f}" for age, given in AGES))
-        for title, kind in SHOWN.items()
+        line(
+            law.title,
+            *(f"{mean_error(law.controller, CAR, age, given=given):.3f}" for age, given in AGES),
+        )
+        for law in SHOWN
     ]

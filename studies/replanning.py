@@ -15,6 +15,7 @@ import numpy as np
 
 import popsteer
 from popsteer import controllers
+from studies.cars_loop import CAR
 from studies.chain import Chain
 from studies.layout import line
 
@@ -25,17 +26,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-CAR = popsteer.Vehicle(
-    wheelbase=2.7,
-    rear_axle=-1.35,
-    steer_lag=0.15,
-    dead_time=0.15,
-    max_steer_rate=0.4,
-    max_steer=0.6,
-)
-"""A car whose pose is measured at the centre."""
 SPEED = 8.0
-"""Its speed [m/s]."""
+"""Speed of the car, whose pose is measured at the centre [m/s]."""
 DT = 0.05
 """Its control period [s]."""
 SUBSTEP = 0.005

@@ -10,9 +10,9 @@ import pytest
 
 import popsteer
 from popsteer import Status, controllers
+from studies.cars_loop import CAR
 from studies.layout import table
 from studies.replanning import (
-    CAR,
     COURSE,
     DT,
     SPEED,

@@ -12,9 +12,9 @@ import pytest
 
 import popsteer
 from popsteer import PathError, controllers
+from studies.cars_loop import CAR
 from studies.layout import table
 from studies.replanning import (
-    CAR,
     COURSE,
     DT,
     RATES,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -204,7 +205,7 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         drawn = {name: getattr(self, name) for name in ("_np_random", "_np_random_seed")}
-        return _made, (type(self), self._options), drawn
+        return partial(type(self), **self._options), (), drawn
 
     @property
     def task(self) -> Task:
@@ -307,7 +308,3 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
 
     def _named(self, info: NDArray[np.float64]) -> dict[str, Any]:
         return dict(zip(INFO, info[0].tolist(), strict=True))
-
-
-def _made(kind: type[TrackEnv], options: dict[str, Any]) -> TrackEnv:
-    return kind(**options)

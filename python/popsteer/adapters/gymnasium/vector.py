@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,7 +102,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy the options; what is drawn is that of the next `reset`."""
-        return _made, (type(self), self._options)
+        return partial(type(self), **self._options), ()
 
     @property
     def path(self) -> Path:
@@ -262,10 +263,6 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
             required = f"an array of bool of shape ({self.num_envs},)"
             raise ConfigError("reset_mask", f"{mask.dtype} of shape {mask.shape}", required)
         return mask
-
-
-def _made(kind: type[TrackVectorEnv], options: dict[str, Any]) -> TrackVectorEnv:
-    return kind(**options)
 
 
 def _mode_of(mode: AutoresetMode | str) -> AutoresetMode:

@@ -30,7 +30,7 @@ from popsteer.sim.closed_loop import start_speed
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from popsteer._core import Path, Vehicle
     from popsteer.controllers import Params
@@ -206,6 +206,7 @@ class Problem:
     def _driven(
         self, params: Params, progress: Callable[[float], object] | None
     ) -> list[tuple[str, float, float]]:
+        columns: Iterable[tuple[bool, float, float]]
         core = isinstance(self.plant, CarlaIdentified | KinematicBicycle)
         if core and self.controller in controllers.names():
             drivers = {
@@ -232,7 +233,7 @@ class Problem:
                 strict=True,
             )
         else:
-            columns = zip(*self._one_by_one(params, progress), strict=True)
+            columns = self._one_by_one(params, progress)
         found = []
         for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True):
             if ended and not (math.isfinite(error) and math.isfinite(effort)):
@@ -249,8 +250,7 @@ class Problem:
 
     def _one_by_one(
         self, params: Params, progress: Callable[[float], object] | None
-    ) -> tuple[list[bool], list[float], list[float]]:
-        found: tuple[list[bool], list[float], list[float]] = ([], [], [])
+    ) -> Iterator[tuple[bool, float, float]]:
         settings = Settings() if self.settings is None else self.settings
         for done, (_, road, made, seed) in enumerate(self.scenarios):
             metrics = sim.run(
@@ -265,12 +265,10 @@ class Problem:
                 noise=made.noise,
                 seed=seed,
             ).metrics
-            found[0].append(metrics.finished)
-            found[1].append(metrics.settled_mean_abs_cross_track_error)
-            found[2].append(metrics.rms_steer_rate)
+            error = metrics.settled_mean_abs_cross_track_error
+            yield metrics.finished, error, metrics.rms_steer_rate
             if progress is not None:
                 progress((done + 1) / len(self.scenarios))
-        return found
 
     @cached_property
     def document(self) -> dict[str, Any]:
