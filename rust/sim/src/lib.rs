@@ -40,7 +40,6 @@ pub mod noise;
 pub mod plant;
 pub mod record;
 pub mod run_state;
-pub mod settings;
 pub mod simulation;
 #[cfg(test)]
 mod tests;
@@ -57,5 +56,4 @@ pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
 pub use record::Record;
 pub use run_state::RunState;
-pub use settings::Settings;
-pub use simulation::Simulation;
+pub use simulation::{Settings, Simulation};

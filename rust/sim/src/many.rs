@@ -12,7 +12,7 @@ use crate::longitudinal::Longitudinal;
 use crate::metrics::Metrics;
 use crate::noise::Perception;
 use crate::plant::Plant;
-use crate::settings::Settings;
+use crate::simulation::Settings;
 use crate::simulation::{Simulation, SimulationError};
 
 /// One run of many.

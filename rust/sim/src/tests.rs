@@ -5,7 +5,7 @@ use crate::delay::Delay;
 use crate::noise::{Noise, Perception};
 use crate::plant::{Control, KinematicBicycle, PedalMap, Plant, PlantState};
 use crate::run_state::Place;
-use crate::settings::Settings;
+use crate::simulation::Settings;
 use crate::{Longitudinal, Simulation};
 use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::math::wrap;

@@ -1,7 +1,7 @@
 //! Many vehicles, one step at a time, on all cores.
 
 mod member;
-mod state;
+
 #[cfg(test)]
 mod tests;
 
@@ -14,8 +14,7 @@ use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
-use self::member::Kept;
-use self::state::KeptState;
+use self::member::{Kept, KeptState};
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
 /// stepped on the thread that asks for it.

@@ -6,7 +6,7 @@ use popsteer_core::{Path, Point, VehicleState};
 use super::ahead::point_at;
 use super::*;
 use crate::plant::{KinematicBicycle, Plant};
-use crate::settings::Settings;
+use crate::simulation::Settings;
 
 fn begun(start: VehicleState) -> Simulation {
     let x: Vec<f64> = (0..100).map(f64::from).collect();
