@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import conversions, messages
 from popsteer.adapters.ros2.idl import idl_type
 from popsteer.adapters.ros2.intake import load_path
+from popsteer.adapters.ros2.topics import Topics
+from tests.adapters.ros2_domain import Bench
+from tests.adapters.ros2_plant import CAR
 
 SIZES = {"int8": 8, "uint8": 8, "int16": 16, "uint16": 16, "int32": 32, "uint32": 32}
 
@@ -194,3 +198,18 @@ def test_path_file_is_popsteers_or_a_raceline_of_f1tenth(tmp_path: Any) -> None:
         file.write_text(text)
         with pytest.raises(popsteer.PathError):
             load_path(str(file), closed=False)
+
+
+def test_twist_turns_by_the_turning_wheelbase_and_understeer() -> None:
+    car = CAR.replace(turning_wheelbase=3.0, understeer=0.01, steer_offset=0.02)
+    topics = replace(Topics(command="/cmd_vel"), command_type=messages.TWIST_STAMPED)
+    bench = Bench(lambda path: popsteer.Stanley(path, car), topics=topics)
+    bench.begin()
+    bench.run(5)
+    drive = bench.cycle()
+    assert bench.drive.wait(1.0)
+    twist = messages.decode(messages.TWIST_STAMPED, bench.drive.take()[-1])
+    assert drive is not None
+    assert (twist.header.frame_id, twist.twist.linear.x) == ("base_link", drive.speed)
+    rate = drive.speed * np.tan(drive.steer + 0.02) / (3.0 + 0.01 * drive.speed**2)
+    assert twist.twist.angular.z == pytest.approx(rate)

@@ -330,21 +330,6 @@ def test_trajectory_without_any_speed_says_stand() -> None:
     assert (control.longitudinal.velocity, control.longitudinal.acceleration) == (0.0, -2.0)
 
 
-def test_twist_turns_by_the_turning_wheelbase_and_understeer() -> None:
-    car = CAR.replace(turning_wheelbase=3.0, understeer=0.01, steer_offset=0.02)
-    topics = replace(Topics(command="/cmd_vel"), command_type=messages.TWIST_STAMPED)
-    bench = Bench(lambda path: popsteer.Stanley(path, car), topics=topics)
-    bench.begin()
-    bench.run(5)
-    drive = bench.cycle()
-    assert bench.drive.wait(1.0)
-    twist = messages.decode(messages.TWIST_STAMPED, bench.drive.take()[-1])
-    assert drive is not None
-    assert (twist.header.frame_id, twist.twist.linear.x) == ("base_link", drive.speed)
-    rate = drive.speed * np.tan(drive.steer + 0.02) / (3.0 + 0.01 * drive.speed**2)
-    assert twist.twist.angular.z == pytest.approx(rate)
-
-
 def test_late_cycles_are_counted_and_reported(bench: Bench) -> None:
     bench.report()
     bench.now += 3 * PERIOD
