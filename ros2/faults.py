@@ -33,7 +33,7 @@ class Observer:
 
     def __init__(self) -> None:
         self.node = rclpy.create_node("observer")
-        self.commanded = self.driven = self.largest = math.nan
+        self.commanded = self.driven = self.largest = self.heading = math.nan
         self.commands = 0
         self.said = ""
         self.path = World(TRACK, parts=()).path
@@ -51,7 +51,7 @@ class Observer:
         if not abs(pose.position.x) + abs(pose.position.y) + abs(yaw) < 1e6:
             return  # of an altered message
         x, y = pose.position.x - 1.35 * math.cos(yaw), pose.position.y - 1.35 * math.sin(yaw)
-        self.driven = message.twist.twist.linear.x
+        self.driven, self.heading = message.twist.twist.linear.x, yaw
         self.largest = max(self.largest, abs(self.path.project(x, y).cross_track_error), key=_known)
 
     def _read(self, message: Any) -> None:
@@ -92,8 +92,10 @@ def kill(name: str, command: str, what: str, log: Any) -> None:
         "node": lambda: Steering(name, command, log),
     }
     parts: dict[str, Any] = {each: start() for each, start in starts.items()}
-    if seen.until(lambda: _known(seen.driven) > 8.0, 40.0) == math.inf:
-        print(f"{name}: does not drive; {seen.said}")
+    seen.until(lambda: _known(seen.driven) > 8.0, 40.0)
+    straight = seen.heading
+    if seen.until(lambda: abs(math.remainder(seen.heading - straight, math.tau)) > 0.5, 40.0) > 40:
+        print(f"{name}: does not drive into a bend; {seen.said}")
     parts[what].end(SIGKILL)
     before = seen.commands
     stands = {
@@ -101,16 +103,16 @@ def kill(name: str, command: str, what: str, log: Any) -> None:
         "car": lambda: seen.commanded == 0.0,
         "node": lambda: seen.driven < 0.01,
     }
-    after = seen.until(stands[what], 5.0)
+    after = seen.until(stands[what], 15.0 if what == "car" else 5.0)
     said, lasting = seen.said, seen.driven
-    seen.until(lambda: False, 5.0 - min(after, 5.0))
+    seen.until(lambda: False, max(5.0 - after, 0.0))
     heard = seen.commands - before
     seen.driven = math.nan
     parts[what] = starts[what]()
     again = seen.until(lambda: _known(seen.driven) > 8.0, 40.0)
     stood = f"stood after {after:.2f} s" if after < math.inf else f"drove on at {lasting:.1f} m/s"
     print(
-        f"{name}: {what} killed: {stood}, {heard} commands in 5 s, said {said!r}; 8 m/s again"
+        f"{name}: {what} killed: {stood}, {heard} commands, said {said!r}; 8 m/s again"
         f" {again:.1f} s after its return, said {seen.said!r}; error {seen.largest:.3f} m at most"
     )
     for part in parts.values():
@@ -134,7 +136,7 @@ def alter(name: str, command: str, count: int, log: Any) -> None:
             data[chance.randrange(4, len(data))] = chance.randrange(256)
         publisher.publish(bytes(data))
         rclpy.spin_once(seen.node, timeout_sec=0.0)
-    other.node.destroy_node()
+    other.close()
     client = seen.node.create_client(Trigger, "/popsteer/reset")
     client.wait_for_service(10.0)
     answer = client.call_async(Trigger.Request())

@@ -26,7 +26,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
@@ -34,6 +34,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import serialize_message
 
 import popsteer
@@ -42,6 +43,9 @@ from popsteer import tracks
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from studies.chain import Chain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 CAR = popsteer.Vehicle(
     wheelbase=2.7,
@@ -77,6 +81,8 @@ class World:
         self.longest = 0.0
         self.finished, self.ticks, self.sent = False, 0, 0.0
         self.node = rclpy.create_node("_".join(parts) or "none")
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
         if "car" in parts:
             self.odometry = self.node.create_publisher(Odometry, "odom", 1)
             self.node.create_subscription(AckermannDriveStamped, "drive", self.obey, 1)
@@ -151,8 +157,13 @@ class World:
         while not self.finished and due < end:
             due += DT
             while (remaining := due - time.monotonic()) > 0.0:
-                rclpy.spin_once(self.node, timeout_sec=remaining)
+                self.executor.spin_once(timeout_sec=remaining)
             self.step()
+
+    def close(self) -> None:
+        """End what uses the node, then the node; both before rclpy's context."""
+        self.executor.shutdown()
+        self.node.destroy_node()
 
 
 def used(process: int) -> float:
@@ -170,10 +181,12 @@ def children(process: int) -> list[int]:
 class Steering:
     """A node of popsteer as a process; `log` has what it and the rest of this process print."""
 
-    def __init__(self, name: str, popsteer_: str, log: Any, prefix: str = "") -> None:
+    def __init__(
+        self, name: str, popsteer_: str, log: Any, prefix: str = "", options: Iterable[str] = ()
+    ) -> None:
         vehicle = Path(tempfile.gettempdir()) / "popsteer-lap.toml"
         CAR.save(vehicle)
-        command = [popsteer_, "ros2", "--vehicle", str(vehicle), "--max-speed", "25"]
+        command = [popsteer_, "ros2", "--vehicle", str(vehicle), "--max-speed", "25", *options]
         environment = dict(os.environ)
         if name == "bare":
             environment.pop("PYTHONPATH", None)
@@ -232,7 +245,7 @@ def main() -> None:
             world.drive(options.seconds)
             share = (used(steering.number) - before[1]) / (time.monotonic() - before[0])
             steering.end()
-            world.node.destroy_node()
+            world.close()
             rclpy.shutdown()
             os.dup2(mine, 2)
             report(name, world, time.monotonic() - begun, share, warnings(log))

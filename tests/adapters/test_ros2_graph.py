@@ -222,6 +222,15 @@ def test_configuration_is_that_of_ros(
     assert ("AllowMulticast" in found) == (len(environment) == 2 or local is True)
 
 
+def test_loopback_is_named_where_a_file_of_configuration_names_no_interface(tmp_path: Any) -> None:
+    file = tmp_path / "cyclonedds.xml"
+    for text, named in (("<Tag>mine</Tag>", True), ('<NetworkInterface name="eth0"/>', False)):
+        file.write_text(text)
+        for uri in (f"file://{file}", f"file:{file}"):
+            found = configuration(local=True, environment={"CYCLONEDDS_URI": uri})
+            assert ('NetworkInterface name="lo' in found) == named, uri
+
+
 @looped(
     ("environment", "said"),
     [

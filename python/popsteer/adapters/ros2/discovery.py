@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from popsteer.errors import ConfigError
@@ -74,7 +76,11 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
     general = ""
     if scope != "SUBNET":
         general = "<AllowMulticast>false</AllowMulticast>"
-    if scope == "LOCALHOST" and "NetworkInterface" not in uri and not uri.startswith("file:"):
+    told = uri
+    if uri.startswith("file:"):
+        with suppress(OSError):  # where there is none, Cyclone DDS says so
+            told = Path(uri.removeprefix("file:").removeprefix("//")).read_text(encoding="utf-8")
+    if scope == "LOCALHOST" and "NetworkInterface" not in told:
         # Cyclone DDS 0.10, which Jazzy has, reaches the loopback from any interface, 11 does not.
         name = "lo0" if sys.platform == "darwin" else "lo"
         general = f'<Interfaces><NetworkInterface name="{name}"/></Interfaces>{general}'
