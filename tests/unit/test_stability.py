@@ -228,3 +228,34 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
             assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
             given.append((abs(kept) > 1.0, bool(largest < 1.0)))
     assert set(given) == {(True, False), (False, True), (False, False)}
+
+
+def test_slip_counts_from_the_speed_on_at_which_a_controller_estimates_it() -> None:
+    from popsteer.lab.stability.runs import _slip_time
+
+    car = popsteer.Vehicle(wheelbase=3.0)
+    late = car.replace(dead_time=0.1)
+    preview, pop = popsteer.PreviewPopParams(), popsteer.PopParams()
+    own = popsteer.AdaptParams(slip_time=2.5, min_speed=8.0)
+    # By itself what predicts adapts, from 5/3 wheelbases a second on, over 5 s.
+    for params, vehicle, adapt, speed, wanted in (
+        (preview, car, "auto", 4.99, 0.0),
+        (preview, car, "auto", 5.0, 5.0),
+        (pop, car, "auto", 9.0, 0.0),
+        (pop, late, "auto", 9.0, 5.0),
+        (preview, car, None, 9.0, 0.0),
+        (pop, car, own, 7.9, 0.0),
+        (pop, car, own, 8.0, 2.5),
+    ):
+        found = _slip_time(params, vehicle, adapt, speed)  # type: ignore[arg-type]
+        assert found == wanted, (type(params), adapt, speed)
+
+
+def test_offset_that_is_driven_on_a_circle_is_the_computed_one() -> None:
+    from popsteer.lab.stability.carrot import carrot_offset, driven_offset
+
+    for radius, speed in ((30.0, 8.0), (50.0, 10.0)):
+        offset, distance = driven_offset(radius, "kinematic-bicycle", speed)
+        assert distance == pytest.approx(6.0 + 0.2 * speed, abs=0.01)
+        computed = carrot_offset(distance, radius, vehicles.get("kinematic-bicycle"), speed)
+        assert offset == pytest.approx(computed, abs=0.02)
