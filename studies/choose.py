@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 import statistics
+from typing import Any
 
-from popsteer import controllers, lab
+from popsteer import AdaptParams, PreviewPopParams, controllers, lab
+from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.names import title_of
+from popsteer.lab.common.varied import usual
+from popsteer.sim import CarlaIdentified
 from studies.layout import AUTHORS_START, ROOT, course, line, table
 
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
@@ -67,6 +71,48 @@ def choose_lines() -> list[str]:
                 _loop(title, "localisation noise"),
                 *_margins(title),
                 f"{step:.2f}",
+            )
+        )
+    return lines
+
+
+def _swept(
+    vary: dict[str, str], speed: float | None, adapt: AdaptParams | None
+) -> list[dict[str, Any]]:
+    """Drive 1,000 runs of preview POP, with what usually varies changed by `vary`."""
+    plant = CarlaIdentified()
+    texts = usual(plant.vehicle, plant) | vary
+    drawn = {name: distribution(name, text) for name, text in texts.items()}
+    params, path = PreviewPopParams(), course("racetrack")[0]
+    return lab.sweep.run(
+        lab.sweep.Job(
+            path, "preview-pop", params, plant, drawn, 1000, adapt=adapt, constant_speed=speed
+        )
+    )
+
+
+def adapting_lines() -> list[str]:
+    """1,000 runs of preview POP with and without estimation, each pair of the same draws."""
+    error = "settled_mean_abs_cross_track_error"
+    lines = []
+    for case, vary, speed in (
+        ("the defaults of `popsteer sweep`", {}, None),
+        ("... at 10 m/s", {}, 10.0),
+        ("... the dead time up to 0.2 s", {"dead_time": "uniform(0,0.2)"}, 10.0),
+        ("... an offset of 3° (standard deviation)", {"steer_offset": "normal(0,0.05)"}, 10.0),
+    ):
+        with_it, without = (_swept(vary, speed, adapt) for adapt in (AdaptParams(), None))
+        pairs = list(zip(with_it, without, strict=True))
+        times = statistics.quantiles((a[error] / b[error] for a, b in pairs), n=20)
+        lines.append(
+            line(
+                case,
+                f"{sum(a['success'] for a, _ in pairs):,}",
+                f"{sum(b['success'] for _, b in pairs):,}",
+                str(sum(a["success"] and not b["success"] for a, b in pairs)),
+                str(sum(b["success"] and not a["success"] for a, b in pairs)),
+                f"{times[9]:.2f}",
+                f"{times[0]:.2f} to {times[-1]:.2f}",
             )
         )
     return lines

@@ -14,7 +14,7 @@ from popsteer.files import write_text_atomic
 from studies import edges, limits
 from studies.cars_loop import loop_lines
 from studies.cases import case_lines
-from studies.choose import choose_lines, paper_lines
+from studies.choose import adapting_lines, choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
 from studies.grip import grip_lines
 from studies.layout import DOCS, table, with_table
@@ -53,6 +53,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "limits, sweep": ("preview_pop.md", limits.sweep_lines),
     # Of the tables before it and of README's matrix.
     "choose": ("choose.md", choose_lines),
+    "adapting": ("choose.md", adapting_lines),
     "paper": ("paper.md", paper_lines),
 }
 
