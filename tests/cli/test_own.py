@@ -123,6 +123,16 @@ def test_changed_file_of_a_sweep_is_refused(here: Path, capsys: pytest.CaptureFi
     assert "mine.py:BangBang is not there as it was" in done.err
 
 
+def test_own_controller_with_the_title_of_a_shipped_one_is_told_from_it(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "other.py").write_text(MINE.replace("class BangBang", "class Stanley"))
+    line = "compare --controllers stanley,other.py:Stanley,mine.py:BangBang --track slalom"
+    done = call(capsys, *line.split(), "--constant-speed", "6")
+    rows = [row.split()[0] for row in done.out.splitlines() if row.endswith(("yes", "no"))]
+    assert rows == ["Stanley", "other.py:Stanley", "BangBang"]
+
+
 @pytest.mark.usefixtures("_blank_figures")
 def test_what_raises_is_shown_with_its_traceback_and_the_others_drive(
     here: Path, capsys: pytest.CaptureFixture[str]

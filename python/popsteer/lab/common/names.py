@@ -17,10 +17,14 @@ def controller_names() -> tuple[str, ...]:
 
 
 def title_of(law: str) -> str:
-    """Name of a controller as a person reads it; that of one's own is as it is."""
-    if law in baselines.names():
-        return baselines.get(law).title
-    return controllers.get(law).title if law in controllers.names() else own.title(law)
+    """Name of a controller as a person reads it.
+
+    One's own has that of its class, or its whole name where a shipped one has the title, too.
+    """
+    shipped = {name: controllers.get(name).title for name in controllers.names()}
+    shipped |= {name: baselines.get(name).title for name in baselines.names()}
+    title = own.title(law)
+    return shipped.get(law, law if title in shipped.values() else title)
 
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:
