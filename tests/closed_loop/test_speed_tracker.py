@@ -13,6 +13,7 @@ from popsteer import Path, Vehicle, planning, sim, tracks
 from popsteer.planning import SpeedLimits
 from popsteer.plants import get
 from popsteer.tracks import edges
+from studies import parking
 from studies.chain import Chain
 
 if TYPE_CHECKING:
@@ -191,3 +192,20 @@ def test_speed_above_the_plan_is_braked_and_the_command_is_smooth() -> None:
         speed += DT * pull
         x += DT * speed
     assert speed == pytest.approx(8.0, abs=0.1)
+
+
+def test_parking_at_the_end_of_an_arc_keeps_place_and_heading_if_the_steering_looks_on() -> None:
+    wheelbase = parking.CAR["wheelbase"]
+    for radius in (5.0, 9.0):
+        for backwards in (False, True):
+            pieces = [
+                (backwards, 0.0, 6.0),
+                (backwards, 1.0 / radius, math.pi / 4.0 * radius),
+            ]
+            for seed in parking.SEEDS:
+                found = parking.park(pieces, seed, beyond=wheelbase)
+                case = (radius, backwards, seed, found)
+                assert math.isfinite(found.time), case
+                assert found.aside < 0.15, case
+                assert found.place < 0.03, case
+                assert found.heading < 0.6, case
