@@ -209,3 +209,14 @@ def test_parking_at_the_end_of_an_arc_keeps_place_and_heading_if_the_steering_lo
                 assert found.aside < 0.15, case
                 assert found.place < 0.03, case
                 assert found.heading < 0.6, case
+
+
+def test_a_drive_lag_told_within_a_factor_of_two_parks_as_exactly() -> None:
+    for name, pieces in parking.bays(5.0).items():
+        for drive_lag in (0.1, 2.0 * parking.LAG):
+            found = parking.row(pieces, drive_lag=drive_lag)
+            case = (name, drive_lag, found)
+            assert math.isfinite(found.time), case
+            assert found.aside < 0.15, case
+            assert found.place < 0.04, case
+            assert found.heading < 1.0, case
