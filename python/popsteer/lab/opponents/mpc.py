@@ -92,9 +92,8 @@ class Mpc(Opponent):
         if moved or abs(rate - self._key[1]) > _GAIN * rate:
             self._key = (seen.speed, rate)
             hessian = self._condense(seen, rate)
-        self._before = before = side * (
-            self.observer.steer + self.observer.eye.estimate.steer_offset
-        )
+        offset = self.observer.eye.estimate.steer_offset
+        self._before = before = side * (self.observer.steer + offset)
         wanted = np.zeros((_STAGES, 4))
         wanted[:, 1] = -seen.slope * bends
         wanted[:, 2] = wanted[:, 3] = reference
@@ -132,10 +131,8 @@ class Mpc(Opponent):
         column, lost = (np.vstack(powers[:-1]) @ each for each in (b[:, 0], loss))
         moved, self._drift = np.zeros((size, _STAGES)), np.zeros((size, _STAGES))
         for k in range(_STAGES):  # what a stage does is seen from there on
-            moved[4 * k :, k], self._drift[4 * k :, k] = (
-                column[: size - 4 * k],
-                lost[: size - 4 * k],
-            )
+            rest = size - 4 * k
+            moved[4 * k :, k], self._drift[4 * k :, k] = column[:rest], lost[:rest]
         self._pull = np.empty((_STAGES, size))
         last = cost_to_go(a, b, self._q, self._r)
         for k in range(_STAGES):
