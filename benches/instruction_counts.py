@@ -5,9 +5,10 @@
     python benches/instruction_counts.py --json F   # write them to F besides
 
 Counted is the difference of two runs of the program `steps`, whole laps apart, over the steps
-between them: making the course and warming up fall out. The counts are those of one compiler, one C
-library (its sin, cos and atan2) and one kind of processor (which of them it chooses), all recorded
-with the baseline; under others there is nothing to compare, and the script says so.
+between them: making the course and warming up fall out. What is inlined counts for the module that
+it was written in (`PARTS`), by the line tables of the build. The counts are those of one compiler,
+one C library (its sin, cos and atan2) and one kind of processor (which of them it chooses), all
+recorded with the baseline; under others there is nothing to compare, and the script says so.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -41,6 +43,16 @@ CALLS = (
     "pure-pursuit steer",
     "stanley steer",
 )
+PARTS = {
+    "path": r"path",
+    "prediction, estimates": r"vehicle",
+    "recursion": r"laws/preview_pop/cost_to_go",
+    "limits": r"laws/preview_pop/(limited|active_set)",
+    "rest of the law": r"laws",
+    "tracker": r"tracker",
+    "sin, exp, ...": r"",
+}
+"""The parts of a step, each by its modules in the core; the last has what is not of the core."""
 LAPS = 1, 3
 TOLERANCE = 0.03
 """One sine too many, the smallest fault worth a name, is 6 to 8 % of a POP step; an edit beside it
@@ -58,23 +70,29 @@ def build() -> Path:
     built = subprocess.run(
         [*command, "--bin", "steps", "--message-format", "json-render-diagnostics"],
         cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True,
+        env=os.environ | {"CARGO_PROFILE_RELEASE_DEBUG": "line-tables-only"},
     )  # fmt: skip
     messages = [json.loads(line) for line in built.stdout.splitlines()]
     (program,) = [each["executable"] for each in messages if each.get("executable")]
     return Path(program)
 
 
-def count(program: Path, call: str) -> float:
-    """Count the instructions of one step."""
+def count(program: Path, call: str) -> dict[str, float]:
+    """Count the instructions of one step, by its parts."""
     (few_steps, few), (many_steps, many) = (_run(program, call, laps) for laps in LAPS)
-    return round((many - few) / (many_steps - few_steps), 2)
+    return {part: round((many[part] - few[part]) / (many_steps - few_steps), 2) for part in PARTS}
 
 
-def count_all(program: Path) -> dict[str, float]:
-    """Count the instructions of one step of each call."""
+def count_all(program: Path) -> dict[str, dict[str, float]]:
+    """Count the instructions of one step of each call, by its parts."""
     _tool("valgrind")
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # counts do not mind company
         return dict(zip(CALLS, pool.map(lambda call: count(program, call), CALLS), strict=True))
+
+
+def total(parts: dict[str, float]) -> float:
+    """Sum the parts up."""
+    return round(sum(parts.values()), 2)
 
 
 def toolchain() -> dict[str, str]:
@@ -125,7 +143,8 @@ def main() -> int:
     arguments = parser.parse_args()
     try:
         counted: dict[str, Any] = {"toolchain": toolchain(), "tolerance": TOLERANCE}
-        counted["counts"] = counts = count_all(build())
+        counted["parts"] = count_all(build())
+        counted["counts"] = counts = {call: total(it) for call, it in counted["parts"].items()}
     except Unavailable as reason:
         print(f"not counted: {reason}")
         counted = {"counts": None, "reason": str(reason)}
@@ -139,7 +158,8 @@ def main() -> int:
     if counted["counts"] is None:
         return 0
     if arguments.record:
-        BASELINE.write_text(text, encoding="utf-8")
+        counted.pop("parts")
+        BASELINE.write_text(json.dumps(counted, indent=2) + "\n", encoding="utf-8")
         return 0
     baseline = json.loads(BASELINE.read_text(encoding="utf-8"))
     try:
@@ -152,8 +172,8 @@ def main() -> int:
     return 1 if found else 0
 
 
-def _run(program: Path, call: str, laps: int) -> tuple[int, int]:
-    """Run the program under callgrind: steps taken, instructions executed."""
+def _run(program: Path, call: str, laps: int) -> tuple[int, Counter[str]]:
+    """Run the program under callgrind: steps taken, instructions executed by part."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind.out"
         done = subprocess.run(
@@ -161,10 +181,43 @@ def _run(program: Path, call: str, laps: int) -> tuple[int, int]:
              program, *call.split(), str(laps)],
             capture_output=True, text=True, check=True,
         )  # fmt: skip
-        found = re.search(r"^(?:summary|totals): (\d+)", _read(out), re.MULTILINE)
-    if found is None:
-        raise RuntimeError(f"callgrind wrote no summary: {done.stderr}")
-    return int(done.stdout), int(found[1])
+        text = _read(out)
+    found = re.search(r"^(?:summary|totals): (\d+)", text, re.MULTILINE)
+    parts = by_part(text)
+    if found is None or parts.total() != int(found[1]):
+        raise RuntimeError(f"callgrind's costs do not add up to its summary: {done.stderr}")
+    return int(done.stdout), parts
+
+
+def by_part(text: str) -> Counter[str]:
+    """Add up what callgrind wrote, each function's own instructions, by the parts of a step."""
+    names: dict[tuple[bool, str], str] = {}
+    parts: Counter[str] = Counter()
+    file = function = ""
+    called = False
+    for line in text.splitlines():
+        if named := re.match(r"(c?f[lien])=(\(\d+\)) ?(.*)", line):
+            kind, number, name = named.groups()
+            key = kind.endswith("n"), number  # files and functions are numbered apart
+            name = names.setdefault(key, name)
+            if kind == "fn":
+                function = name
+            elif not kind.startswith("c"):
+                file = name
+        elif line.startswith("calls="):
+            called = True  # the next line is what that call cost, counted where it was spent
+        elif re.match(r"[-+*\d]", line):
+            if not called:
+                parts[_part(file, function)] += int(line.split()[-1])
+            called = False
+    return parts
+
+
+def _part(file: str, function: str) -> str:
+    written = re.search(r"rust/core/src/(\w+/.*)\.rs$", file)
+    within = re.search(r"popsteer_core::(\w+::[\w:]*)", function)  # of what has no part
+    module = written[1] if written else within[1].replace("::", "/") if within else ""
+    return next(part for part, modules in PARTS.items() if re.match(modules, module))
 
 
 def _tool(name: str) -> str:

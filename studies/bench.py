@@ -95,10 +95,11 @@ def instructions_table(counted: dict[str, Any]) -> str:
     if counted["counts"] is None:
         return f"Not counted in this run: {counted['reason']}."
     on = counted["toolchain"]
-    table = markdown(
-        ("call", "instructions"),
-        [(f"`{call}`", f"{value:,.0f}") for call, value in counted["counts"].items()],
-    )
+    rows = [
+        (f"`{call}`", *(f"{each:,.0f}" for each in (counted["counts"][call], *parts.values())))
+        for call, parts in counted["parts"].items()
+    ]
+    table = markdown(("call", "instructions", *next(iter(counted["parts"].values()))), rows)
     return f"{table}\n\nWith {on['rustc']}, {on['libc']}, {on['processor']}."
 
 

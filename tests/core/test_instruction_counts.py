@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from benches import instruction_counts
-from benches.instruction_counts import Unavailable, comparable, compare, count, count_all
+from benches.instruction_counts import Unavailable, comparable, compare, count, count_all, total
 from tests.helpers import looped
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def program() -> Path:
 @pytest.fixture(scope="module")
 def counts(program: Path) -> dict[str, float]:
     try:
-        return count_all(program)
+        return {call: total(parts) for call, parts in count_all(program).items()}
     except Unavailable as reason:
         pytest.skip(str(reason))
 
@@ -51,7 +51,29 @@ def test_instruction_counts_are_within_the_baseline(
 
 
 def test_instruction_counts_of_two_runs_agree(counts: dict[str, float], program: Path) -> None:
-    assert count(program, "stanley steer") == counts["stanley steer"]
+    assert total(count(program, "stanley steer")) == counts["stanley steer"]
+
+
+def test_by_part_adds_a_function_s_own_instructions_to_the_module_they_were_written_in() -> None:
+    text = """fl=(1) /x/rust/core/src/laws/preview_pop/limited.rs
+fn=(7) popsteer_core::laws::preview_pop::PreviewPop::choose
++3 100
+fi=(2) /x/rust/core/src/path/view.rs
+-1 20
+fe=(3) /rustc/library/core/src/slice/mod.rs
+* 5
+cfi=(2)
+cfn=(9) sincos
+calls=3 40
+* 1000
+12 1
+fl=(4) ./math/s_sin.c
+fn=(9)
++1 700
+"""
+    assert instruction_counts.by_part(text) == {
+        "limits": 100, "path": 20, "rest of the law": 6, "sin, exp, ...": 700
+    }  # fmt: skip
 
 
 def test_instruction_counts_of_more_work_are_reported(counts: dict[str, float]) -> None:

@@ -42,6 +42,7 @@ LATENCY: dict[str, Any] = {
 COUNTS = {
     "toolchain": {"rustc": "rustc 1", "libc": "glibc 2", "processor": "x86_64"},
     "counts": {"pop steer": 1151.82},
+    "parts": {"pop steer": {"path": 1000.6, "tracker": 151.22}},
 }
 
 
@@ -79,7 +80,8 @@ def test_figures_hold_the_numbers_of_the_run(run: Path) -> None:
     figures = made["figures"].splitlines()
     assert "| `step_over_empty_call` | 2.00 | 6.00 |" in figures
     assert "| `numba_over_step` | - | - |" in figures
-    assert "| `pop steer` | 1,152 |" in figures
+    assert "| call | instructions | path | tracker |" in figures
+    assert "| `pop steer` | 1,152 | 1,001 | 151 |" in figures
     assert "POP, angle 1,000,003" in made["figures"]
     assert "Over the length" not in made["figures"]
 
