@@ -176,23 +176,31 @@ def test_losses_are_to_the_best_that_succeeded() -> None:
 def test_suite_writes_its_cells_and_one_is_repeated_alone(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
+    (tmp_path / "mine.py").write_text("def mine(path, vehicle):\n    raise ZeroDivisionError\n")
     one = ("matrix", "--suite", "standard-1", "--scenarios", "hairpin", "--controllers")
     outcome = command.call(
         capsys,
         *one,
-        "stanley,preview-pop",
+        f"stanley,preview-pop,{tmp_path / 'mine.py'}:mine",
         *("--conditions", "as told,noise", "--out", str(tmp_path)),
     )
     assert outcome.status == 0
-    assert "8 runs on suite-car, carla-identified" in " ".join(outcome.out.split())
+    assert "12 runs on suite-car, carla-identified" in " ".join(outcome.out.split())
     document = json.loads((tmp_path / "suite.json").read_text(encoding="utf-8"))
     assert (document["schema"], document["suite"]) == ("popsteer-suite/1", "standard-1")
     lines = (tmp_path / "suite.csv").read_text(encoding="utf-8").splitlines()[1:]
     table = list(csv.DictReader(lines))
-    assert len(table) == len(document["cells"]) == 8
+    assert len(table) == len(document["cells"]) == 12
+    broken = 0
     for row, each in zip(table, document["cells"], strict=True):
         assert row["controller"] == each["controller"]
-        assert float(row["mean_error"]) == each["mean_error"]
+        if each["ending"] == "raised ZeroDivisionError":
+            broken += 1
+            assert (row["mean_error"], each["mean_error"], each["success"]) == ("nan", None, False)
+        else:
+            assert float(row["mean_error"]) == each["mean_error"]
+    assert broken == 4
+    assert [k for k, v in document["step_times"].items() if v is None] == [each["controller"]]
     again = lab.suite.run(
         ["preview-pop"], ["suite-car"], scenarios=["hairpin"], conditions=["noise"]
     )

@@ -21,7 +21,7 @@ from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import Cell, mean_error, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rich.table import Table
 
@@ -129,18 +129,17 @@ def suite_files(found: Suite) -> dict[str, bytes]:
         "version": __version__,
         "suite": found.name,
         "machine": describe(),
-        "step_times": dict(found.step_times),
-        "cells": [
-            {
-                k: None if isinstance(v, float) and math.isnan(v) else v
-                for k, v in asdict(each).items()
-            }
-            for each in found.cells
-        ],
+        "step_times": _finite(found.step_times),
+        "cells": [_finite(asdict(each)) for each in found.cells],
     }
     content["suite.json"] = json_text(document).encode()
     content["suite.md"] = ("\n".join(suite_lines(found)) + "\n").encode()
     return content
+
+
+def _finite(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give null for what nothing was measured of, which JSON has no number for."""
+    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in values.items()}
 
 
 def suite_lines(found: Suite) -> list[str]:
