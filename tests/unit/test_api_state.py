@@ -113,9 +113,9 @@ def _refused(controller: Any, state: Any, field: str) -> InputError:
 
 _TRACKER_STATE: dict[str, Any] = {
     "waypoint": None,
-    **dict.fromkeys(("acceleration", "drive", "slow_drive", "disturbance", "turning"), 0.0),
-    **dict.fromkeys(("model_speed", "to_stop"), None),
-    "standing": False,
+    **dict.fromkeys(("acceleration", "drive", "slow_drive", "disturbance", "turning", "bend"), 0.0),
+    **dict.fromkeys(("model_speed", "to_stop", "gate"), None),
+    **dict.fromkeys(("standing", "overruns"), False),
 }
 
 

@@ -1232,7 +1232,8 @@ popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
  * Takes one control step of the speed.
  *
  * `vehicle`: pose of the vehicle's point, and speed, negative backwards. `dt`: time since the last
- * step that answered [s], 1e-6 to 1e3. `out` gets the acceleration, and why.
+ * step that answered [s], 1e-6 to 1e3. `pose_age`: how long before the step the pose was measured [s],
+ * 0 to 1. `out` gets the acceleration, and why.
  *
  * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
  * `out` are then unchanged. Nothing is allocated.
@@ -1245,6 +1246,7 @@ popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
 popsteer_error popsteer_speed_tracker_step(struct popsteer_speed_tracker *tracker,
                                            struct popsteer_vehicle_state vehicle,
                                            double dt,
+                                           double pose_age,
                                            struct popsteer_speed_command *out);
 
 /**

@@ -404,10 +404,11 @@ public:
 
     explicit operator bool() const noexcept { return handle_.get() != nullptr; }
 
-    /// One control step, `dt` [s] after the last one that answered. See popsteer_speed_tracker_step.
-    [[nodiscard]] SpeedResult step(const VehicleState& vehicle, double dt) noexcept {
+    /// One control step, `dt` [s] after the last one that answered, for a pose that was measured
+    /// `pose_age` [s] before. See popsteer_speed_tracker_step.
+    [[nodiscard]] SpeedResult step(const VehicleState& vehicle, double dt, double pose_age = 0.0) noexcept {
         SpeedResult result{};
-        result.error = popsteer_speed_tracker_step(get(), vehicle, dt, &result.command);
+        result.error = popsteer_speed_tracker_step(get(), vehicle, dt, pose_age, &result.command);
         return result;
     }
 

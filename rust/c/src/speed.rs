@@ -127,7 +127,8 @@ pub unsafe extern "C" fn popsteer_speed_tracker_new(
 /// Takes one control step of the speed.
 ///
 /// `vehicle`: pose of the vehicle's point, and speed, negative backwards. `dt`: time since the last
-/// step that answered [s], 1e-6 to 1e3. `out` gets the acceleration, and why.
+/// step that answered [s], 1e-6 to 1e3. `pose_age`: how long before the step the pose was measured [s],
+/// 0 to 1. `out` gets the acceleration, and why.
 ///
 /// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
 /// `out` are then unchanged. Nothing is allocated.
@@ -141,6 +142,7 @@ pub unsafe extern "C" fn popsteer_speed_tracker_step(
     tracker: *mut CSpeedTracker,
     vehicle: CVehicleState,
     dt: f64,
+    pose_age: f64,
     out: *mut CSpeedCommand,
 ) -> CError {
     guard(|| {
@@ -153,7 +155,7 @@ pub unsafe extern "C" fn popsteer_speed_tracker_step(
                 plan,
                 state,
             } = handle::of_mut(tracker, "tracker")?;
-            let command = law.step(&path.view(), plan, state, vehicle.into(), dt)?;
+            let command = law.step_aged(&path.view(), plan, state, vehicle.into(), dt, pose_age)?;
             handle::write(out, command.into())
         }
     })

@@ -136,12 +136,12 @@ fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
     let mut state = SpeedTrackerState::default();
     let mut observer = Observer::default();
     for (along, faster) in [
-        (20.5, 0.3),
-        (21.3, -0.2),
-        (26.0, 0.0),
-        (31.5, 0.2),
-        (37.2, 0.1),
-        (42.25, -0.4),
+        (32.5, 0.3),
+        (33.5, 0.1),
+        (34.5, 0.15),
+        (35.5, 0.2),
+        (36.6, 0.1),
+        (37.6, 0.4),
     ] {
         let reference = squares(along).sqrt();
         let speed = reference + faster;
@@ -164,7 +164,7 @@ fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
     }
     // Vehicle's limits hold for what is wanted: what gravity and drag take is given besides.
     let path = straight();
-    let slow = beside(44.0, 0.0, 0.0, 1.0);
+    let slow = beside(38.3, 0.0, 0.0, 1.0);
     let limited = SpeedTracker::new(
         car,
         SpeedTrackerParams {

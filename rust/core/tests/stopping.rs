@@ -284,3 +284,87 @@ fn test_speed_of_zero_is_a_stop_alone_and_in_a_row_from_a_point_on_and_in_the_mi
         assert!((vehicle.x - stop).abs() < 0.1, "{case}: {}", vehicle.x);
     }
 }
+
+/// What a sensor makes of a car: of its step, the car, and what was measured last, a pose with its age.
+type Sensor = dyn Fn(usize, &Car, VehicleState) -> (VehicleState, f64);
+
+fn glitches(k: usize) -> bool {
+    k >= 100 && k % 17 == 3
+}
+
+fn at(car: &Car, off: f64, faster: f64) -> VehicleState {
+    VehicleState {
+        x: car.x + off,
+        speed: car.speed * faster,
+        ..VehicleState::ORIGIN
+    }
+}
+
+#[test]
+fn test_speed_tracker_stops_by_poses_that_are_old_repeated_or_wrong_for_a_moment() {
+    let path = straight(100, 12.0, 0.0);
+    let tracker = SpeedTracker::new(car(1.5, 0.3), SpeedTrackerParams::DEFAULT).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let cases: [(&str, &Sensor); 7] = [
+        ("as it is", &|_, car, _| (at(car, 0.0, 1.0), 0.0)),
+        ("poses 0.2 s old", &|_, car, _| {
+            (at(car, -0.2 * car.speed, 1.0), 0.2)
+        }),
+        ("ages of 0 to 0.2 s", &|k, car, _| {
+            let age = 0.05 * from_count(k % 5);
+            (at(car, -age * car.speed, 1.0), age)
+        }),
+        ("a pose in 0.4 s", &|k, car, last| {
+            let x = if k % 8 == 0 { car.x } else { last.x };
+            (
+                VehicleState {
+                    x,
+                    ..at(car, 0.0, 1.0)
+                },
+                0.0,
+            )
+        }),
+        ("glitches ahead", &|k, car, _| {
+            (at(car, if glitches(k) { 5.0 } else { 0.0 }, 1.0), 0.0)
+        }),
+        ("glitches back", &|k, car, _| {
+            (at(car, if glitches(k) { -5.0 } else { 0.0 }, 1.0), 0.0)
+        }),
+        ("glitches of the speed", &|k, car, _| {
+            (at(car, 0.0, if glitches(k) { 3.0 } else { 1.0 }), 0.0)
+        }),
+    ];
+    for (name, sensor) in cases {
+        let mut state = SpeedTrackerState::default();
+        let mut car = Car::new(0.0, 0.3, 0.0);
+        let mut measured = VehicleState::ORIGIN;
+        for k in 0..900 {
+            let age;
+            (measured, age) = sensor(k, &car, measured);
+            let command = tracker
+                .step_aged(&path.view(), &plan, &mut state, measured, DT, age)
+                .unwrap();
+            assert!(!command.cannot_stop, "{name}: step {k}");
+            car.advance(command.acceleration);
+        }
+        assert!(state.standing, "{name}: {}", car.x);
+        assert!((car.x - 100.0).abs() < 0.1, "{name}: {}", car.x);
+    }
+    // A pose that repeats for longer is a fault to a controller; here it counts again.
+    let mut state = SpeedTrackerState::default();
+    let frozen = VehicleState {
+        x: 90.0,
+        speed: 3.0,
+        ..VehicleState::ORIGIN
+    };
+    for k in 0..20 {
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, frozen, DT)
+            .unwrap();
+        let rolled = if k <= 12 { 0.15 * f64::from(k) } else { 0.0 };
+        assert!(
+            (command.distance_to_stop - (10.0 - rolled)).abs() < 1e-9,
+            "{k}"
+        );
+    }
+}

@@ -78,7 +78,7 @@ int main(void) {
             }
         }
         vehicles[0].speed = 8.0;
-        CHECK(!popsteer_speed_tracker_step(tracker, vehicles[0], 0.05, &pace));
+        CHECK(!popsteer_speed_tracker_step(tracker, vehicles[0], 0.05, 0.0, &pace));
         CHECK(!popsteer_batch_step_or_hold(batch, vehicles, 0.05, 1, NULL, commands));
     }
     size_t counted = calls - before;

@@ -48,12 +48,12 @@ int main(int argc, char **argv) {
         popsteer_vehicle_state vehicle = {row[0], row[1], row[2], row[3]};
         popsteer_speed_command pace;
         if (row[4] <= 0.0) {
-            popsteer_error refused = popsteer_speed_tracker_step(tracker, vehicle, 0.0, &pace);
+            popsteer_error refused = popsteer_speed_tracker_step(tracker, vehicle, 0.0, 0.0, &pace);
             CHECK(refused == POPSTEER_ERROR_INPUT);
             CHECK(!popsteer_speed_tracker_set_path(tracker, path));
             continue;
         }
-        CHECK(!popsteer_speed_tracker_step(tracker, vehicle, row[4], &pace));
+        CHECK(!popsteer_speed_tracker_step(tracker, vehicle, row[4], 0.0, &pace));
         printf("%a %a %a %d %d %d\n", pace.acceleration, pace.reference_speed,
                pace.distance_to_stop, pace.reverse, pace.standing, pace.cannot_stop);
     }

@@ -51,7 +51,7 @@ static void null_is_refused(void) {
     popsteer_vehicle car;
     CHECK(popsteer_speed_tracker_new(NULL, NULL, NULL, &tracker) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_speed_tracker_new(path, NULL, NULL, NULL) == POPSTEER_ERROR_NULL);
-    CHECK(popsteer_speed_tracker_step(NULL, here, 0.05, &pace) == POPSTEER_ERROR_NULL);
+    CHECK(popsteer_speed_tracker_step(NULL, here, 0.05, 0.0, &pace) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_speed_tracker_set_path(NULL, path) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_speed_tracker_plan(NULL, x, 2, NULL) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_speed_tracker_reset(NULL) == POPSTEER_ERROR_NULL);

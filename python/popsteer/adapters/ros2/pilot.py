@@ -185,10 +185,9 @@ class Pilot:
         passed = self._passed or min(dt, _GAP)
         pose = measured.x, measured.y, measured.yaw
         try:
-            command = self.controller.step(
-                *pose, measured.speed, passed, pose_age=min(max(age, 0.0), 1.0)
-            )
-            speed = self._tracker.step(*pose, measured.speed, passed)
+            age = min(max(age, 0.0), 1.0)
+            command = self.controller.step(*pose, measured.speed, passed, pose_age=age)
+            speed = self._tracker.step(*pose, measured.speed, passed, pose_age=age)
         except InputError:
             return None
         self._passed = 0.0

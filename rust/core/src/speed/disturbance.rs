@@ -30,7 +30,9 @@
 //! it brakes: that is not learnt. The estimate rests while the brakes hold the vehicle: how much of
 //! their force that takes is not known.
 
+use crate::bounds::MAX_SPEED;
 use crate::math::{decay, saturate};
+use crate::vehicle::Gate;
 
 /// Bound of the estimate [m/s²]: a slope of a fifth. More is a fault of the drive or of the speed.
 pub const MAX_DISTURBANCE: f64 = 2.0;
@@ -62,6 +64,12 @@ pub struct SpeedTrackerState {
     pub to_stop: Option<f64>,
     /// How long the vehicle stands until its wheels are turned [s].
     pub turning: f64,
+    /// The poses that are believed; None before the first step.
+    pub gate: Option<Gate>,
+    /// Curvature of the vehicle's way by its last poses [1/m].
+    pub bend: f64,
+    /// Whether the vehicle overruns its stop by the last step.
+    pub overruns: bool,
 }
 
 impl SpeedTrackerState {
@@ -101,7 +109,8 @@ impl SpeedTrackerState {
             1.0 / (1.0 + ratio * ratio)
         };
         let pole = decay(dt, time);
-        self.model_speed = Some(predicted + (1.0 - trust * pole * pole) * error);
+        let corrected = predicted + (1.0 - trust * pole * pole) * error;
+        self.model_speed = Some(saturate(corrected, -MAX_SPEED, MAX_SPEED));
         let estimate = self.disturbance + trust * (1.0 - pole) * (1.0 - pole) / dt * error;
         self.disturbance = saturate(estimate, -MAX_DISTURBANCE, MAX_DISTURBANCE);
     }

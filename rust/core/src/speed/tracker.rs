@@ -42,7 +42,7 @@
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED};
 use crate::error::{ConfigError, InputError, input_in_range, input_within};
-use crate::math::{larger, saturate, smaller, sqrt};
+use crate::math::{decay, larger, saturate, smaller, sqrt, wrap};
 use crate::params;
 use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::follow::Located;
@@ -51,8 +51,11 @@ use crate::path::{Follow, PathView, STEP_BUDGET};
 use crate::speed::defaults::{self, gravity_along};
 use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
 use crate::speed::stops::Planned;
+use crate::status::Status;
+use crate::vehicle::gate::rolled;
+use crate::vehicle::past::MAX_POSE_AGE;
 use crate::vehicle::state::checked_dt;
-use crate::vehicle::{Vehicle, VehicleState};
+use crate::vehicle::{Gate, Vehicle, VehicleState};
 
 /// Speed at which the vehicle creeps to a stop and starts, and below which it may stand, in wheelbases
 /// a second. More: it arrives faster, and stops less exactly.
@@ -102,6 +105,11 @@ const FULL_DRIVE: f64 = 0.5;
 const AT_REST: f64 = 0.2;
 /// A turn of the wheels that a start does not wait for [rad].
 const SMALL_TURN: f64 = 0.02;
+/// Bound of the bend of a state [1/m].
+const MAX_BEND: f64 = 1e6;
+/// Travel in a period that tells how the vehicle turns, in wheelbases, and how long it takes to count [s].
+const LEAST_TRAVEL: f64 = 0.02;
+const BEND_TIME: f64 = 0.2;
 /// How many steering lags the wheels are waited for, beside the time at their rate.
 const LAGS: f64 = 3.0;
 
@@ -136,7 +144,7 @@ pub struct SpeedCommand {
     pub reverse: bool,
     /// Whether the vehicle is to be held where it stands.
     pub standing: bool,
-    /// Whether it overruns its stop, however hard it brakes.
+    /// Whether it overruns its stop, however hard it brakes, by this step and the last one.
     pub cannot_stop: bool,
 }
 
@@ -295,17 +303,36 @@ impl SpeedTracker {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<SpeedCommand, InputError> {
+        self.step_aged(path, plan, state, vehicle, dt, 0.0)
+    }
+
+    /// [`step`](Self::step) for a pose that was measured `pose_age` [s] before, from 0 to
+    /// [`MAX_POSE_AGE`].
+    ///
+    /// # Errors
+    ///
+    /// As `step`.
+    pub fn step_aged(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        state: &mut SpeedTrackerState,
+        vehicle: VehicleState,
+        dt: f64,
+        pose_age: f64,
+    ) -> Result<SpeedCommand, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
+        let pose_age = input_in_range("pose_age", pose_age, 0.0, MAX_POSE_AGE)?;
+        let mut next = *state;
+        let vehicle = self.believe(&mut next, vehicle, dt, pose_age);
         let at = self.follow.locate(path, state.waypoint, vehicle, dt);
-        let mut next = SpeedTrackerState {
-            waypoint: Some(at.closest.segment),
-            ..*state
-        };
+        next.waypoint = Some(at.closest.segment);
         if at.direction_changed {
             // What was commanded and found out in the other direction does not count.
             next = SpeedTrackerState {
                 waypoint: next.waypoint,
+                gate: next.gate,
                 ..SpeedTrackerState::default()
             };
         }
@@ -338,6 +365,9 @@ impl SpeedTracker {
         let change = self.params.max_jerk * dt;
         let command = saturate(larger(command, -self.brakes), last - change, last + change);
         next.acceleration = command;
+        next.overruns = braking.cannot_stop;
+        // One speed alone that is wrong is a glitch; a first step has no other to compare it with.
+        let cannot_stop = next.overruns && (state.overruns || state.gate.is_none());
         *state = next;
         Ok(SpeedCommand {
             acceleration: command,
@@ -345,8 +375,46 @@ impl SpeedTracker {
             distance_to_stop: now.measured,
             reverse: at.reverse,
             standing: now.standing,
-            cannot_stop: braking.cannot_stop,
+            cannot_stop,
         })
+    }
+
+    /// Where the vehicle is: its pose, or what the [`Gate`] believes in its place, rolled forward by its
+    /// age along the bend that the last poses showed. After what is a fault to a controller, the pose
+    /// is believed: a stop by an expectation alone may be anywhere.
+    fn believe(
+        &self,
+        state: &mut SpeedTrackerState,
+        vehicle: VehicleState,
+        dt: f64,
+        age: f64,
+    ) -> VehicleState {
+        let car = &self.vehicle;
+        let mut believed = vehicle;
+        if let Some(gate) = &mut state.gate {
+            let (before, since) = (gate.believed, gate.since);
+            let status = gate.pass(car, vehicle, state.bend, dt, age).status;
+            let travel = vehicle.speed * dt;
+            if status.contains(Status::IMPLAUSIBLE) {
+                (gate.believed, gate.since) = (vehicle, 0.0);
+            } else if status != Status::OK {
+                believed = gate.believed;
+            } else if since == 0.0 && travel.abs() > LEAST_TRAVEL * car.wheelbase {
+                let bend = wrap(vehicle.yaw - before.yaw) / travel;
+                state.bend += (1.0 - decay(dt, BEND_TIME)) * (bend - state.bend);
+            }
+        } else {
+            state.gate = Some(Gate::new(vehicle, car, age));
+        }
+        if age == 0.0 {
+            return believed;
+        }
+        rolled(
+            car,
+            believed,
+            (vehicle.speed * age, state.bend),
+            vehicle.speed,
+        )
     }
 
     /// How long the vehicle goes on standing while its wheels turn [s]: at a start or a cusp, where
@@ -385,7 +453,7 @@ impl SpeedTracker {
             return 0.0;
         }
         let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);
-        car.dead_time + LAGS * car.steer_lag + turn / rate
+        smaller(car.dead_time + LAGS * car.steer_lag + turn / rate, MAX_DT)
     }
 
     /// Where the vehicle is on its plan, and what the plan wants there; brings the estimate of
@@ -551,7 +619,8 @@ impl SpeedTracker {
         input_within("to_stop", to_stop, 4.0 * MAX_COORDINATE)?;
         input_in_range("turning", state.turning, 0.0, MAX_DT)?;
         input_within("disturbance", state.disturbance, MAX_DISTURBANCE)?;
-        Ok(())
+        input_within("bend", state.bend, MAX_BEND)?;
+        state.gate.map_or(Ok(()), |gate| gate.checked().map(|_| ()))
     }
 }
 

@@ -1,7 +1,6 @@
 //! All of a control step around a controller, by [`Tracker`]: estimate, predict, locate, limit.
 
 pub mod command;
-pub mod gate;
 pub mod hold;
 pub mod intend;
 pub mod limit;

@@ -7,10 +7,9 @@ use crate::laws::LateralState;
 use crate::math::{atan2, wrap};
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
-use crate::tracker::gate::Gate;
 use crate::tracker::monitor::state::MonitorState;
 use crate::vehicle::past::Past;
-use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{Estimator, Gate, InFlight, Vehicle, VehicleState};
 
 /// Time in which the difference to a driver's angle fades [s].
 pub const HANDOVER_TIME: f64 = 1.0;

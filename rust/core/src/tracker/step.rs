@@ -17,12 +17,12 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::{Command, command};
-use crate::tracker::gate::{Gate, Received};
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
     Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, widest_offset,
 };
+use crate::vehicle::gate::{Gate, Received};
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 

@@ -4,6 +4,7 @@ pub mod bicycle;
 pub mod delay;
 pub mod estimate;
 pub mod estimator;
+pub mod gate;
 pub mod past;
 pub mod regression;
 pub mod state;
@@ -13,6 +14,7 @@ pub mod wheels;
 pub use delay::InFlight;
 pub use estimate::{AdaptParams, Estimate};
 pub use estimator::Estimator;
+pub use gate::Gate;
 pub use past::Past;
 pub use state::VehicleState;
 

@@ -126,6 +126,8 @@ impl PySpeedTracker {
     ///     Speed [m/s]; negative backwards.
     /// dt : float
     ///     Time since the last step [s], 1e-6 to 1e3.
+    /// pose_age : float, default 0.0
+    ///     How long before this step the pose was measured [s], at most 1: it is rolled forward.
     ///
     /// Returns
     /// -------
@@ -136,6 +138,11 @@ impl PySpeedTracker {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; the state is then unchanged.
+    #[pyo3(
+        signature = (x, y, yaw, speed, dt, *, pose_age=Number(0.0)),
+        text_signature = "($self, x, y, yaw, speed, dt, *, pose_age=0.0)"
+    )]
+    #[expect(clippy::too_many_arguments, reason = "those of the controllers' step")]
     fn step(
         &mut self,
         py: Python<'_>,
@@ -144,6 +151,7 @@ impl PySpeedTracker {
         yaw: Number,
         speed: Number,
         dt: Number,
+        pose_age: Number,
     ) -> PyResult<PySpeedCommand> {
         let vehicle = VehicleState {
             x: x.0,
@@ -153,7 +161,7 @@ impl PySpeedTracker {
         };
         let path = self.path.view();
         let (law, state) = (&self.law, &mut self.state);
-        let command = law.step(&path, &self.plan, state, vehicle, dt.0);
+        let command = law.step_aged(&path, &self.plan, state, vehicle, dt.0, pose_age.0);
         command.map(PySpeedCommand).or_raise(py)
     }
 

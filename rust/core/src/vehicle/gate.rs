@@ -54,7 +54,7 @@ pub struct Gate {
 
 /// How a pose was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Received {
+pub(crate) struct Received {
     /// The pose itself is believed where this is [`Status::OK`], else [`Gate::believed`].
     pub status: Status,
     /// Whether the localisation has jumped: the motion since the last step tells nothing.
@@ -123,7 +123,7 @@ impl Gate {
     /// What is believed of a pose `dt` [s] after the last one, which is `age` [s] old. The wheels
     /// give the vehicle the `curvature` [1/m] meanwhile.
     #[inline]
-    pub(super) fn pass(
+    pub(crate) fn pass(
         &mut self,
         car: &Vehicle,
         vehicle: VehicleState,
@@ -148,7 +148,7 @@ impl Gate {
         }
         self.stale = 0.0;
         self.measured = vehicle;
-        // From where `expected` has it, with the chord of a short arc.
+        // From where `rolled` has it, with the chord of a short arc.
         let turn = travel * curvature;
         let (c, s) = rough_direction(before.yaw + 0.5 * turn);
         let swing = car.no_slip() * turn;
@@ -180,17 +180,6 @@ impl Gate {
             noise: self.noise,
             ..Self::new(vehicle, car, self.age)
         };
-    }
-
-    /// Where the believed vehicle is after `travel` [m] along an arc of `curvature` [1/m], with the
-    /// `speed` [m/s].
-    fn expected(&self, car: &Vehicle, (travel, curvature): (f64, f64), speed: f64) -> VehicleState {
-        let point = car.no_slip();
-        let expected = advance(self.believed.ahead(point), travel, curvature, 0.0);
-        VehicleState {
-            speed,
-            ..expected.ahead(-point).bounded()
-        }
     }
 
     /// A pose that is `off` the expected one: an outlier, or the end of a jump.
@@ -225,7 +214,7 @@ impl Gate {
             self.restart(car, vehicle);
         } else {
             status |= Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
-            self.believed = self.expected(car, arc, vehicle.speed);
+            self.believed = rolled(car, self.believed, arc, vehicle.speed);
         }
         Received { status, jumped }
     }
@@ -239,7 +228,7 @@ impl Gate {
         arc: (f64, f64),
         elapsed: f64,
     ) -> Received {
-        self.believed = self.expected(car, arc, vehicle.speed);
+        self.believed = rolled(car, self.believed, arc, vehicle.speed);
         if vehicle.yaw.to_bits() != self.measured.yaw.to_bits() {
             self.believed.yaw = vehicle.yaw;
         }
@@ -324,5 +313,21 @@ impl Gate {
             input_in_range("gate", number, 0.0, MOST)?;
         }
         Ok(self)
+    }
+}
+
+/// Where the vehicle `from` is after `travel` [m] along an arc of `curvature` [1/m], with the `speed`
+/// [m/s].
+pub(crate) fn rolled(
+    car: &Vehicle,
+    from: VehicleState,
+    (travel, curvature): (f64, f64),
+    speed: f64,
+) -> VehicleState {
+    let point = car.no_slip();
+    let expected = advance(from.ahead(point), travel, curvature, 0.0);
+    VehicleState {
+        speed,
+        ..expected.ahead(-point).bounded()
     }
 }
