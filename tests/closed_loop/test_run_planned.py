@@ -175,8 +175,8 @@ def test_speed_tracker_is_pickled_and_copied_with_what_it_remembers() -> None:
 def test_speed_tracker_goes_on_along_a_new_path() -> None:
     x = [0.5 * k for k in range(400)]
     tracker = popsteer.SpeedTracker(Path([(a, 0.0) for a in x]), CAR)
-    for _ in range(20):
-        before = tracker.step(50.0, 0.0, 0.0, 10.0, 0.05)
+    for k in range(20):
+        before = tracker.step(40.5 + 0.5 * k, 0.0, 0.0, 10.0, 0.05)
     # The same way, but shorter: the place stays, and the command changes by the jerk alone.
     tracker.set_path(Path([(a, 0.0) for a in x[:220]]))
     assert tracker.state.waypoint == 97
@@ -186,7 +186,7 @@ def test_speed_tracker_goes_on_along_a_new_path() -> None:
     # One that begins elsewhere too: waypoint 38 is at 49 m.
     tracker.set_path(Path([(a + 30.0, 0.1) for a in x[:220]]))
     assert tracker.state.waypoint == 37
-    assert tracker.step(50.5, 0.0, 0.0, 10.0, 0.05).distance_to_stop == pytest.approx(139.5 - 49.2)
+    assert tracker.step(51.0, 0.0, 0.0, 10.0, 0.05).distance_to_stop == pytest.approx(139.5 - 49.7)
 
 
 SMALL = popsteer.Vehicle(wheelbase=0.33, max_steer=0.42, steer_lag=0.05, max_steer_rate=3.0)
