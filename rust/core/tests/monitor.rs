@@ -331,3 +331,87 @@ fn test_turn_of_a_period_counts_up_to_three_tenths_of_a_second() {
         assert_eq!(turned, counts, "{dt}");
     }
 }
+
+/// Straight on at 8 m/s, `aside(k)` to the left of the path at step `k`, while the speed signal says
+/// `said`: status and cross-track error of each step.
+fn straight_on(said: f64, aside: impl Fn(u32) -> f64) -> Vec<(Status, f64)> {
+    let car = Vehicle {
+        dead_time: 0.1,
+        ..Vehicle::PAPER
+    };
+    let tracker = tracker(car, MonitorParams::DEFAULT);
+    let path = straight(0.0);
+    let mut state = tracker.initial_state();
+    let step = |k: u32| {
+        let vehicle = VehicleState {
+            x: 0.4 * f64::from(k),
+            y: aside(k),
+            yaw: 0.0,
+            speed: said,
+        };
+        let command = tracker.step(&path.view(), &mut state, vehicle, DT, Reported::NOTHING);
+        let command = command.unwrap();
+        (command.status, command.cross_track_error)
+    };
+    (0..60).map(step).collect()
+}
+
+/// In a period the vehicle goes 0.4 m, by the speed 0.05 s times it: `0.4 - 0.05 said` apart. Over a
+/// second that is compared with 0.3 of the longer of both, 0.05 wheelbases and six deviations of a
+/// noise that is 0.005 wheelbases at first and, where there is none, fades in 2 s. A fault after 0.15 s.
+#[test]
+fn test_poses_that_move_otherwise_than_the_speed_says_are_implausible() {
+    for (said, fault) in [
+        (8.0, None),
+        (6.0, None),
+        (10.8, None),
+        (4.0, Some(6)),
+        (0.0, Some(4)),
+        (-8.0, Some(4)),
+        (16.0, Some(6)),
+    ] {
+        let (mut apart, mut longer, mut differing) = (0.0, 0.0, 0.0);
+        let mut noise = f64::powi(0.005 * 3.0, 2);
+        let expected = (0..60).position(|k| {
+            if k > 0 {
+                let driven = DT * said;
+                apart = (apart + 0.4 - driven) / 1.05;
+                longer = (longer + f64::max(0.4, driven.abs())) / 1.05;
+                noise -= noise * DT / 2.0;
+                let most = 0.3 * longer + 0.05 * 3.0 + 6.0 * noise.sqrt();
+                let differs = f64::abs(apart) > most;
+                differing = if differs { differing + DT } else { 0.0 };
+            }
+            differing > 0.15
+        });
+        let found = straight_on(said, |_| 0.0);
+        let found = found
+            .iter()
+            .position(|(status, _)| status.contains(Status::IMPLAUSIBLE));
+        assert_eq!(found, expected, "{said}");
+        assert_eq!(found.is_some(), fault.is_some(), "{said}");
+        if let (Some(found), Some(fault)) = (found, fault) {
+            assert!(found <= fault, "{said}: {found}");
+        }
+    }
+}
+
+/// Poses that lie aside are outliers, and the expected ones take their place, for 0.15 s
+/// and 0.35 s more for each wheelbase; then the vehicle is where they say.
+#[test]
+fn test_jump_of_the_position_that_lasts_is_believed_after_its_time() {
+    for jump in [1.5, 3.3, -3.3] {
+        let found = straight_on(8.0, |k| if k < 20 { 0.0 } else { jump });
+        let patience = 0.15 + 0.35 * f64::abs(jump) / 3.0;
+        for (k, (status, error)) in (0_u32..).zip(found) {
+            let since = DT * (f64::from(k) - 19.0);
+            // The outlier that is believed is the last one.
+            let is_outlier = since > 1e-9 && since < patience + DT + 1e-9;
+            assert_eq!(status.contains(Status::OUTLIER), is_outlier, "{jump}: {k}");
+            let is_fault = status.contains(Status::IMPLAUSIBLE);
+            assert!(!(is_outlier && is_fault), "{jump}: {k}");
+            let there = if since > patience + 1e-9 { jump } else { 0.0 };
+            assert!((error - there).abs() < 0.01, "{jump}: {k}: {error}");
+        }
+    }
+}
