@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 from typing import TYPE_CHECKING
@@ -110,11 +111,54 @@ def test_drift_of_the_position_is_reported_only_where_it_is_fast() -> None:
         assert abs(drove.errors[-1][1]) > 29.0 * rate
 
 
+class Deaf(Car):
+    """A car that stops to obey at `START`: its wheels go straight, or stay where they are."""
+
+    straight = False
+
+    def command(self, steer: float) -> None:
+        if self.time < START:
+            super().command(steer)
+        elif self.straight:
+            super().command(0.0)
+
+
+def test_car_that_stops_to_obey_is_reported_before_half_a_metre() -> None:
+    for speed, law, straight_on in itertools.product(
+        (8.0, 15.0), (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit), (False, True)
+    ):
+        car = Deaf()
+        car.straight = straight_on
+        course = bends(stretch=2.0 if speed > 9.0 else 1.0)
+        drove = drive(law, car=car, course=course, speed=speed, fresh=True, seconds=14.0)
+        case = (law, speed, straight_on, drove.first_fault())
+        assert START < drove.first_fault() < START + 3.0, case
+        assert drove.error_at(drove.first_fault()) < 0.5, case
+
+
+def test_steering_offset_is_no_fault_where_the_car_can_drive_with_it() -> None:
+    for degrees, speed, noise in ((7.0, 3.0, 0.0), (-7.0, 3.0, 0.01), (4.0, 8.0, 0.01)):
+        for law in (popsteer.PreviewPop, popsteer.Stanley):
+            car = Car(offset=math.radians(degrees))
+            drove = drive(law, car=car, speed=speed, fresh=True, noise=(0.0, noise, 0.0))
+            assert drove.first_fault() == math.inf, (degrees, law, drove.first_fault())
+            assert drove.largest(15.0) < 0.25, (degrees, law)
+
+
 @pytest.mark.parametrize("degrees", [1.0, 2.0, 3.0])
 def test_play_of_the_steering_is_no_fault(degrees: float) -> None:
     for law in (popsteer.PreviewPop, popsteer.Stanley, popsteer.PurePursuit):
         drove = drive(law, car=Car(play=math.radians(degrees)), fresh=True)
         assert drove.first_fault() == math.inf, law
+
+
+def test_play_of_a_degree_is_not_implausible_at_speed_either() -> None:
+    for law in (popsteer.PreviewPop, popsteer.Stanley, popsteer.Pop):
+        for speed, stretch in ((15.0, 3.0), (20.0, 5.0)):
+            course = bends(length=600.0, stretch=stretch)
+            car = Car(play=math.radians(1.0))
+            drove = drive(law, car=car, course=course, speed=speed, fresh=True)
+            assert drove.first(popsteer.Status.IMPLAUSIBLE) == math.inf, (law, speed)
 
 
 def test_path_that_jumps_away_is_reported_and_one_that_begins_ahead_is_not() -> None:

@@ -499,6 +499,7 @@ impl<L: LateralLaw> Tracker<L> {
             here,
             vehicle,
             wheel: in_flight.map(InFlight::wheel),
+            estimator: self.adapt.as_ref().map(|_| &state.estimator),
             dt,
         };
         let answer = state.answer.as_ref();

@@ -126,6 +126,10 @@ impl Estimator {
     pub const MIN_GAIN: f64 = 0.4;
     /// Largest gain: a larger one would mean that the parameters are those of another vehicle.
     pub const MAX_GAIN: f64 = 2.5;
+    /// The gains of a vehicle of which nothing is known.
+    pub(crate) const GAINS: (f64, f64) = (Self::MIN_GAIN, Self::MAX_GAIN);
+    /// How far the gain of a turn may be from the estimated one, as a share of it: tyres and speed.
+    const GAIN_SPREAD: f64 = 0.25;
     /// Bound of the estimated steering offset [rad].
     pub const MAX_STEER_OFFSET: f64 = 0.15;
     /// Bound of the estimated slip [rad].
@@ -243,6 +247,30 @@ impl Estimator {
     /// The gain that explains the turns best with offset and dead time almost free.
     #[inline]
     fn fitted_gain(&self) -> f64 {
+        let (square, product, prior) = self.gain_sums();
+        saturate(
+            (product + prior) / (square + prior),
+            Self::MIN_GAIN,
+            Self::MAX_GAIN,
+        )
+    }
+
+    /// The gains between which a turn may be: that of the parameters, the estimated one with its
+    /// spread, and as much of all of [`GAINS`](Self::GAINS) as the turns so far do not show.
+    pub(crate) fn gain_range(&self) -> (f64, f64) {
+        let (square, _, prior) = self.gain_sums();
+        let (least, most) = Self::GAINS;
+        let (unknown, gain) = (prior / (square + prior), self.estimate.gain);
+        let spread = Self::GAIN_SPREAD * gain;
+        (
+            saturate(gain - spread - (1.0 - least) * unknown, least, 1.0),
+            saturate(gain + spread + (most - 1.0) * unknown, 1.0, most),
+        )
+    }
+
+    /// `aa - r B⁻¹ rᵀ`, `ma - r B⁻¹ mo` and `w`.
+    #[inline]
+    fn gain_sums(&self) -> (f64, f64, f64) {
         let (m, y) = (&self.turning.information, &self.turning.moment);
         let (ab, ac, bb, bc, cc) = (m.m12, m.m13, m.m22, m.m23, m.m33);
         let bb = bb + Self::FREE * Self::OFFSET_PRIOR;
@@ -254,11 +282,7 @@ impl Estimator {
         // A sum of squares: only rounding makes it negative.
         let square = if square > 0.0 { square } else { 0.0 };
         let prior = self.turning.prior(Self::GAIN_PRIOR, Self::GAIN_DOUBT);
-        saturate(
-            (product + prior) / (square + prior),
-            Self::MIN_GAIN,
-            Self::MAX_GAIN,
-        )
+        (square, product, prior)
     }
 
     /// The steering offset [rad] and `t'` [s] that explain the turns best with this gain.

@@ -1,10 +1,11 @@
 //! Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
 //!
 //! The turn measured over the last second is compared with the turns that the commands explain.
-//! These follow from the vehicle's parameters, for every gain within the estimator's bounds, the
-//! steering offset seen in the motion, and a somewhat faster or slower response. A turn outside of
-//! them by more than the noise of the yaw is a fault: a wrong sign of the steering, stuck wheels,
-//! or a dead time longer than the vehicle's.
+//! These follow from the vehicle's parameters, for every gain that the turns so far allow, the
+//! steering offsets that the motion before allows, and a somewhat faster or slower response. A turn
+//! outside of them by more than the noise of the yaw is a fault: a wrong sign of the steering, stuck
+//! wheels, or a dead time longer than the vehicle's. What is not known yet may be anything that the
+//! vehicle can drive with: a large offset is a fault only where it is too fast for one.
 
 pub mod state;
 
@@ -15,7 +16,7 @@ use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
-use crate::vehicle::{Vehicle, VehicleState};
+use crate::vehicle::{Estimator, Vehicle, VehicleState};
 
 params! {
     /// Thresholds of the monitor's faults: by default 1.5 m for a vehicle of 3 m, and twice the turn
@@ -44,6 +45,8 @@ pub(super) struct Measured<'a> {
     pub(super) vehicle: VehicleState,
     /// Angle of the modelled wheels [rad]; None if they are not modelled.
     pub(super) wheel: Option<f64>,
+    /// Which gains the turns have shown; None if none are estimated.
+    pub(super) estimator: Option<&'a Estimator>,
     /// Control period [s].
     pub(super) dt: f64,
 }
@@ -159,7 +162,7 @@ impl Monitor {
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             monitored.observe(turn, rate, excess, share, dt);
-            let is_beyond = monitored.is_beyond(self.params.turn_tolerance);
+            let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share, now.estimator);
             if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
                 monitored.alarm = MonitorState::ALARM_TIME;
             }

@@ -3,7 +3,7 @@
 
 use crate::bounds::MAX_YAW;
 use crate::error::{InputError, input_in_range};
-use crate::math::{saturate, sqrt};
+use crate::math::{larger, saturate, smaller, sqrt};
 use crate::vehicle::Vehicle;
 use crate::vehicle::estimator::Estimator;
 
@@ -54,19 +54,25 @@ impl MonitorState {
     const SLOWER: f64 = 0.1;
     /// A quicker one is ahead by this share of that.
     const QUICKER: f64 = 0.3;
-    /// Unknown steering offset, before the motion has shown it [rad].
-    const OFFSET: f64 = 0.02;
-    /// How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s.
-    const OFFSET_DOUBT: f64 = 2.0;
-    /// Weight of a steering offset of 0 in the least squares [1/s]. Smaller values mistake stuck
-    /// wheels for a steering offset; larger values mistake a steering offset for stuck wheels.
-    const OFFSET_PRIOR: f64 = 8.0;
+    /// The turning rate by an unknown steering offset before the motion has shown it [rad/s]. A car
+    /// whose offset turns it faster is half a metre off its path before any estimate could help.
+    const OFFSET_TURN: f64 = 0.25;
+    /// How much motion halves what is unknown of it, as `offset_square` [1/s]: 0.06 s at 8 m/s.
+    /// Smaller values mistake stuck wheels for a steering offset; larger values mistake a steering
+    /// offset for stuck wheels.
+    const OFFSET_DOUBT: f64 = 0.5;
+    /// The same where nothing estimates the offset, and the vehicle stays beside its path by it: an
+    /// angle [rad], and a second at 8 m/s [1/s].
+    const LASTING_OFFSET: (f64, f64) = (0.035, 8.0);
     /// Time over which the measured turning rate is a mean [s].
     const YAW_RATE_TIME: f64 = 0.1;
     /// Tolerance of its noise, in standard deviations: being too fast is no fault.
     const RATE_DEVIATIONS: f64 = 3.0;
     /// Time over which the steering offset is estimated [s]: too long for a fault to pass as one.
     const OFFSET_TIME: f64 = 10.0;
+    /// How far the wheels may go from a known offset, by play [rad]; half of it once the offset has
+    /// been seen for `OFFSET_TIME`.
+    const PLAY: f64 = 0.016;
     /// Time over which the noise is measured [s].
     pub const NOISE_TIME: f64 = 2.0;
     /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
@@ -150,27 +156,42 @@ impl MonitorState {
         self.observe_offset(residual, share, dt);
     }
 
-    /// Whether the turns are beyond what is explained by more than `tolerance` [rad].
+    /// Whether the turns are beyond what is explained by more than `tolerance` [rad]; see
+    /// [`unexplained`](Self::unexplained).
     ///
-    /// What is expected of the commands is itself explained, so most steps are done with that.
+    /// What is expected of the commands is itself explained, so most steps are done with that, the
+    /// noise and the excess.
     #[inline]
-    pub(crate) fn is_beyond(&self, tolerance: f64) -> bool {
-        (self.measured - self.expected).abs() > tolerance && self.unexplained() > tolerance
+    pub(crate) fn is_beyond(
+        &self,
+        tolerance: f64,
+        share: f64,
+        estimator: Option<&Estimator>,
+    ) -> bool {
+        let apart = (self.measured - self.expected).abs() - Self::EXCESS * self.excess - tolerance;
+        apart > 0.0
+            && apart * apart > Self::DEVIATIONS * Self::DEVIATIONS * self.noise
+            && self.unexplained_by(share, estimator) > tolerance
     }
 
-    /// How far the turns are beyond what is explained, noise taken off [rad].
-    fn unexplained(&self) -> f64 {
-        let offset = self.offset_sum / (self.offset_square + Self::OFFSET_PRIOR);
-        let doubt = Self::OFFSET * Self::OFFSET_DOUBT / (Self::OFFSET_DOUBT + self.offset_square);
-        let (right, left) = if offset < 0.0 {
-            (offset - doubt, doubt)
-        } else {
-            (-doubt, offset + doubt)
+    /// [`unexplained`](Self::unexplained), by what is known of gain and offset.
+    fn unexplained_by(&self, share: f64, estimator: Option<&Estimator>) -> f64 {
+        let Some(estimator) = estimator else {
+            return self.unexplained(share, Self::LASTING_OFFSET, Estimator::GAINS);
         };
+        let unknown = smaller(Estimator::MAX_STEER_OFFSET, Self::OFFSET_TURN / share.abs());
+        self.unexplained(share, (unknown, Self::OFFSET_DOUBT), estimator.gain_range())
+    }
+
+    /// How far the turns are beyond what is explained, noise taken off [rad]. A radian of steering
+    /// offset turns the vehicle at `share` [1/s], and the commands by `low` to `high` times what is
+    /// expected of them; see [`offsets`](Self::offsets) for what is unknown.
+    fn unexplained(&self, share: f64, unknown: (f64, f64), (low, high): (f64, f64)) -> f64 {
+        let (right, left) = self.offsets(share, unknown);
         let (right, left) = if self.reach < 0.0 {
-            (left, right)
+            (left * self.reach, right * self.reach)
         } else {
-            (right, left)
+            (right * self.reach, left * self.reach)
         };
         let quicker = self.expected + Self::QUICKER * (self.expected - self.delayed);
         let (least, most) = if quicker < self.delayed {
@@ -178,13 +199,25 @@ impl MonitorState {
         } else {
             (self.delayed, quicker)
         };
-        let (least, most) = (least + right * self.reach, most + left * self.reach);
-        let (low, high) = (Estimator::MIN_GAIN, Estimator::MAX_GAIN);
-        let least = least * if least > 0.0 { low } else { high };
-        let most = most * if most > 0.0 { high } else { low };
-        let (below, above) = (least - self.measured, self.measured - most);
-        let beyond = if below > above { below } else { above };
-        beyond - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
+        let below = least_turn(least, right, low, high) - self.measured;
+        let above = self.measured + least_turn(-most, -left, low, high);
+        larger(below, above) - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
+    }
+
+    /// The steering offsets [rad] that the motion before the window allows, to the right and to the
+    /// left; 0 is among them, since in a bend a wrong gain looks like one. What the wheels do within
+    /// the window is no evidence: stuck ones would explain themselves. Nothing known, one of `unknown`
+    /// [rad] is allowed, halved by motion of `halved` [1/s].
+    fn offsets(&self, share: f64, (unknown, halved): (f64, f64)) -> (f64, f64) {
+        let known = larger(self.offset_square - share * self.reach, 0.0) + halved;
+        let offset = (self.offset_sum - share * (self.measured - self.expected)) / known;
+        let play = Self::PLAY * known / (known + Self::OFFSET_TIME * share * share);
+        let doubt = larger(unknown * (halved / known), play);
+        let most = Estimator::MAX_STEER_OFFSET;
+        (
+            larger(smaller(offset, 0.0) - doubt, -most),
+            smaller(larger(offset, 0.0) + doubt, most),
+        )
     }
 
     /// Whether the vehicle turns at `speed` [m/s] faster than its limit of the lateral acceleration
@@ -220,9 +253,8 @@ impl MonitorState {
     #[inline]
     fn observe_offset(&mut self, residual: f64, share: f64, dt: f64) {
         let kept = Self::OFFSET_TIME / (Self::OFFSET_TIME + dt);
-        let most = Estimator::MAX_STEER_OFFSET * share.abs() * dt;
         self.offset_square = self.offset_square * kept + share * share * dt;
-        self.offset_sum = self.offset_sum * kept + share * saturate(residual, -most, most);
+        self.offset_sum = self.offset_sum * kept + share * residual;
     }
 
     /// The state itself, where a vehicle could have shown it.
@@ -252,6 +284,18 @@ impl MonitorState {
             input_in_range("monitor", value, low, high)?;
         }
         Ok(self)
+    }
+}
+
+/// The least turn [rad] of a vehicle of which `turn` is expected, and `aside` more by its steering
+/// offset: both times a gain of `low` to `high`, but for an offset that acts alone, whose gain is in
+/// it.
+fn least_turn(turn: f64, aside: f64, low: f64, high: f64) -> f64 {
+    let both = turn + aside;
+    if both > 0.0 {
+        low * both
+    } else {
+        both + (high - 1.0) * smaller(turn, 0.0)
     }
 }
 
