@@ -2,7 +2,8 @@
  *
  * SI units and radians; x forward, y left, yaw counter-clockwise; positive steering to the left.
  * Handles are made by ..._new and freed by ..._free; only these two, ..._clone, ..._set_path,
- * popsteer_path_with_grade and popsteer_vehicle_load allocate or free. docs/c.md shows it in use.
+ * popsteer_path_with_grade, popsteer_path_with_yaw and popsteer_vehicle_load allocate or free.
+ * docs/c.md shows it in use.
  *
  * Made by cbindgen: do not edit. */
 
@@ -1184,6 +1185,28 @@ popsteer_error popsteer_path_with_grade(const struct popsteer_path *path,
                                         const double *grade,
                                         size_t count,
                                         struct popsteer_path **out);
+
+/**
+ * Makes a path that is `path` with the vehicle's heading `yaw` [rad] and `curvature` [1/m] at each
+ * of its waypoints, as its planner has them: those of the vehicle, whose yaw points against the
+ * order of the waypoints where it drives backwards. `count` is the number of waypoints. One that is
+ * NULL is that of the natural cubic spline through the waypoints, but there is no curvature beside
+ * a `yaw`. Both NULL are for coarse waypoints without noise; `count` is not used then.
+ *
+ * Refused as `POPSTEER_ERROR_PATH`: another count, a number that is not finite or beyond 1e6 rad or
+ * 1e3 1/m, a yaw more than 0.35 rad off the waypoints beside it, a curvature that contradicts the
+ * yaw. `out` gets the path, which is freed by `popsteer_path_free`.
+ *
+ * Required of the caller:
+ *
+ * `path` is NULL or a handle of this library; `yaw` and `curvature` are NULL or have `count`
+ * entries; `out` is a place for a pointer.
+ */
+popsteer_error popsteer_path_with_yaw(const struct popsteer_path *path,
+                                      const double *yaw,
+                                      const double *curvature,
+                                      size_t count,
+                                      struct popsteer_path **out);
 
 /**
  * The length of a path [m], the way from the last waypoint to the first of a closed one included;

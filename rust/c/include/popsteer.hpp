@@ -216,6 +216,19 @@ public:
         return path;
     }
 
+    /// The same path with the vehicle's heading and curvature at each waypoint, as its planner has
+    /// them; one that is not given is that of the spline. See popsteer_path_with_yaw.
+    [[nodiscard]] Path with_yaw(Span<const double> yaw = {},
+                                Span<const double> curvature = {}) const {
+        Path path;
+        const std::size_t count = yaw.empty() ? curvature.size() : yaw.size();
+        if (curvature.empty() || detail::require_length("curvature", curvature.size(), count)) {
+            detail::require(popsteer_path_with_yaw(get(), yaw.data(), curvature.data(), count,
+                                                   path.handle_.out()));
+        }
+        return path;
+    }
+
     /// Whether there is one: always, but after a move, or where there are no exceptions.
     explicit operator bool() const noexcept { return handle_.get() != nullptr; }
 

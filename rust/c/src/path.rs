@@ -47,21 +47,18 @@ pub unsafe extern "C" fn popsteer_path_new(
     let value = || {
         // SAFETY: the caller vouches for the arrays.
         let (x, y) = unsafe { (handle::items(x, count, "x")?, handle::items(y, count, "y")?) };
-        let speed = if speed.is_null() {
-            None
-        } else {
-            // SAFETY: the caller vouches for the array.
-            Some(unsafe { handle::items(speed, count, "speed")? })
+        // SAFETY: the caller vouches for the arrays.
+        let (speed, reverse) = unsafe {
+            (
+                given(speed, count, "speed")?,
+                given(reverse, count, "reverse")?,
+            )
         };
-        let path = Path::new(x, y, speed, closed)?;
-        let path = if reverse.is_null() {
-            path
-        } else {
-            // SAFETY: the caller vouches for the array.
-            let reverse = unsafe { handle::items(reverse, count, "reverse")? };
+        let mut path = Path::new(x, y, speed, closed)?;
+        if let Some(reverse) = reverse {
             let reverse: Vec<bool> = reverse.iter().map(|&reverse| reverse != 0).collect();
-            path.with_reverse(&reverse)?
-        };
+            path = path.with_reverse(&reverse)?;
+        }
         Ok(Arc::new(path))
     };
     // SAFETY: the caller vouches for `out`.
@@ -90,6 +87,43 @@ pub unsafe extern "C" fn popsteer_path_with_grade(
         // SAFETY: the caller vouches for the handle and the array.
         let (path, grade) = unsafe { (shared(path)?, handle::items(grade, count, "grade")?) };
         Ok(Arc::new(Path::clone(&path).with_grade(grade)?))
+    };
+    // SAFETY: the caller vouches for `out`.
+    guard(|| unsafe { handle::give(out, value) })
+}
+
+/// Makes a path that is `path` with the vehicle's heading `yaw` [rad] and `curvature` [1/m] at each
+/// of its waypoints, as its planner has them: those of the vehicle, whose yaw points against the
+/// order of the waypoints where it drives backwards. `count` is the number of waypoints. One that is
+/// NULL is that of the natural cubic spline through the waypoints, but there is no curvature beside
+/// a `yaw`. Both NULL are for coarse waypoints without noise; `count` is not used then.
+///
+/// Refused as `POPSTEER_ERROR_PATH`: another count, a number that is not finite or beyond 1e6 rad or
+/// 1e3 1/m, a yaw more than 0.35 rad off the waypoints beside it, a curvature that contradicts the
+/// yaw. `out` gets the path, which is freed by `popsteer_path_free`.
+///
+/// # Safety
+///
+/// `path` is NULL or a handle of this library; `yaw` and `curvature` are NULL or have `count`
+/// entries; `out` is a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_path_with_yaw(
+    path: *const CPath,
+    yaw: *const f64,
+    curvature: *const f64,
+    count: usize,
+    out: *mut *mut CPath,
+) -> CError {
+    let value = || {
+        // SAFETY: the caller vouches for the handle and the arrays.
+        let (path, yaw, curvature) = unsafe {
+            (
+                shared(path)?,
+                given(yaw, count, "yaw")?,
+                given(curvature, count, "curvature")?,
+            )
+        };
+        Ok(Arc::new(Path::clone(&path).with_yaw(yaw, curvature)?))
     };
     // SAFETY: the caller vouches for `out`.
     guard(|| unsafe { handle::give(out, value) })
@@ -132,4 +166,21 @@ pub unsafe extern "C" fn popsteer_path_free(path: *mut CPath) -> CError {
 pub(crate) unsafe fn shared(path: *const CPath) -> Result<Arc<Path>, Failure> {
     // SAFETY: the caller vouches for it.
     Ok(Arc::clone(unsafe { handle::of(path, "path")? }))
+}
+
+/// An array that may be NULL.
+///
+/// # Safety
+///
+/// `items` is NULL or has `count` entries.
+unsafe fn given<'a, T>(
+    items: *const T,
+    count: usize,
+    name: &'static str,
+) -> Result<Option<&'a [T]>, Failure> {
+    if items.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller vouches for the array.
+    unsafe { handle::items(items, count, name) }.map(Some)
 }

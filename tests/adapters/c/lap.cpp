@@ -76,7 +76,7 @@ bool lap_is_that_of_c() {
 }
 
 bool speeds_are_kept() {
-    const popsteer::Path path = sine().with_grade(std::vector<double>(300, 0.02));
+    const popsteer::Path path = sine().with_grade(std::vector<double>(300, 0.02)).with_yaw();
     popsteer::SpeedTracker speeds(path);
     CHECK(speeds && speeds.plan().size() == 300 && speeds.plan()[299] == 0.0);
     const popsteer::SpeedResult pace = speeds.step({100.0, -6.0, -0.2, 7.0}, 0.05);

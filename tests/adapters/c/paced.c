@@ -2,8 +2,8 @@
  *
  *     paced CAR.toml SCRIPT
  *
- * The script is numbers: how many waypoints, and x, y, speed, grade of each; then a step a line: x, y,
- * yaw, speed, dt. A step whose dt is 0 is refused, and the path is replaced by itself. */
+ * The script is numbers: how many waypoints, and x, y, speed, grade, yaw, curvature of each; then a
+ * step a line: x, y, yaw, speed, dt. A step whose dt is 0 is refused, and the path is replaced by itself. */
 
 #include "checks.h"
 
@@ -26,17 +26,22 @@ int main(int argc, char **argv) {
         return 0;
     }
     FILE *script = fopen(argv[2], "r");
-    double x[WAYPOINTS], y[WAYPOINTS], speed[WAYPOINTS], grade[WAYPOINTS], row[5];
+    double x[WAYPOINTS], y[WAYPOINTS], speed[WAYPOINTS], grade[WAYPOINTS], row[6];
+    double yaw[WAYPOINTS], curvature[WAYPOINTS];
     CHECK(script != NULL && numbers(script, row, 1) && row[0] <= WAYPOINTS);
     size_t count = (size_t)row[0], planned;
     for (size_t k = 0; k < count; ++k) {
-        CHECK(numbers(script, row, 4));
+        CHECK(numbers(script, row, 6));
         x[k] = row[0], y[k] = row[1], speed[k] = row[2], grade[k] = row[3];
+        yaw[k] = row[4], curvature[k] = row[5];
     }
-    popsteer_path *level = NULL, *path = NULL;
+    popsteer_path *level = NULL, *sloped = NULL, *path = NULL;
     CHECK(!popsteer_path_new(x, y, speed, NULL, count, false, &level));
     CHECK(popsteer_path_with_grade(level, grade, count - 1, &path) == POPSTEER_ERROR_PATH);
-    CHECK(path == NULL && !popsteer_path_with_grade(level, grade, count, &path));
+    CHECK(path == NULL && !popsteer_path_with_grade(level, grade, count, &sloped));
+    CHECK(popsteer_path_with_yaw(sloped, yaw, NULL, count - 1, &path) == POPSTEER_ERROR_PATH);
+    CHECK(popsteer_path_with_yaw(sloped, x, NULL, count, &path) == POPSTEER_ERROR_PATH);
+    CHECK(path == NULL && !popsteer_path_with_yaw(sloped, yaw, curvature, count, &path));
     popsteer_speed_tracker *tracker = NULL;
     CHECK(!popsteer_speed_tracker_new(path, &car, NULL, &tracker));
     CHECK(!popsteer_speed_tracker_plan(tracker, speed, 2, &planned) && planned == count);
@@ -60,6 +65,7 @@ int main(int argc, char **argv) {
     fclose(script);
     CHECK(!popsteer_speed_tracker_reset(tracker));
     popsteer_path_free(level);
+    popsteer_path_free(sloped);
     popsteer_path_free(path);
     popsteer_speed_tracker_free(tracker);
     return 0;

@@ -57,6 +57,7 @@ static void null_is_refused(void) {
     CHECK(popsteer_speed_tracker_reset(NULL) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_speed_tracker_free(NULL) == POPSTEER_ERROR_NONE);
     CHECK(popsteer_path_with_grade(NULL, x, 2, &none) == POPSTEER_ERROR_NULL);
+    CHECK(popsteer_path_with_yaw(NULL, x, x, 2, &none) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_vehicle_load(NULL, &car) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_vehicle_load("car.toml", NULL) == POPSTEER_ERROR_NULL);
     CHECK(isnan(popsteer_path_length(NULL)));

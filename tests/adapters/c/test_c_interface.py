@@ -117,10 +117,16 @@ def test_c_speeds_are_those_of_python_bit_for_bit(prefix: Path, tmp_path: Path) 
     car = LATE.replace(max_speed=9.0, drive_lag=0.3, max_deceleration=2.0)
     file, script = tmp_path / "car.toml", tmp_path / "script"
     car.save(file)
-    rows = [(k, 5.0 * math.sin(k / 25.0), 7.0, 0.05 * math.sin(k / 20.0)) for k in range(100)]
-    rows += [(x, y, -3.0, grade) for x, y, _, grade in reversed(rows[:-1])]
-    x, y, speeds, grade = zip(*rows, strict=True)
-    path = popsteer.Path(list(zip(x, y, strict=True)), speed=speeds, grade=grade)
+    rows = []
+    for k in range(100):
+        slope, bend = 0.2 * math.cos(k / 25.0), -0.008 * math.sin(k / 25.0)
+        shape = math.atan(slope), bend / (1.0 + slope * slope) ** 1.5
+        there = 7.0 if k < 99 else -3.0
+        rows.append((k, 5.0 * math.sin(k / 25.0), there, 0.05 * math.sin(k / 20.0), *shape))
+    rows += [(x, y, -3.0, *others) for x, y, _, *others in reversed(rows[:-1])]
+    x, y, speeds, grade, yaw, curvature = zip(*rows, strict=True)
+    xy = list(zip(x, y, strict=True))
+    path = popsteer.Path(xy, speed=speeds, grade=grade, yaw=yaw, curvature=curvature)
     tracker, steering = popsteer.SpeedTracker(path, car), popsteer.PreviewPop(path, car)
     answers = [words(each) for each in tracker.plan]
     lines = [str(len(rows)), *(words(*row) for row in rows)]
@@ -160,7 +166,7 @@ def test_c_speeds_are_those_of_python_bit_for_bit(prefix: Path, tmp_path: Path) 
 def test_c_vehicle_file_is_read_as_by_python(prefix: Path, tmp_path: Path) -> None:
     program = compile_program(prefix, "gcc", SOURCES / "paced.c", *SANITIZED)
     file, script = tmp_path / "car.toml", tmp_path / "script"
-    script.write_text("2 0 0 5 0 30 0 9 0", encoding="utf-8")
+    script.write_text("2 0 0 5 0 0 0 30 0 9 0 0 0", encoding="utf-8")
     for text in ("", "max_speed = inf", "wheelbase = 2\nmax_speed = 3", "steers_at_rest = true"):
         file.write_text(text, encoding="utf-8")
         path = popsteer.Path([(0.0, 0.0), (30.0, 0.0)], speed=[5.0, 9.0])
