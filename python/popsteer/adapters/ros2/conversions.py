@@ -142,9 +142,9 @@ def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
 def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa: ANN401
     """Give the path of a path or trajectory message.
 
-    A ``nav_msgs/Path`` has no speeds and is driven forwards; its orientations are ignored. The
-    speeds of a trajectory are negative where it is driven backwards. Points that coincide
-    count once.
+    A ``nav_msgs/Path`` has no speeds and is driven forwards. The speeds of a trajectory are
+    negative where it is driven backwards. The orientations of both are ignored: planners turn each
+    towards the next point, not along the path there. Points that coincide count once.
 
     Parameters
     ----------
