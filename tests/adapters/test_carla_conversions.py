@@ -102,17 +102,17 @@ def test_angle_comes_back_from_its_share_within_the_lock(angle: float, speed: fl
 
 
 def test_lock_at_speed_follows_the_steering_curve() -> None:
-    steering = adapter.Steering(1.0, ((10.0, 1.0), (20.0, 0.5)))
-    for kmh, factor in (
-        (0.0, 1.0),
-        (5.0, 1.0),
-        (10.0, 1.0),
-        (15.0, 0.75),
-        (20.0, 0.5),
-        (90.0, 0.5),
+    # Linear between the points, constant beyond them, as numpy interpolates.
+    for curve in (
+        ((10.0, 0.9), (20.0, 0.5), (80.0, 0.6)),
+        ((0.0, 0.7), (50.0, 1.0)),
+        ((30.0, 0.8),),
     ):
-        assert steering.at_full(kmh / 3.6) == pytest.approx(factor)
-        assert steering.at_full(-kmh / 3.6) == pytest.approx(factor)
+        steering = adapter.Steering(1.2, curve)
+        for kmh in np.linspace(-100.0, 100.0, 81).tolist():
+            speeds, factors = np.array(curve).T
+            factor = np.interp(abs(kmh), speeds, factors)
+            assert steering.at_full(kmh / 3.6) == pytest.approx(1.2 * factor), (curve, kmh)
 
 
 def test_curve_that_is_none_counts_as_none() -> None:

@@ -403,6 +403,31 @@ def test_plant_beyond_its_grip_says_so(name: str, said: str) -> None:
     assert np.isfinite(states).all()
 
 
+def test_plant_steered_the_other_way_moves_and_ends_as_in_a_mirror() -> None:
+    sides = {"left": "right", "right": "left"}
+    for name in plants.names():
+        plant = _plant(name)
+        twins = []
+        for sign in (1.0, -1.0):
+            plant.reset(0.0, 0.0, 0.0, 25.0)
+            states: list[plants.PlantState] = []
+            said = ""
+            try:
+                states.extend(plant.advance(sign * 0.12, 0.9, 0.0, 0.005, 10) for _ in range(40))
+            except PlantLimit as error:
+                said = " ".join(sides.get(word, word) for word in str(error).split())
+                said = str(error) if sign > 0.0 else said
+            across = np.array(
+                [[state.y, state.yaw, state.yaw_rate, state.steer] for state in states]
+            )
+            along = np.array([[state.x, state.speed] for state in states])
+            twins.append((said, np.hstack((along, sign * across))))
+        assert twins[0][0] == twins[1][0], name
+        # The measured tyres of the drift model pull a little to one side.
+        most = 0.5 if "-std-" in name else 5e-3
+        assert twins[1][1] == pytest.approx(twins[0][1], rel=0.0, abs=most), name
+
+
 @pytest.mark.parametrize("name", ["commonroad-std-2", CAR])
 def test_plant_whose_tyres_saturate_turns_less_than_it_is_steered(name: str) -> None:
     plant = _plant(name)

@@ -50,6 +50,30 @@ def test_vector_goes_on_after_each_end_as_single_environments_do() -> None:
             assert ends - 4 <= begun <= ends, (name, mode)
 
 
+def test_vector_begun_by_hand_in_part_goes_on_with_the_rest() -> None:
+    actions = np.full((4, 1), 0.02, dtype=np.float32)
+    for name, options in ENDS.items():
+        many, single = (
+            TrackVectorEnv(4, **options),
+            SyncVectorEnv([partial(TrackEnv, **options)] * 4),
+        )
+        for envs in (many, single):
+            envs.reset(seed=5)
+        over = many.step(actions)[2]
+        single.step(actions)
+        while not over.any():
+            _, _, ended, truncated, _ = many.step(actions)
+            single.step(actions)
+            over = ended | truncated
+        # All but one that is over, which begins by itself in the next step.
+        begin: dict[str, Any] = {"options": {"reset_mask": np.arange(4) != int(np.argmax(over))}}
+        np.testing.assert_array_equal(many.reset(**begin)[0], single.reset(**begin)[0], name)
+        for _ in range(3):
+            answer, expected = many.step(actions), single.step(actions)
+            for one, other in zip(answer[:4], expected[:4], strict=True):
+                np.testing.assert_array_equal(one, other, name)
+
+
 def test_episode_backwards_is_the_one_forwards_turned_by_half_a_turn() -> None:
     options: dict[str, Any] = {"start_offset": (0.3, 0.3), "start_yaw": (0.1, 0.1)}
     found = []
