@@ -15,10 +15,23 @@ def end(*_: object) -> None:
     os._exit(130)
 
 
+_came: list[int] = []
+
+
+def has_come() -> bool:
+    """Say whether Ctrl-C came while the command ran, whatever error a library has made of it."""
+    return bool(_came)
+
+
+def _interrupt(number: int, _: object) -> None:
+    _came.append(number)
+    raise KeyboardInterrupt
+
+
 def handle_as_usual() -> None:
     """Let Ctrl-C raise KeyboardInterrupt again."""
     if signal.getsignal(signal.SIGINT) is end:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, _interrupt)
 
 
 # A worker of the command's own has its name, and handles Ctrl-C as its pool does.

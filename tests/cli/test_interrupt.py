@@ -155,6 +155,30 @@ main()
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
 
 
+def test_interrupt_that_a_library_makes_another_error_of_says_nothing() -> None:
+    code = """
+import os, signal, sys
+sys.argv = ["/usr/bin/popsteer", "tracks"]
+from popsteer.cli import entry
+
+def run(given):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        pass
+    raise ValueError("Invalid affine transformation matrix")
+
+entry._run = run
+entry.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+    code = code.replace("os.kill(os.getpid(), signal.SIGINT)", "pass")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert done.returncode == 1
+    assert b"ValueError: Invalid affine" in done.stderr
+
+
 def test_library_leaves_the_interrupt_to_its_program() -> None:
     code = (
         "import signal, popsteer;"

@@ -304,6 +304,25 @@ def _columns(seconds: float = 20.0, turn: float = 0.5, delay: float = 0.2) -> di
     return {"t": t, "x": zero, "y": zero, "yaw": yaw, "speed": 5.0 + zero, "steer": steer}
 
 
+def test_error_of_the_delay_of_a_car_without_lag_does_not_hang_on_the_last_digits() -> None:
+    t = 0.05 * np.arange(600)
+    speed = 6.0 + 2.5 * np.sin(0.25 * t)
+    steer = 0.1 * np.sin(0.7 * t) + 0.04 * np.sign(np.sin(1.3 * t))
+    true = np.cumsum(0.05 * speed * np.tan(np.interp(t - 0.15, t, steer)) / 2.7)
+    x, y = np.cumsum(0.05 * speed * np.stack((np.cos(true), np.sin(true))), axis=1)
+    for seed in (3, 4):
+        noise = np.random.default_rng(seed)
+        yaw = true + noise.normal(0.0, 0.002, 600)
+        found = [
+            procedure.identify(Log(t=t, x=x, y=y, yaw=each, speed=speed, steer=steer))
+            for each in (yaw, yaw + noise.normal(0.0, 1e-9, 600))
+        ]
+        errors = [each.delay_error for each in found]
+        assert errors[1] == pytest.approx(errors[0], rel=1e-2)
+        assert 1e-4 < errors[0] < 2e-3
+        assert found[0].delay == pytest.approx(0.1, abs=4.0 * errors[0])
+
+
 def test_first_length_is_that_of_the_car_whatever_its_delay() -> None:
     for delay in (0.0, 0.2, 0.9):
         length = checks.first_length(prepare(Log(**_columns(delay=delay))), "drive")

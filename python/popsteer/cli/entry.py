@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from popsteer.errors import PopsteerError
 from popsteer.extras import MODULES, MissingExtra, missing, require
-from popsteer.interrupt import handle_as_usual
+from popsteer.interrupt import handle_as_usual, has_come
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,6 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         status = _refuse(f"{f'{where}: ' if where else ''}{error.strerror or error}")
     except KeyboardInterrupt:
         status = INTERRUPTED
+    except Exception:
+        if not has_come():
+            raise
+        status = INTERRUPTED  # matplotlib's C++ makes a ValueError of it
     _drop_what_fails(sys.stdout)
     if status == INTERRUPTED and arguments is None:
         # All is written; to take down the modules of a cluster would take up to a second more.

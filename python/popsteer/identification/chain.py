@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 LagOf = Literal["wheels", "yaw rate", "tyres"]
-_NO_LAG = 1e-4
+_NO_LAG = 1e-7
+"""A shorter lag is none [s]: far shorter than the step of a derivative, which would be that of none."""
 _MOST_ANGLE = 1.5
 _REMEMBERED = 8
 
