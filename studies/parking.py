@@ -86,22 +86,17 @@ def drawn(pieces: list[Piece]) -> tuple[popsteer.Path, np.ndarray, list[bool]]:
     return popsteer.Path(found[:, :2], reverse=reverse), found, reverse
 
 
-def park(
-    pieces: list[Piece], seed: int, plant: str = "", *, beyond: float = 0.0, **told: Any
-) -> Parked:
+def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked:
     """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults.
 
-    It is the car above, or a plant by its name; `told` is what they are told otherwise. The path
-    of the steering alone goes on as it ends, so far `beyond` the end [m].
+    It is the car above, or a plant by its name; `told` is what they are told otherwise.
     """
     path, poses, reverse = drawn(pieces)
-    backwards, curvature, _ = pieces[-1]
-    steered = drawn([*pieces, (backwards, curvature, beyond)])[0] if beyond else path
     car: Moved = OwnCar(popsteer.Vehicle(**CAR), play=PLAY)
     if plant:
         car = Shipped(plants.get(plant), path)
     vehicle = car.vehicle.replace(**{"steers_at_rest": True, **told})
-    steering, pace = popsteer.PreviewPop(steered, vehicle), popsteer.SpeedTracker(path, vehicle)
+    steering, pace = popsteer.PreviewPop(path, vehicle), popsteer.SpeedTracker(path, vehicle)
     noise = np.random.default_rng(seed)
     cusps = [k for k in range(1, len(reverse)) if reverse[k] != reverse[k - 1]]
     legs = [0, *cusps, len(poses) - 1]

@@ -194,8 +194,7 @@ def test_speed_above_the_plan_is_braked_and_the_command_is_smooth() -> None:
     assert speed == pytest.approx(8.0, abs=0.1)
 
 
-def test_parking_at_the_end_of_an_arc_keeps_place_and_heading_if_the_steering_looks_on() -> None:
-    wheelbase = parking.CAR["wheelbase"]
+def test_parking_at_the_end_of_an_arc_keeps_place_and_heading() -> None:
     for radius in (5.0, 9.0):
         for backwards in (False, True):
             pieces = [
@@ -203,7 +202,7 @@ def test_parking_at_the_end_of_an_arc_keeps_place_and_heading_if_the_steering_lo
                 (backwards, 1.0 / radius, math.pi / 4.0 * radius),
             ]
             for seed in parking.SEEDS:
-                found = parking.park(pieces, seed, beyond=wheelbase)
+                found = parking.park(pieces, seed)
                 case = (radius, backwards, seed, found)
                 assert math.isfinite(found.time), case
                 assert found.aside < 0.15, case

@@ -7,7 +7,7 @@ from math import fmod, inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.geometry import get_distance, squared_distance
-from popsteer.reference.math import atan, atan2, saturate
+from popsteer.reference.math import atan, atan2, cos, saturate, sin
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
@@ -52,6 +52,34 @@ class Stretch:
         return cls(first, start, last, end)
 
 
+@dataclass(frozen=True)
+class EndBend:
+    """The bend in which an open path ends, and which is taken to go on from there.
+
+    Its curvature is that between the last three chords of one length: the smaller of both turns
+    over that length, or none where they are to different sides, as noise is.
+    """
+
+    end: float  # arc length of the end [m]
+    point: Point
+    yaw: float  # direction of the path there [rad]
+    curvature: float  # to the left [1/m]
+    length: float  # how far it goes on [m], straight from there on
+
+    def point_at(self, arc_length: float) -> Point:
+        """Return the point at `arc_length`: on the arc, then straight on."""
+        beyond = arc_length - self.end
+        along = min(beyond, self.length)
+        half = 0.5 * self.curvature * along
+        chord = along * (sin(half) / half if abs(half) > 1e-9 else 1.0)
+        towards, on = self.yaw + half, self.yaw + 2.0 * half
+        rest = beyond - along
+        return (
+            self.point[0] + chord * cos(towards) + rest * cos(on),
+            self.point[1] + chord * sin(towards) + rest * sin(on),
+        )
+
+
 class Preview:
     """The direction of a path, smoothed over `base` [m] of it.
 
@@ -59,8 +87,9 @@ class Preview:
     ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
     segments are longer than half a base, the chord reaches one segment's length either way instead,
     up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
-    within the chord, the direction is that of the segment. Beyond an open path's ends, and where
-    the vehicle turns round to go on the other way, it goes straight on; a closed path wraps.
+    within the chord, the direction is that of the segment. Before an open path's start and where
+    the vehicle turns round to go on the other way, it goes straight on, and so it does beyond its
+    end, but for a bend there, which goes on for a chord's reach; a closed path wraps.
 
     What is looked at begins at `arc_length` [m], on `segment`, and goes on for `distance` [m] at
     most; `reach` [m] is the farthest that a chord reaches either way, five bases by default.
@@ -87,11 +116,19 @@ class Preview:
     ) -> None:
         self.path = path
         self.base = base
+        is_of_one_place = reach is not None
         self.reach = reach = 5.0 * base if reach is None else reach
         self.stretch: Stretch | None = None
         if path.reverse is not None:
             farthest = arc_length + distance + reach
             self.stretch = Stretch.about(path, segment, arc_length - reach, farthest)
+        self.bend: EndBend | None = None
+        if self.stretch is None:
+            end = path.length
+        else:
+            end = self.stretch.end if self.stretch.last + 1 == path.segments else inf
+        if arc_length + distance + reach > end and not path.closed and not is_of_one_place:
+            self.bend = self._bend_at(end)
 
     @classmethod
     def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
@@ -102,6 +139,28 @@ class Preview:
         not.
         """
         return cls(path, base, segment, arc_length, 0.0, base).path_yaw(arc_length)
+
+    def _bend_at(self, end: float) -> EndBend | None:
+        """Return the bend in which the path ends at `end` [m]; None where it is straight."""
+        last, _ = self._place_at(end)
+        segment = min(self.path.segment_length(last), self.reach)
+        length = max(segment, self.reach / 3.0)
+        start = end - 3.0 * length
+        first = 0.0
+        if self.stretch is not None:
+            first = Stretch.about(self.path, last, start, end).start
+        if start < first:
+            return None
+        a, b = self._point_at(start), self._point_at(end - 2.0 * length)
+        c, point = self._point_at(end - length), self._point_at(end)
+        middle, (x, y) = (c[0] - b[0], c[1] - b[1]), (point[0] - c[0], point[1] - c[1])
+        before = _angle_between((b[0] - a[0], b[1] - a[1]), middle)
+        turn = _angle_between(middle, (x, y))
+        if before * turn <= 0.0:
+            return None
+        turn = before if abs(before) < abs(turn) else turn
+        yaw = atan2(y, x) + 0.5 * turn
+        return EndBend(end, point, yaw, turn / length, self.reach)
 
     def path_yaw(self, arc_length: float) -> float:
         """Return the direction of the path at `arc_length` [rad]."""
@@ -151,6 +210,8 @@ class Preview:
     def _point_at(self, arc_length: float) -> Point:
         """Find the point at `arc_length`."""
         segment, along = self._place_at(arc_length)
+        if self.bend is not None and arc_length > self.bend.end:
+            return self.bend.point_at(arc_length)
         start, end = self.path.segment(segment)
         fraction = along / get_distance(start, end)
         return start[0] + fraction * (end[0] - start[0]), start[1] + fraction * (end[1] - start[1])

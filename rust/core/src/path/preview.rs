@@ -11,8 +11,9 @@ use crate::vehicle::Vehicle;
 /// ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
 /// segments are longer than half a base, the chord reaches one segment's length either way instead,
 /// up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
-/// within the chord, the direction is that of the segment. Beyond an open path's ends, and where
-/// the vehicle turns round to go on the other way, it goes straight on; a closed path wraps.
+/// within the chord, the direction is that of the segment. Before an open path's start and where the
+/// vehicle turns round to go on the other way, it goes straight on, and so it does beyond its end,
+/// but for a [bend](EndBend) there, which goes on for a chord's reach; a closed path wraps.
 ///
 /// A query costs a bisection at worst, and next to nothing on the segment of the last query or the
 /// next one.
@@ -23,6 +24,7 @@ pub struct Preview<'a> {
     /// Longest reach of a chord on each side [m].
     reach: f64,
     stretch: Option<Stretch>,
+    bend: Option<EndBend>,
     /// The segments of the last places: behind, at, and ahead of the arc length asked for.
     hints: [usize; 3],
 }
@@ -37,6 +39,24 @@ struct Stretch {
     end: f64,
 }
 
+/// The bend in which an open path ends, and which is taken to go on from there, so that a vehicle does
+/// not straighten its wheels before it stands.
+///
+/// Its curvature is that between the last three chords of one length: the smaller of both turns
+/// over that length, or none where they are to different sides, as noise is.
+#[derive(Clone, Copy, Debug)]
+struct EndBend {
+    /// Arc length of the end [m].
+    end: f64,
+    point: Point,
+    /// Direction of the path there [rad].
+    yaw: f64,
+    /// To the left [1/m].
+    curvature: f64,
+    /// How far it goes on [m], straight from there on.
+    length: f64,
+}
+
 impl<'a> Preview<'a> {
     /// The direction of `path`, smoothed over `base` [m], from `arc_length` on segment `segment`
     /// as far as `distance` [m] ahead.
@@ -47,7 +67,17 @@ impl<'a> Preview<'a> {
         arc_length: f64,
         distance: f64,
     ) -> Self {
-        Self::reaching(path, base, 5.0 * base, segment, arc_length, distance)
+        let reach = 5.0 * base;
+        let mut preview = Self::reaching(path, base, reach, segment, arc_length, distance);
+        let end = match &preview.stretch {
+            Some(stretch) if stretch.last + 1 < path.segments() => f64::INFINITY,
+            Some(stretch) => stretch.end,
+            None => path.length(),
+        };
+        if arc_length + distance + reach > end && !path.is_closed() {
+            preview.bend = preview.bend_at(end);
+        }
+        preview
     }
 
     /// The same with chords that reach at most so far [m] either way.
@@ -69,8 +99,49 @@ impl<'a> Preview<'a> {
             base,
             reach,
             stretch,
+            bend: None,
             hints: [segment; 3],
         }
+    }
+
+    /// The bend in which the path ends at the arc length `end` [m]; None where it is straight or
+    /// shorter than the chords.
+    fn bend_at(&self, end: f64) -> Option<EndBend> {
+        let [_, _, hint] = self.hints;
+        let (last, _) = self.place_at(end, hint);
+        let segment = smaller(self.path.segment_length(last), self.reach);
+        let length = larger(segment, self.reach / 3.0);
+        let start = end - 3.0 * length;
+        let first = match self.stretch {
+            Some(_) => Stretch::about(self.path, last, start, end).start,
+            None => 0.0,
+        };
+        if start < first {
+            return None;
+        }
+        let chord = |from: Point, to: Point| (to.x - from.x, to.y - from.y);
+        let (a, _) = self.point_at(start, last);
+        let (b, _) = self.point_at(end - 2.0 * length, last);
+        let (c, _) = self.point_at(end - length, last);
+        let (point, _) = self.point_at(end, last);
+        let (middle, (x, y)) = (chord(b, c), chord(c, point));
+        let before = angle_between(chord(a, b), middle);
+        let turn = angle_between(middle, (x, y));
+        if before * turn <= 0.0 {
+            return None;
+        }
+        let turn = if before.abs() < turn.abs() {
+            before
+        } else {
+            turn
+        };
+        Some(EndBend {
+            end,
+            point,
+            yaw: atan2(y, x) + 0.5 * turn,
+            curvature: turn / length,
+            length: self.reach,
+        })
     }
 
     /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment
@@ -101,7 +172,8 @@ impl<'a> Preview<'a> {
         let [_, here, _] = self.hints;
         let (here, along) = self.place_at(arc_length, here);
         self.hints = [here; 3];
-        self.path.direction(here, along)
+        let yaw = self.path.direction(here, along)?;
+        Some(yaw + self.bend.map_or(0.0, |bend| bend.turn(arc_length)))
     }
 
     /// The chord about `arc_length`, as far as it goes in x and in y [m].
@@ -183,6 +255,9 @@ impl<'a> Preview<'a> {
     #[inline]
     fn point_at(&self, arc_length: f64, hint: usize) -> (Point, usize) {
         let (segment, along) = self.place_at(arc_length, hint);
+        if let Some(bend) = self.bend.filter(|bend| arc_length > bend.end) {
+            return (bend.point_at(arc_length), segment);
+        }
         let (start, end) = self.path.segment(segment);
         let fraction = along / get_distance(start, end);
         let point = Point::new(
@@ -190,6 +265,32 @@ impl<'a> Preview<'a> {
             start.y + fraction * (end.y - start.y),
         );
         (point, segment)
+    }
+}
+
+impl EndBend {
+    /// How far it turns from the end to `arc_length` [rad].
+    fn turn(&self, arc_length: f64) -> f64 {
+        self.curvature * saturate(arc_length - self.end, 0.0, self.length)
+    }
+
+    /// The point at `arc_length`: on the arc, then straight on.
+    fn point_at(&self, arc_length: f64) -> Point {
+        let beyond = arc_length - self.end;
+        let along = smaller(beyond, self.length);
+        let half = 0.5 * self.curvature * along;
+        let sinc = if half.abs() > 1e-9 {
+            sin(half) / half
+        } else {
+            1.0
+        };
+        let chord = along * sinc;
+        let (towards, on) = (self.yaw + half, self.yaw + 2.0 * half);
+        let rest = beyond - along;
+        Point::new(
+            self.point.x + chord * cos(towards) + rest * cos(on),
+            self.point.y + chord * sin(towards) + rest * sin(on),
+        )
     }
 }
 

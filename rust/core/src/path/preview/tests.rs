@@ -75,6 +75,86 @@ fn test_preview_goes_straight_on_where_the_vehicle_turns_round() {
     );
 }
 
+#[test]
+fn test_preview_keeps_the_bend_of_an_end_for_a_reach_and_no_bend_of_noise() {
+    let radius = 5.0;
+    let along = |noise: f64| {
+        let (x, y): (Vec<_>, Vec<_>) = (0..30)
+            .map(|k: u32| {
+                let angle = 0.2 * f64::from(k) / radius;
+                let to = radius + if k % 2 == 0 { noise } else { -noise };
+                (to * sin(angle), radius - to * cos(angle))
+            })
+            .unzip();
+        Path::new(&x, &y, None, false).unwrap()
+    };
+    let bend = along(0.0);
+    let end = bend.view().length();
+    let turned = |path: &Path, distance: f64| {
+        let view = path.view();
+        let mut turn = [0.0];
+        Preview::new(&view, 0.6, 20, end - 1.0, 9.0).turns(end - 1.0, 1.0 + distance, &mut turn);
+        turn[0] - 1.0 / radius
+    };
+    // A chord's reach is 3 m; half a base about it the path bends by half.
+    for (distance, wanted) in [(1.0, 0.2), (2.0, 0.4), (4.0, 0.6), (7.0, 0.6)] {
+        let found = turned(&bend, distance);
+        assert!((found - wanted).abs() < 0.01, "{distance}: {found}");
+    }
+    let place = |view| Preview::yaw_at(view, 0.6, 20, end + 1.0);
+    assert!((place(&bend.view()) - end / radius).abs() < 0.03);
+
+    let straight = |noise: [f64; 4]| {
+        let y: Vec<f64> = (0..40_usize).map(|k| noise[k / 5 % 4]).collect();
+        let x: Vec<f64> = (0..40_u32).map(|k| 0.2 * f64::from(k)).collect();
+        Path::new(&x, &y, None, false).unwrap()
+    };
+    let noisy = straight([0.02, -0.02, 0.02, -0.02]);
+    let view = noisy.view();
+    let yaw = Preview::new(&view, 0.6, 30, 7.0, 9.0).path_yaw(12.0);
+    assert!(yaw.abs() < 0.03, "{yaw}");
+}
+
+#[test]
+fn test_preview_keeps_the_bend_of_headings_and_of_a_last_leg_but_none_before_a_cusp() {
+    let angle = |k: u32| 0.04 * f64::from(k);
+    let (mut x, mut y): (Vec<_>, Vec<_>) = (0..30)
+        .map(|k| (5.0 * sin(angle(k)), 5.0 - 5.0 * cos(angle(k))))
+        .unzip();
+    let yaw: Vec<f64> = (0..30).map(angle).collect();
+    let given = Path::new(&x, &y, None, false).unwrap();
+    let given = given.with_yaw(Some(&yaw), None).unwrap();
+    let view = given.view();
+    let end = view.length();
+    let found = Preview::new(&view, 0.6, 20, end - 1.0, 9.0).path_yaw(end + 2.0);
+    assert!((found - angle(29) - 0.4).abs() < 0.01, "{found}");
+
+    // The same backwards after 4 m along its first tangent, and on from there after a cusp.
+    let (mut u, mut v): (Vec<_>, Vec<_>) =
+        (1..=10).rev().map(|k| (-0.4 * f64::from(k), 0.0)).unzip();
+    u.append(&mut x);
+    v.append(&mut y);
+    for k in 1..10 {
+        x.push(u[39] - 0.4 * f64::from(k) * cos(angle(29)));
+        y.push(v[39] - 0.4 * f64::from(k) * sin(angle(29)));
+    }
+    let leg = Path::new(&u, &v, None, false).unwrap();
+    let leg = leg.with_reverse(&[true; 40]).unwrap();
+    let view = leg.view();
+    let end = view.length();
+    let found = Preview::new(&view, 0.6, 30, end - 1.0, 9.0).path_yaw(end + 2.0);
+    assert!((found - angle(29) - 0.4).abs() < 0.01, "{found}");
+
+    u.append(&mut x);
+    v.append(&mut y);
+    let reverse: Vec<bool> = (0..u.len()).map(|k| k < 39).collect();
+    let path = Path::new(&u, &v, None, false).unwrap();
+    let path = path.with_reverse(&reverse).unwrap();
+    let view = path.view();
+    let found = Preview::new(&view, 0.6, 30, end - 1.0, 9.0).path_yaw(end + 2.0);
+    assert!((found - angle(29)).abs() < 0.03, "{found}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
 
