@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from importlib.util import find_spec
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 
 import popsteer
 from popsteer import Status, controllers, planning, sim
+from popsteer.lab import compare
+from popsteer.lab.common.timing import Percentiles
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 from popsteer.sim.steering import believed, informed
 
@@ -147,3 +150,22 @@ def test_smoothed_waypoints_are_as_far_apart_as_asked_or_as_recorded() -> None:
     # What runs on beyond the start of the lap is left out.
     longer = planning.smooth(np.concatenate((circle, circle[:10])), 0.1, closed=True)
     assert longer.length == pytest.approx(lap.length, rel=2e-3)
+
+
+def test_step_time_of_a_comparison_is_net_of_the_clock_where_that_was_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    net: dict[str, float | None] = {"stanley": 250.0, "pop": None}
+
+    def timed(drivers: dict[str, Any], *_: Any) -> Any:
+        (name,) = drivers
+        singles = {name: [300, 400, 500, 900]}
+        return SimpleNamespace(
+            percentiles={name: Percentiles.of(singles[name], net[name])}, singles=singles
+        )
+
+    monkeypatch.setattr(compare.runs, "time_calls", timed)
+    params = compare.parameters(list(net), "default")
+    found = compare.time_steps(compare.run(PATH, params), params)
+    assert found.step_times == pytest.approx({"stanley": 250e-9, "pop": 500e-9})
+    assert found.latencies["pop"] == [300, 400, 500, 900]

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-7
-"""A shorter lag is none [s]: far shorter than the step of a derivative, which would be that of none."""
+"""A shorter lag is none [s]: far shorter than the step by which a derivative is taken."""
 _MOST_ANGLE = 1.5
 _REMEMBERED = 8
 

@@ -229,7 +229,6 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         for vehicle in np.flatnonzero(over).tolist():
             final[vehicle] = observations[vehicle]
             self._begin(vehicle)
-        self._over = self._none
         observations, _, _, _, info = self._episodes.look()
         begun = self._named(info)
         begun.update(final_obs=final, _final_obs=over, final_info=infos, _final_info=over)

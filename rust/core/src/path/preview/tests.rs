@@ -75,84 +75,88 @@ fn test_preview_goes_straight_on_where_the_vehicle_turns_round() {
     );
 }
 
-#[test]
-fn test_preview_keeps_the_bend_of_an_end_for_a_reach_and_no_bend_of_noise() {
-    let radius = 5.0;
-    let along = |noise: f64| {
-        let (x, y): (Vec<_>, Vec<_>) = (0..30)
-            .map(|k: u32| {
-                let angle = 0.2 * f64::from(k) / radius;
-                let to = radius + if k % 2 == 0 { noise } else { -noise };
-                (to * sin(angle), radius - to * cos(angle))
-            })
-            .unzip();
-        Path::new(&x, &y, None, false).unwrap()
-    };
-    let bend = along(0.0);
-    let end = bend.view().length();
-    let turned = |path: &Path, distance: f64| {
-        let view = path.view();
-        let mut turn = [0.0];
-        Preview::new(&view, 0.6, 20, end - 1.0, 9.0).turns(end - 1.0, 1.0 + distance, &mut turn);
-        turn[0] - 1.0 / radius
-    };
-    // A chord's reach is 3 m; half a base about it the path bends by half.
-    for (distance, wanted) in [(1.0, 0.2), (2.0, 0.4), (4.0, 0.6), (7.0, 0.6)] {
-        let found = turned(&bend, distance);
-        assert!((found - wanted).abs() < 0.01, "{distance}: {found}");
-    }
-    let place = |view| Preview::yaw_at(view, 0.6, 20, end + 1.0);
-    assert!((place(&bend.view()) - end / radius).abs() < 0.03);
+/// Waypoints `spacing` apart on an arc of 5 m in radius; their angles.
+fn arc(spacing: f64, count: u32) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let angles: Vec<f64> = (0..count).map(|k| spacing * f64::from(k) / 5.0).collect();
+    let x = angles.iter().map(|&angle| 5.0 * sin(angle)).collect();
+    let y = angles.iter().map(|&angle| 5.0 - 5.0 * cos(angle)).collect();
+    (x, y, angles)
+}
 
-    let straight = |noise: [f64; 4]| {
-        let y: Vec<f64> = (0..40_usize).map(|k| noise[k / 5 % 4]).collect();
-        let x: Vec<f64> = (0..40_u32).map(|k| 0.2 * f64::from(k)).collect();
-        Path::new(&x, &y, None, false).unwrap()
-    };
-    let noisy = straight([0.02, -0.02, 0.02, -0.02]);
-    let view = noisy.view();
-    let yaw = Preview::new(&view, 0.6, 30, 7.0, 9.0).path_yaw(12.0);
-    assert!(yaw.abs() < 0.03, "{yaw}");
+/// The direction of a path so far beyond its end, with chords that reach 3 m.
+fn yaw_beyond(path: &Path, beyond: f64) -> f64 {
+    let view = path.view();
+    let end = view.length();
+    let mut preview = Preview::new(
+        &view,
+        0.6,
+        view.segments().saturating_sub(3),
+        end - 0.5,
+        9.0,
+    );
+    preview.path_yaw(end + beyond)
 }
 
 #[test]
-fn test_preview_keeps_the_bend_of_headings_and_of_a_last_leg_but_none_before_a_cusp() {
-    let angle = |k: u32| 0.04 * f64::from(k);
-    let (mut x, mut y): (Vec<_>, Vec<_>) = (0..30)
-        .map(|k| (5.0 * sin(angle(k)), 5.0 - 5.0 * cos(angle(k))))
-        .unzip();
-    let yaw: Vec<f64> = (0..30).map(angle).collect();
-    let given = Path::new(&x, &y, None, false).unwrap();
-    let given = given.with_yaw(Some(&yaw), None).unwrap();
-    let view = given.view();
-    let end = view.length();
-    let found = Preview::new(&view, 0.6, 20, end - 1.0, 9.0).path_yaw(end + 2.0);
-    assert!((found - angle(29) - 0.4).abs() < 0.01, "{found}");
-
-    // The same backwards after 4 m along its first tangent, and on from there after a cusp.
-    let (mut u, mut v): (Vec<_>, Vec<_>) =
-        (1..=10).rev().map(|k| (-0.4 * f64::from(k), 0.0)).unzip();
-    u.append(&mut x);
-    v.append(&mut y);
-    for k in 1..10 {
-        x.push(u[39] - 0.4 * f64::from(k) * cos(angle(29)));
-        y.push(v[39] - 0.4 * f64::from(k) * sin(angle(29)));
+fn test_preview_keeps_the_bend_of_an_end_for_a_reach() {
+    let (x, y, angles) = arc(0.2, 30);
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let given = path.clone().with_yaw(Some(&angles), None).unwrap();
+    for (beyond, turn) in [(1.0, 0.2), (2.0, 0.4), (4.0, 0.6), (7.0, 0.6)] {
+        for path in [&path, &given] {
+            let found = yaw_beyond(path, beyond);
+            assert!((found - (1.16 + turn)).abs() < 0.01, "{beyond}: {found}");
+        }
     }
-    let leg = Path::new(&u, &v, None, false).unwrap();
-    let leg = leg.with_reverse(&[true; 40]).unwrap();
-    let view = leg.view();
-    let end = view.length();
-    let found = Preview::new(&view, 0.6, 30, end - 1.0, 9.0).path_yaw(end + 2.0);
-    assert!((found - angle(29) - 0.4).abs() < 0.01, "{found}");
+    // A controller that steers by the direction of one place alone sees the path go straight on.
+    let view = path.view();
+    let place = Preview::yaw_at(&view, 0.6, 26, view.length() + 2.0);
+    assert!((place - 1.16).abs() < 0.03, "{place}");
+}
 
-    u.append(&mut x);
-    v.append(&mut y);
-    let reverse: Vec<bool> = (0..u.len()).map(|k| k < 39).collect();
-    let path = Path::new(&u, &v, None, false).unwrap();
+#[test]
+fn test_preview_makes_no_bend_of_noise_or_of_the_last_few_waypoints() {
+    let x: Vec<f64> = (0..40).map(|k| 0.2 * f64::from(k)).collect();
+    let noisy: Vec<f64> = (0..40)
+        .map(|k| if k / 5 % 2 == 0 { 0.02 } else { -0.02 })
+        .collect();
+    let path = Path::new(&x, &noisy, None, false).unwrap();
+    assert!(yaw_beyond(&path, 4.0).abs() < 0.03);
+    // 0.6 m of a bend are less than the last chord.
+    let y: Vec<f64> = x
+        .iter()
+        .map(|x| if *x > 7.2 { (x - 7.2) * (x - 7.2) } else { 0.0 })
+        .collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    assert!((yaw_beyond(&path, 4.0) - yaw_beyond(&path, 0.5)).abs() < 0.01);
+    let short = Path::new(&[0.0, 1.0, 1.9], &[0.0, 0.0, 0.2], None, false).unwrap();
+    assert!((yaw_beyond(&short, 4.0) - atan2(0.2, 0.9)).abs() < 1e-12);
+}
+
+#[test]
+fn test_preview_keeps_the_bend_of_a_last_leg_but_none_before_a_cusp() {
+    let (bend_x, bend_y, _) = arc(0.2, 30);
+    let straight = (1..=10).rev().map(|k| (-0.4 * f64::from(k), 0.0));
+    let bend = bend_x.into_iter().zip(bend_y);
+    let points: Vec<(f64, f64)> = straight.chain(bend).collect();
+    let back = (1..10).map(|k| {
+        let (x, y) = *points.last().unwrap();
+        let along = -0.4 * f64::from(k);
+        (x + along * cos(1.16), y + along * sin(1.16))
+    });
+    let (x, y): (Vec<_>, Vec<_>) = points.iter().copied().unzip();
+    let leg = Path::new(&x, &y, None, false).unwrap();
+    let leg = leg.with_reverse(&[true; 40]).unwrap();
+    assert!((yaw_beyond(&leg, 2.0) - 1.56).abs() < 0.01);
+
+    let (x, y): (Vec<_>, Vec<_>) = points.iter().copied().chain(back).unzip();
+    let reverse: Vec<bool> = (0..x.len()).map(|k| k < 39).collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
     let path = path.with_reverse(&reverse).unwrap();
     let view = path.view();
-    let found = Preview::new(&view, 0.6, 30, end - 1.0, 9.0).path_yaw(end + 2.0);
-    assert!((found - angle(29)).abs() < 0.03, "{found}");
+    let end = leg.view().length();
+    let before_cusp = Preview::new(&view, 0.6, 30, end - 1.0, 9.0).path_yaw(end + 2.0);
+    assert!((before_cusp - 1.16).abs() < 0.03, "{before_cusp}");
 }
 
 proptest! {
