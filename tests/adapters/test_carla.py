@@ -171,6 +171,10 @@ def test_plan_that_begins_ahead_in_a_bend_is_reached_along_the_lane() -> None:
     while following := later[-1][0].next(2.0):
         later.append((following[0], RoadOption.LANEFOLLOW))
     planner.set_global_plan(later)
+    # What was driven for the lane before is no part of it.
+    assert planner.controller is not None
+    path, (x, y, *_) = planner.controller.path, actor.simulation.state
+    assert math.dist((path.x[0], path.y[0]), (x, y)) < 20.0
     done = len(actor.simulation.records()["steer"])
     drive(actor, planner)
     errors = np.abs(actor.simulation.records()["cross_track_error"])

@@ -206,6 +206,7 @@ def test_path_reader_fits_planners_that_keep_their_paths_and_those_that_do_not(
         ),
         ({"ROS_LOCALHOST_ONLY": "1", "CYCLONEDDS_URI": "<a/>"}, None, ['"localhost"', ",<a/>"]),
         ({"CYCLONEDDS_URI": "file:///x.xml"}, True, ["Multicast>false", ",file:///x.xml"]),
+        ({"ROS_LOCALHOST_ONLY": "1", "ROS_STATIC_PEERS": "host"}, None, ['"localhost"', '"host"']),
         (
             {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "host"},
             None,

@@ -13,6 +13,7 @@ import pytest
 import popsteer
 from popsteer import sim
 from popsteer.lab import compare
+from popsteer.lab.compare import table as compare_table
 from popsteer.lab.compare.files import metrics_json
 from popsteer.lab.report import compare as times
 from popsteer.lab.report import matrix as matrix_page
@@ -58,6 +59,18 @@ def test_percentiles_of_steps_are_of_each_controllers_own_times() -> None:
 def _run(error: float, finished: bool = True) -> Any:
     metrics = SimpleNamespace(settled_mean_abs_cross_track_error=error, finished=finished)
     return SimpleNamespace(metrics=metrics, settings=sim.Settings(settling_time=4.0))
+
+
+def test_table_of_a_comparison_marks_the_best_of_those_that_finished() -> None:
+    comparison: Any = SimpleNamespace(
+        runs={"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
+    )
+    column = compare_table._Column("", lambda run: _settled(run.metrics), ".2f", ranked=True)
+    assert compare_table._best(comparison, column) == 0.02
+
+
+def _settled(metrics: Any) -> float:
+    return float(metrics.settled_mean_abs_cross_track_error)
 
 
 def test_matrix_marks_the_best_of_those_that_finished() -> None:

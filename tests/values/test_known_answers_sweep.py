@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import popsteer
 from popsteer import Status, sim
 from popsteer.lab.report import shares
 from popsteer.lab.report.sweep import _worst_table
@@ -207,3 +208,11 @@ def test_progress_of_a_sweep_counts_runs_over_all_of_its_chunks(
     assert [[row["run"] for row in rows] for rows in chunks] == [[7, 8], [9, 3], [4]]
     assert {row["threads"] for rows in chunks for row in rows} == {6}
     assert told == [1.0, 3.0, 4.5]
+
+
+def test_speed_of_a_sweep_is_planned_for_the_vehicle_that_is_given() -> None:
+    given = popsteer.Vehicle(max_lateral_acceleration=1.5)
+    of_given = job(vehicle=given, longitudinal=popsteer.SpeedTrackerParams())
+    _, tracker = of_given.road
+    assert isinstance(tracker, popsteer.SpeedTracker)
+    assert tracker.vehicle == given != popsteer.sim.vehicle_of(of_given.whole)

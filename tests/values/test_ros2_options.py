@@ -153,3 +153,11 @@ def test_bytes_of_a_trajectory_give_what_its_message_gives() -> None:
         assert path.speed.tolist() == [2.0, 1.5, 0.0]
         assert path.x.tolist() == [0.0, 5.0, 9.0]
         assert path.y.tolist() == [0.0, -2.5, -4.5]
+
+
+def test_speed_of_the_node_is_the_lower_of_the_vehicles_and_its_own() -> None:
+    pytest.importorskip("typer")
+    from popsteer.cli.ros2 import _limited
+
+    for car, asked, wanted in ((None, 3.0, 3.0), (10.0, 3.0, 3.0), (2.0, 3.0, 2.0)):
+        assert _limited(popsteer.Vehicle(max_speed=car), asked).max_speed == wanted
