@@ -13,9 +13,11 @@ from popsteer import Status
 from popsteer.adapters import ros2
 
 pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
 from popsteer.adapters.ros2 import conversions, diagnostics, messages
 from popsteer.adapters.ros2.intake import Intake
+from tests.adapters.ros2_domain import Bench
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -172,6 +174,23 @@ def test_loop_counts_all_cycles_and_measures_since_the_last_report() -> None:
 def _values(message: Any, name: str = "steering") -> dict[str, str]:
     (status,) = [each for each in message.status if each.name == f"popsteer: {name}"]
     return {each.key: each.value for each in status.values}
+
+
+def test_refused_messages_warn_in_the_next_report_and_no_longer() -> None:
+    bench = Bench()
+    bench.begin()
+    x, bench.x = bench.x, math.nan
+    bench.send_pose()
+    bench.x = x
+    bench.send(bench.path, ros2.path_message([0.0, 9.0], [0.0, math.inf], [0.0, 0.0], 0, "map"))
+    refused = bench.node.intake.odometry, bench.node.intake.courses
+    assert bench.until(lambda: all(each.refused == 1 for each in refused))
+    bench.send_path()
+    assert bench.until(lambda: not bench.node.intake.course_refused)
+    bench.report()
+    bench.send_pose()
+    inputs = bench.report()["popsteer: inputs"]
+    assert (inputs.level, inputs.message) == (0, "all messages used")
 
 
 def test_diagnostics_say_what_the_command_says_in_its_units() -> None:

@@ -1,4 +1,4 @@
-"""tuple[float, ...]s in the frame of the path, and of the vehicle's point, by tf2."""
+"""Poses in the frame of the path, and of the vehicle's point, by tf2."""
 
 from __future__ import annotations
 

@@ -90,9 +90,8 @@ class Track(LifecycleNode):
         """Hear odometry and paths, and steer."""
         car, kind, path = self._named
         self._link = Transport(self, lambda: self._tick(came=True))
-        sent, topics = self.value("command_type"), Topics.of_autoware()
-        if not self.value("autoware"):
-            topics = Topics(command_type=COMMANDS[sent])
+        sent = Topics(command_type=COMMANDS[self.value("command_type")])
+        topics = Topics.of_autoware() if self.value("autoware") else sent
         topics = topics.renamed({}, self.get_name(), self.get_namespace())
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSPolicyKind as Kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosidl_runtime_py.utilities import get_message
 from std_srvs.srv import Trigger
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 _DEPTH = 10
-_OVERRIDES = QoSOverridingOptions.with_default_policies()
+_OVERRIDES = QoSOverridingOptions((Kind.HISTORY, Kind.DEPTH, Kind.RELIABILITY, Kind.DURABILITY))
 
 
 class Reader(deque[bytes]):

@@ -22,8 +22,12 @@ from popsteer_ros.node import Track
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time as TfTime
 from rosgraph_msgs.msg import Clock
-from tf2_ros import TransformBroadcaster
+from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
+
+from popsteer import vehicles
 
 WHEELBASE = 2.7
 
@@ -240,6 +244,71 @@ def test_localisation_that_dies_is_stopped_for_and_gone_on_with() -> None:
     assert car.until(lambda: car.track.core.pilot.state.value == "standing")
     assert "transform from 'odom' to 'map' is" in car.track.core.pilot.reason
     car.localised = True
+    assert car.until(lambda: car.speed > 1.0)
+    car.close()
+
+
+def test_rear_axle_is_where_tf_has_it() -> None:
+    car = Car(rear_axle_frame="rear_axle")
+    fixed = StaticTransformBroadcaster(car.node)
+    axle = TransformStamped()
+    axle.header.frame_id, axle.child_frame_id = "base_link", "rear_axle"
+    axle.transform.translation.x, axle.transform.rotation.w = -1.35, 1.0
+    fixed.sendTransform(axle)
+    car.track.trigger_configure()
+    assert car.until(
+        lambda: car.track.frames._buffer.can_transform("base_link", "rear_axle", TfTime())
+    )
+    car.track.trigger_activate()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(0.0, 50.0))
+    assert car.until(lambda: car.track.core.pilot is not None)
+    assert car.track.core.pilot.vehicle.rear_axle == -1.35
+    assert vehicles.get("paper").rear_axle != -1.35
+    car.close()
+
+
+def test_rear_axle_that_tf_does_not_know_is_the_vehicles_own() -> None:
+    car = Car(rear_axle_frame="nowhere").start()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(0.0, 50.0))
+    assert car.until(lambda: car.track.core.pilot is not None)
+    assert car.track.core.pilot.vehicle.rear_axle == vehicles.get("paper").rear_axle
+    car.close()
+
+
+@pytest.mark.parametrize("durability", ["volatile", "transient_local"])
+def test_path_that_was_sent_before_is_heard_by_an_override_of_the_qos_alone(
+    durability: str,
+) -> None:
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    car = Car(**{"qos_overrides./path.subscription.durability": durability})
+    planner = car.node.create_publisher(Path, "path", kept)
+    planner.publish(path(0.0, 50.0))
+    car.start()
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    hears = durability == "transient_local"
+    assert car.until(lambda: car.speed > 0.5, 20.0 if hears else 3.0) == hears
+    car.close()
+
+
+def test_last_path_stays_for_a_time_where_those_after_it_are_refused() -> None:
+    car = Car(keep_path=3.0).start()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(0.0, 200.0))
+    assert car.until(lambda: car.speed > 1.0)
+    car.paths.publish(Path())
+    core = car.track.core
+    assert car.until(lambda: core.intake.course_refused != "")
+    since = time.monotonic()
+    assert car.until(lambda: core.pilot.state.value == "holding")
+    assert 2.5 < time.monotonic() - since < 4.0
+    assert car.until(lambda: core.pilot.state.value == "standing")
+    assert "refused" in core.pilot.reason
+    car.paths.publish(path(car.x, 200.0))
     assert car.until(lambda: car.speed > 1.0)
     car.close()
 
