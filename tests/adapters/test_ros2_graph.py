@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import statistics
 import struct
+import subprocess
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any
@@ -230,6 +232,44 @@ def test_loopback_is_named_where_a_file_of_configuration_names_no_interface(tmp_
         for uri in (f"file://{file}", f"file:{file}"):
             found = configuration(local=True, environment={"CYCLONEDDS_URI": uri})
             assert ('NetworkInterface name="lo' in found) == named, uri
+
+
+def test_static_peers_are_reached_from_an_address_that_is_not_the_loopback_alone() -> None:
+    scope = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    for peers, named in (
+        ("", 'NetworkInterface name="lo'),
+        ("::1;", 'NetworkInterface name="lo'),  # no address of IPv4: no way to it
+        ("::1; 127.0.0.7", 'NetworkInterface address="127.0.0.1"'),
+    ):
+        found = configuration(environment={**scope, "ROS_STATIC_PEERS": peers})
+        assert named in found, peers
+
+
+HEARS = """
+import time
+from popsteer.adapters.ros2.dds import Participant
+reader = Participant({number}).reader("/clock", "rosgraph_msgs/msg/Clock")
+until = time.monotonic() + 20.0
+while not reader.peers and time.monotonic() < until:
+    time.sleep(0.01)
+print(reader.peers)
+"""
+
+
+def test_nodes_with_static_peers_find_each_other_on_this_machine(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    # Of a net for documentation; where this machine has a way out, it is not the loopback.
+    monkeypatch.setenv("ROS_STATIC_PEERS", "192.0.2.1")
+    number = domain()
+    writer = Participant(number).writer("/clock", messages.CLOCK)
+    assert writer.peers == 0
+    code = HEARS.format(number=number)
+    other = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert other.stdout.strip() == "1", other.stderr
 
 
 @looped(

@@ -185,6 +185,15 @@ def test_jump_of_the_clock_holds_the_speed() -> None:
     assert pilot.state is ros2.State.HOLDING
 
 
+@pytest.mark.parametrize("passed", [0.001, 0.5])
+def test_first_step_does_not_depend_on_when_the_cycle_before_it_was(passed: float) -> None:
+    pilots = [ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60))) for _ in range(2)]
+    pilots[0].step(None, 0.0, passed, "no odometry")
+    first = [pilots[0].step(here(0.0, 0.0), 0.0, passed), pilots[1].step(here(0.0, 0.0), 0.0, DT)]
+    assert first[0] == first[1]
+    assert 0.0 < first[0].speed < 0.02
+
+
 def faulty() -> ros2.Pilot:
     monitor = popsteer.MonitorParams(deviation_limit=0.5)
     pilot = ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60), monitor=monitor))

@@ -25,6 +25,7 @@ class Follow:
     def __init__(self, track: Track, core: Any) -> None:
         self._track, self._core = track, core
         self._goal: Any = None
+        self._last: float | None = None  # how far it was to the end, of the goal that it drives [m]
         self._server = ActionServer(
             track,
             FollowPath,
@@ -45,6 +46,8 @@ class Follow:
         return GoalResponse.ACCEPT if usable else GoalResponse.REJECT
 
     async def _execute(self, goal: Any) -> Any:
+        # Nav2 sends each replanned path as another goal: it is one drive, whose progress counts on.
+        goes_on = self._goal is not None and self._last is not None
         self._end(_RESULT.UNKNOWN, "preempted by another goal")
         now, intake = 1e-9 * self._track.now(), self._core.intake
         if not intake.take_course(serialize_message(goal.request.path), now):
@@ -53,7 +56,10 @@ class Follow:
             code = _RESULT.TF_ERROR if "transform" in said else _RESULT.INVALID_PATH
             return _RESULT(error_code=code, error_msg=said)
         self._goal, self._ended = goal, Future()
-        self._begun, self._since, self._best = now, now, math.inf
+        self._begun = now
+        if not goes_on:
+            self._since, self._best, self._last = now, math.inf, None
+        self._moved = goes_on
         code, said = await self._ended
         return _RESULT(error_code=code, error_msg=said)
 
@@ -80,6 +86,9 @@ class Follow:
         feedback, value = FollowPath.Feedback(), self._track.value
         feedback.distance_to_goal, feedback.speed = remaining, speed
         self._goal.publish_feedback(feedback)
+        if self._moved and self._last is not None:
+            self._best += remaining - self._last
+        self._moved, self._last = False, remaining
         if remaining < self._best - value("progress_distance"):
             self._best, self._since = remaining, now
         if remaining < value("goal_tolerance") and abs(speed) < _STANDING:

@@ -18,11 +18,13 @@ if TYPE_CHECKING:
 class Frames:
     """Transforms odometry into another frame, and that of the vehicle's point, `base`.
 
-    A transform that is older than odometry by more than `stale` [s] is not used.
+    A transform that is older than odometry by more than `stale` [s] is not used. Where a frame
+    `axle` is given, odometry waits for it; `rear_axle` is then where it is ahead of that point [m].
     """
 
     def __init__(self, node: Node, stale: float) -> None:
-        self.base, self.stale = "", stale
+        self.base = self.axle = ""
+        self.stale, self.rear_axle = stale, 0.0
         self._buffer = Buffer(cache_time=Duration(seconds=10))
         self._listener = TransformListener(self._buffer, node)
 
@@ -52,6 +54,8 @@ class Frames:
             pose = _after(self.find(frame, measured.frame, measured.stamp), pose)
         if self.base and child and child != self.base:
             pose, child = _after(pose, self.find(child, self.base)), self.base
+        if self.axle:
+            self.rear_axle = self.find(child, self.axle)[0]
         return Measured(*pose, *measured[3:5], frame, child)
 
     def close(self) -> None:

@@ -93,11 +93,15 @@ class Track(LifecycleNode):
         sent = Topics(command_type=COMMANDS[self.value("command_type")])
         topics = Topics.of_autoware() if self.value("autoware") else sent
         topics = topics.renamed({}, self.get_name(), self.get_namespace())
+        called = ("odometry", "path", "command", "predicted")  # where they are remapped to
+        names = {what: self.resolve_topic_name(getattr(topics, what)) for what in called}
+        topics = topics.renamed(names)
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)
         make = lambda path: kind(path, self._with_axle(car))  # noqa: E731
         self.core = Node(self._link, make, options, say=self.get_logger().info)
         self.frames.base = self.value("base_frame")
+        self.frames.axle = self.value("rear_axle_frame")
         self.core.intake.transform = self.frames.transform
         if path is not None:
             self.core.intake.use(path, self.value("path_frame"))
@@ -162,13 +166,7 @@ class Track(LifecycleNode):
 
     def _with_axle(self, car: Vehicle) -> Vehicle:
         """Give the vehicle with the rear axle that tf knows, where it is asked for."""
-        axle = self.value("rear_axle_frame")
-        try:
-            base = self.frames.base or self.core.intake.measured.child_frame
-            return car.replace(rear_axle=self.frames.find(base, axle)[0]) if axle else car
-        except PopsteerError as error:
-            self.get_logger().warning(f"rear_axle is the vehicle's own: {error}")
-            return car
+        return car.replace(rear_axle=self.frames.rear_axle) if self.frames.axle else car
 
     def _tick(self, *, came: bool = False) -> None:
         """Step on the odometry, or by the timer where it stays away, as `spin` does."""

@@ -23,11 +23,8 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.time import Time as TfTime
 from rosgraph_msgs.msg import Clock
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
-
-from popsteer import vehicles
 
 WHEELBASE = 2.7
 
@@ -248,35 +245,28 @@ def test_localisation_that_dies_is_stopped_for_and_gone_on_with() -> None:
     car.close()
 
 
-def test_rear_axle_is_where_tf_has_it() -> None:
-    car = Car(rear_axle_frame="rear_axle")
-    fixed = StaticTransformBroadcaster(car.node)
-    axle = TransformStamped()
-    axle.header.frame_id, axle.child_frame_id = "base_link", "rear_axle"
-    axle.transform.translation.x, axle.transform.rotation.w = -1.35, 1.0
-    fixed.sendTransform(axle)
-    car.track.trigger_configure()
-    assert car.until(
-        lambda: car.track.frames._buffer.can_transform("base_link", "rear_axle", TfTime())
-    )
-    car.track.trigger_activate()
+def test_rear_axle_is_where_tf_has_it_and_is_waited_for() -> None:
+    car = Car(base_frame="front", rear_axle_frame="wheels").start()
     assert car.until(lambda: car.paths.get_subscription_count() > 0)
-    assert car.until(lambda: car.track.core.intake.measured is not None)
-    car.paths.publish(path(0.0, 50.0))
-    assert car.until(lambda: car.track.core.pilot is not None)
-    assert car.track.core.pilot.vehicle.rear_axle == -1.35
-    assert vehicles.get("paper").rear_axle != -1.35
-    car.close()
+    assert car.until(lambda: car.odometry.get_subscription_count() > 0)
+    car.paths.publish(path(0.0, 200.0))
+    said = lambda: car.track.core.waits  # noqa: E731
+    assert car.until(lambda: "no transform from 'front' to 'base_link'" in said())
+    broadcaster = StaticTransformBroadcaster(car.node)
 
+    def tell(parent: str, child: str, ahead: float) -> TransformStamped:
+        found = TransformStamped()
+        found.header.frame_id, found.child_frame_id = parent, child
+        found.transform.translation.x, found.transform.rotation.w = ahead, 1.0
+        return found
 
-def test_rear_axle_that_tf_does_not_know_is_the_vehicles_own() -> None:
-    car = Car(rear_axle_frame="nowhere").start()
-    assert car.until(lambda: car.paths.get_subscription_count() > 0)
-    assert car.until(lambda: car.track.core.intake.measured is not None)
-    car.paths.publish(path(0.0, 50.0))
-    assert car.until(lambda: car.track.core.pilot is not None)
-    assert car.track.core.pilot.vehicle.rear_axle == vehicles.get("paper").rear_axle
-    car.close()
+    broadcaster.sendTransform([tell("base_link", "chassis", -0.5), tell("base_link", "front", 2.4)])
+    assert car.until(lambda: "no transform from 'wheels' to 'front'" in said())
+    assert car.speed == 0.0
+    broadcaster.sendTransform(tell("chassis", "wheels", 0.2))
+    assert car.until(lambda: car.speed > 1.0)
+    assert car.track.core.pilot.vehicle.rear_axle == pytest.approx(-2.7)
+    assert car.track.core.intake.measured.x == pytest.approx(car.x + 2.4, abs=0.3)
 
 
 @pytest.mark.parametrize("durability", ["volatile", "transient_local"])
@@ -369,6 +359,26 @@ def test_goals_that_cannot_be_driven_are_aborted_with_their_codes() -> None:
     car.node.destroy_subscription(next(iter(car.node.subscriptions)))
     car.speed = 0.0
     assert car.outcome(stuck) == (ABORTED, codes.FAILED_TO_MAKE_PROGRESS)
+    car.close()
+
+
+def test_goals_of_a_planner_that_plans_anew_make_progress_together() -> None:
+    car = Car(progress_time=2.0, progress_distance=0.5, max_speed=0.6).start()
+    begun, handle = time.monotonic(), car.goal(400.0)
+    while time.monotonic() < begun + 5.0:  # 0.3 m a goal
+        assert not car.until(lambda: False, 0.5)
+        assert car.feedback
+        handle = car.goal(400.0)
+    assert car.speed > 0.5
+    assert car.x > 1.5
+    car.obey = lambda _: None  # type: ignore[method-assign]
+    car.node.destroy_subscription(next(iter(car.node.subscriptions)))
+    car.speed, begun = 0.0, time.monotonic()
+    ended = handle.get_result_async()
+    while not car.until(ended.done, 0.5) and time.monotonic() < begun + 5.0:
+        handle = car.goal(400.0)
+        ended = handle.get_result_async()
+    assert ended.result().result.error_code == FollowPath.Result.FAILED_TO_MAKE_PROGRESS
     car.close()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -67,7 +68,6 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
     peers += [peer.strip() for peer in given if peer.strip()]
     if any(set(peer) & set('<>"&') for peer in peers):
         raise ConfigError("ROS_STATIC_PEERS", ";".join(peers), "addresses, separated by semicolons")
-    listed = "".join(f'<Peer address="{peer}"/>' for peer in peers)
     index = "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32"
     index += "</MaxAutoParticipantIndex>"
     if scope == "OFF":
@@ -82,8 +82,20 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
             told = Path(uri.removeprefix("file:").removeprefix("//")).read_text(encoding="utf-8")
     if scope == "LOCALHOST" and "NetworkInterface" not in told:
         # Cyclone DDS 0.10, which Jazzy has, reaches the loopback from any interface, 11 does not.
-        name = "lo0" if sys.platform == "darwin" else "lo"
-        general = f'<Interfaces><NetworkInterface name="{name}"/></Interfaces>{general}'
+        # From the loopback it reaches nothing else: for static peers it is the way to the first.
+        own = next((own for peer in peers[1:] if (own := _own_address(peer))), "")
+        loopback = "lo0" if sys.platform == "darwin" else "lo"
+        one = f'address="{own}"' if own else f'name="{loopback}"'
+        general = f"<Interfaces><NetworkInterface {one}/></Interfaces>{general}"
     general = f"<General>{general}</General>" if general else ""
+    listed = "".join(f'<Peer address="{peer}"/>' for peer in peers)
     found = f"<Discovery>{index}<Peers>{listed}</Peers></Discovery>"
     return f"<CycloneDDS><Domain>{general}{found}</Domain></CycloneDDS>,{uri}"
+
+
+def _own_address(peer: str) -> str:
+    """Give the address from which this machine sends to a peer; empty where it cannot."""
+    with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
+        there.connect((peer, 1))  # sends nothing
+        return str(there.getsockname()[0])
+    return ""

@@ -30,6 +30,8 @@ _SHIFT = 0.3
 _ADVANCE = 20.0
 # After a longer gap the controller begins anew: the vehicle may be elsewhere.
 _GAP = 1.0
+# What the first step counts as [s]: the time since the cycle before it says nothing.
+_FIRST = 0.02
 
 
 class State(Enum):
@@ -149,7 +151,7 @@ class Pilot:
         age : float
             How long ago that was measured [s].
         dt : float
-            Time since the last step [s].
+            Time since the last step [s]; the first one counts as 0.02 s.
         concern : str, optional
             What is missing; where nothing is, it drives.
 
@@ -158,6 +160,8 @@ class Pilot:
         DriveCommand
             What to command.
         """
+        if self.command is None:
+            dt, self._passed = _FIRST, 0.0
         self._passed += dt
         known = self._steer_along(measured, age, dt) if measured is not None else None
         if known is None and not concern:
