@@ -323,14 +323,14 @@ def test_gap_counts_as_one_long_step_up_to_a_second_and_then_begins_anew() -> No
             pilot.step(None, 0.0, 0.25, "no odometry")
         pilot.step(later, 0.0, 0.25)
         twin = plain.controller
-        assert twin.step(*here[:4], 0.25).steer == first.steer
+        assert twin.step(*here[:4], 0.02).steer == first.steer
         if passed is None:
             twin.reset(steer=first.steer)
         assert pilot.command == twin.step(*later[:4], passed or 0.25), missed
-    # A first step that comes late counts as a second.
+    # A first step has none before it.
     pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
     pilot.step(here, 0.0, 3.0)
-    assert pilot.command == popsteer.PreviewPop(_path(), CAR).step(*here[:4], 1.0)
+    assert pilot.command == popsteer.PreviewPop(_path(), CAR).step(*here[:4], 0.02)
 
 
 def test_reset_forgets_the_time_that_has_passed_and_a_refused_pose_does_not() -> None:

@@ -267,6 +267,7 @@ def test_rear_axle_is_where_tf_has_it_and_is_waited_for() -> None:
     assert car.until(lambda: car.speed > 1.0)
     assert car.track.core.pilot.vehicle.rear_axle == pytest.approx(-2.7)
     assert car.track.core.intake.measured.x == pytest.approx(car.x + 2.4, abs=0.3)
+    car.close()
 
 
 @pytest.mark.parametrize("durability", ["volatile", "transient_local"])
