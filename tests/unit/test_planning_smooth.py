@@ -149,3 +149,16 @@ def test_smooth_keeps_the_tolerance_along_clothoids_with_noise_of_half_of_it() -
         path = smooth(line + rng.normal(0.0, 0.05, line.shape), TOLERANCE)
         led_on = np.vstack((4.0 * line[0] - 3.0 * line[1], line, 4.0 * line[-1] - 3.0 * line[-2]))
         assert _distance(path, Path(led_on)) <= TOLERANCE
+
+
+def test_smooth_keeps_a_wide_tolerance_at_the_ends_of_lines_in_tight_bends() -> None:
+    for seed in range(12):  # a bend, 50 m straight on, a bend
+        rng = np.random.default_rng(seed)
+        first, last = rng.choice((-1.0, 1.0), 2) / rng.uniform(8.0, 15.0, 2)
+        arc = np.arange(-3.0, 123.0, 0.05)
+        bends = np.interp(arc, (30.0, 38.0, 80.0, 88.0), (first, 0.0, 0.0, last))
+        yaw = np.cumsum(bends) * 0.05
+        line = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * 0.05
+        driven = line[60:-60:15]
+        path = smooth(driven + rng.normal(0.0, 0.1, driven.shape), 0.5)
+        assert _distance(path, Path(line)) <= 0.5, seed

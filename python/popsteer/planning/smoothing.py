@@ -29,6 +29,8 @@ _MANY = 3.5
 # The parabola that leads on at an end is through so many tolerances. Shorter: noise counts; longer:
 # a bend that begins there is cut.
 _END = 56.0
+# What the parabola may leave beyond the noise, in tolerances, and how much shorter it is made else.
+_BENT, _SHORTER = 0.1, 0.8
 # How far on a waypoint has to lead, in tolerances, for it to count.
 _ON = 0.5
 _LEAST = 6
@@ -252,15 +254,23 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
 def _led_on(along: Floats, xy: Floats, tolerance: float) -> tuple[Floats, Floats]:
     """Lead a line on beyond its last waypoint: places along it, and waypoints there.
 
-    They lie on the parabola through the last `_END` tolerances, by least squares.
+    They lie on the parabola through the last `_END` tolerances, by least squares, or through fewer
+    where it leaves more of the waypoints than their noise and `_BENT` of the tolerance.
     """
-    size = _END * tolerance
-    back = (along[-1] - along) / size
-    last = np.abs(back) <= 1.0
-    last[-_LEAST:] = True
-    bend = np.polynomial.polynomial.polyfit(back[last], xy[last], 2)
+    size, left = _END * tolerance, np.inf
+    most = np.hypot(_BENT * tolerance, np.sqrt(2.0) * _noise(xy))
+    while left > most:
+        back = (along[-1] - along) / size
+        last = np.abs(back) <= 1.0
+        last[-_LEAST:] = True
+        bend = np.polynomial.polynomial.polyfit(back[last], xy[last], 2)
+        off = xy[last] - np.polynomial.polynomial.polyval(back[last], bend).T
+        left = np.sqrt((off * off).sum() / len(off)) if len(off) > 2 * _LEAST else 0.0
+        size *= _SHORTER
+    size /= _SHORTER
     step = (along[-1] - along[last][0]) / (np.count_nonzero(last) - 1)
-    beyond = step * np.arange(1, max(round(_WINDOW * tolerance / abs(step)), 2) + 1)
+    length = min(_WINDOW * tolerance, size)
+    beyond = step * np.arange(1, max(round(length / abs(step)), 2) + 1)
     led: Floats = np.polynomial.polynomial.polyval(-beyond / size, bend).T
     return along[-1] + beyond, led
 
