@@ -103,5 +103,5 @@ class Follow:
         goal, self._goal = self._goal, None
         end = goal.canceled if goal.is_cancel_requested else goal.abort
         (goal.succeed if code is None else end)()
-        self._core.intake.stand()
+        self._core.intake.stand("the goal has ended")
         self._ended.set_result((code or _RESULT.NONE, said))

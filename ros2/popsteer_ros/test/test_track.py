@@ -312,6 +312,8 @@ def test_goal_in_a_map_that_odometry_drifts_in_is_reached() -> None:
     assert car.farthest < 0.1
     assert abs(car.x - 12.0) < 0.4
     assert [each.distance_to_goal for each in car.feedback][-1] < 0.5
+    assert car.until(lambda: car.track.core.pilot.state.value == "standing")
+    assert car.track.core.pilot.reason == "the goal has ended"
     car.close()
 
 

@@ -13,7 +13,7 @@ from popsteer.adapters.ros2.pilot import State
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from popsteer.adapters.ros2.intake import Intake
+    from popsteer.adapters.ros2.intake import Course, Intake
     from popsteer.adapters.ros2.pilot import DriveCommand, Pilot
 
 OK, WARN, ERROR = 0, 1, 2
@@ -126,7 +126,7 @@ def message(
     late = [f"{loop.missed_lately} cycles missed"] if loop.missed_lately else []
     outputs = {"command_subscribers": around.listeners, "other_publishers": around.rivals}
     statuses = [
-        _steering(pilot, drive, waits, deviation),
+        _steering(pilot, drive, waits, deviation, intake.course),
         _warning("inputs", troubles, "all messages used", inputs),
         _warning("outputs", heard, "heard", outputs),
         _warning("loop", late, "on time", times),
@@ -145,7 +145,13 @@ def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN
     return _array([_status(_LEVELS[status.level], "steering", str(status), values)], nanoseconds)
 
 
-def _steering(pilot: Pilot | None, drive: DriveCommand | None, waits: str, deviation: float) -> Any:  # noqa: ANN401
+def _steering(
+    pilot: Pilot | None,
+    drive: DriveCommand | None,
+    waits: str,
+    deviation: float,
+    course: Course | None,
+) -> Any:  # noqa: ANN401
     if pilot is None or pilot.command is None or drive is None:
         return _status(WARN, "steering", f"waiting: {waits}", {"state": "waiting"})
     command, estimate = pilot.command, pilot.controller.estimate
@@ -170,6 +176,8 @@ def _steering(pilot: Pilot | None, drive: DriveCommand | None, waits: str, devia
         level, said = _LEVELS[command.status.level], str(command.status)
         return _status(level, "steering", "driving" if said == "ok" else said, values)
     level = WARN if pilot.state is State.HOLDING else ERROR
+    if course is not None and pilot.reason == course.stands and not pilot.fault:
+        level = OK  # it is told to stand
     return _status(level, "steering", f"{pilot.state.value}: {pilot.reason}", values)
 
 

@@ -46,8 +46,8 @@ class Course:
 
     path: Path
     frame: str
-    stands: bool
-    """Whether all of its speeds are 0: a planner's word that the vehicle is to stand."""
+    stands: str
+    """Why the vehicle is to stand on it; empty where it is to drive."""
 
 
 class Intake:
@@ -154,14 +154,14 @@ class Intake:
     def use(self, path: Path, frame: str) -> None:
         """Take a path that came by another way than a message."""
         stands = path.speed is not None and not path.speed.any()
-        self.course = Course(path, frame, stands)
+        self.course = Course(path, frame, "the path's speeds are 0" if stands else "")
         self.course_number += 1
         self.course_refused = ""
 
-    def stand(self) -> None:
+    def stand(self, why: str) -> None:
         """Stand on the present path until another one comes."""
         if self.course is not None:
-            self.course = replace(self.course, stands=True)
+            self.course = replace(self.course, stands=why)
 
     def forget_odometry(self) -> None:
         """Wait for odometry of the clock as it is now, after that has jumped."""

@@ -298,9 +298,7 @@ class Node:
         waited = 1e-9 * now - intake.course_refused_at
         if intake.course_refused and waited > self.options.keep_path:
             return f"path on {topics.path} refused: {intake.course_refused}", measured
-        if course.stands:
-            return f"path on {topics.path} says stand", measured
-        return "", measured
+        return course.stands, measured
 
     def _steer(self, now: int, dt: float) -> DriveCommand | None:
         concern, measured = self._concern(now)

@@ -97,7 +97,7 @@ class Pilot:
         self._steer = 0.0
         self._passed = 0.0
         self._concerned = 0.0
-        self._fault = ""
+        self.fault = ""
 
     @property
     def vehicle(self) -> Vehicle:
@@ -129,7 +129,7 @@ class Pilot:
 
     def release(self) -> str:
         """Forget the fault that it brakes for, and say what it was: it drives again, if it can."""
-        fault, self._fault = self._fault, ""
+        fault, self.fault = self.fault, ""
         return fault
 
     def reset(self) -> None:
@@ -166,14 +166,14 @@ class Pilot:
         known = self._steer_along(measured, age, dt) if measured is not None else None
         if known is None and not concern:
             concern = "the controller refuses the odometry"
-        if not concern and not self._fault and self.command is not None:
+        if not concern and not self.fault and self.command is not None:
             # It stays until `release`: what has failed once may not drive again by itself.
-            self._fault = "|".join(
+            self.fault = "|".join(
                 str(each) for each in Status if each & self.command.status and each.level == "fault"
             )
         self._concerned = self._concerned + dt if concern else 0.0
-        self.reason = concern or self._fault
-        moves = self.state in (State.DRIVING, State.HOLDING) and not self._fault
+        self.reason = concern or self.fault
+        moves = self.state in (State.DRIVING, State.HOLDING) and not self.fault
         if concern and moves and self._concerned <= self.hold:
             self.state = State.HOLDING
             return DriveCommand(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
