@@ -25,15 +25,8 @@ class Follow:
     def __init__(self, track: Track, core: Any) -> None:
         self._track, self._core = track, core
         self._goal: Any = None
-        self._last: float | None = None  # how far it was to the end, of the goal that it drives [m]
-        self._server = ActionServer(
-            track,
-            FollowPath,
-            "follow_path",
-            execute_callback=self._execute,
-            goal_callback=self._accept,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
-        )
+        on = {"goal_callback": self._accept, "cancel_callback": lambda _: CancelResponse.ACCEPT}
+        self._server = ActionServer(track, FollowPath, "follow_path", self._execute, **on)
 
     def close(self) -> None:
         """Offer the action no more."""
@@ -47,7 +40,7 @@ class Follow:
 
     async def _execute(self, goal: Any) -> Any:
         # Nav2 sends each replanned path as another goal: it is one drive, whose progress counts on.
-        goes_on = self._goal is not None and self._last is not None
+        goes_on = self._goal is not None
         self._end(_RESULT.UNKNOWN, "preempted by another goal")
         now, intake = 1e-9 * self._track.now(), self._core.intake
         if not intake.take_course(serialize_message(goal.request.path), now):
@@ -56,10 +49,9 @@ class Follow:
             code = _RESULT.TF_ERROR if "transform" in said else _RESULT.INVALID_PATH
             return _RESULT(error_code=code, error_msg=said)
         self._goal, self._ended = goal, Future()
-        self._begun = now
+        self._begun, self._last = now, math.nan
         if not goes_on:
-            self._since, self._best, self._last = now, math.inf, None
-        self._moved = goes_on
+            self._since, self._nearer = now, math.inf
         code, said = await self._ended
         return _RESULT(error_code=code, error_msg=said)
 
@@ -86,11 +78,10 @@ class Follow:
         feedback, value = FollowPath.Feedback(), self._track.value
         feedback.distance_to_goal, feedback.speed = remaining, speed
         self._goal.publish_feedback(feedback)
-        if self._moved and self._last is not None:
-            self._best += remaining - self._last
-        self._moved, self._last = False, remaining
-        if remaining < self._best - value("progress_distance"):
-            self._best, self._since = remaining, now
+        self._nearer += 0.0 if math.isnan(self._last) else self._last - remaining
+        self._last = remaining
+        if self._nearer > value("progress_distance"):
+            self._nearer, self._since = 0.0, now
         if remaining < value("goal_tolerance") and abs(speed) < _STANDING:
             self._end(None, "")
         elif now - self._since > value("progress_time"):

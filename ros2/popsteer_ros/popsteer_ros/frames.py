@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 class Frames:
     """Transforms odometry into another frame, and that of the vehicle's point, `base`.
 
-    A transform that is older than odometry by more than `stale` [s] is not used. Where a frame
-    `axle` is given, odometry waits for it; `rear_axle` is then where it is ahead of that point [m].
+    A transform older than odometry by more than `stale` [s] is not used; odometry waits for `axle`.
     """
 
     def __init__(self, node: Node, stale: float) -> None:
-        self.base = self.axle = ""
-        self.stale, self.rear_axle = stale, 0.0
+        self.base, self.axle, self.stale = "", "", stale
+        self.known: dict[str, float] = {}  # of the vehicle: `rear_axle`, ahead of its point [m]
         self._buffer = Buffer(cache_time=Duration(seconds=10))
         self._listener = TransformListener(self._buffer, node)
 
@@ -55,7 +54,7 @@ class Frames:
         if self.base and child and child != self.base:
             pose, child = _after(pose, self.find(child, self.base)), self.base
         if self.axle:
-            self.rear_axle = self.find(child, self.axle)[0]
+            self.known["rear_axle"] = self.find(child, self.axle)[0]
         return Measured(*pose, *measured[3:5], frame, child)
 
     def close(self) -> None:

@@ -98,10 +98,10 @@ class Track(LifecycleNode):
         topics = topics.renamed(names)
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)
-        make = lambda path: kind(path, self._with_axle(car))  # noqa: E731
+        make = lambda path: kind(path, car.replace(**self.frames.known))  # noqa: E731
         self.core = Node(self._link, make, options, say=self.get_logger().info)
-        self.frames.base = self.value("base_frame")
-        self.frames.axle = self.value("rear_axle_frame")
+        self.frames.base, self.frames.axle = self.value("base_frame"), self.value("rear_axle_frame")
+        self.frames.known = {}
         self.core.intake.transform = self.frames.transform
         if path is not None:
             self.core.intake.use(path, self.value("path_frame"))
@@ -163,10 +163,6 @@ class Track(LifecycleNode):
         except (PopsteerError, OSError) as error:
             return str(error)
         return ""
-
-    def _with_axle(self, car: Vehicle) -> Vehicle:
-        """Give the vehicle with the rear axle that tf knows, where it is asked for."""
-        return car.replace(rear_axle=self.frames.rear_axle) if self.frames.axle else car
 
     def _tick(self, *, came: bool = False) -> None:
         """Step on the odometry, or by the timer where it stays away, as `spin` does."""
