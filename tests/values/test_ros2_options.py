@@ -93,19 +93,20 @@ def _course(intake: Intake) -> Any:
 
 def test_intake_stands_until_another_path_comes() -> None:
     intake: Any = Intake(messages.PATH, stale=0.3)
-    intake.stand()
+    intake.stand("the goal has ended")
     assert intake.course is None
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     intake.use(path, "map")
     assert not _course(intake).stands
-    intake.stand()
-    assert _course(intake).stands
+    intake.stand("the goal has ended")
+    assert _course(intake).stands == "the goal has ended"
     assert (_course(intake).path, intake.course_number) == (path, 1)
     again = conversions.path_message([0.0, 5.0], [0.0, 0.0], [0.0, 0.0], 0, "map")
     assert intake.take_course(messages.encode(again), 1.0)
     assert not _course(intake).stands
     assert intake.course_number == 2
-    for speeds, stands in (([0.0, 0.0], True), ([0.0, 1.0], False), ([-1.0, -1.0], False)):
+    zero = "the path's speeds are 0"
+    for speeds, stands in (([0.0, 0.0], zero), ([0.0, 1.0], ""), ([-1.0, -1.0], "")):
         intake.use(popsteer.Path([(0.0, 0.0), (9.0, 0.0)], speed=speeds), "map")
         assert _course(intake).stands == stands
 
