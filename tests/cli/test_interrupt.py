@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,6 @@ import pytest
 from popsteer.lab.sweep import rows
 from tests.cli import command
 from tests.helpers import looped
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytest.importorskip("optuna")
 pytest.importorskip("scipy")
@@ -113,6 +111,25 @@ def test_tune_interrupted_keeps_its_trials(tmp_path: Path) -> None:
     arguments = (*study, "--out", "tuned.toml")
     assert _interrupted(tmp_path, arguments, r"trial \d+") == f"{KEPT}tuned.journal"
     assert {file.name for file in tmp_path.iterdir()} == {"tuned.journal"}
+
+
+def test_interrupted_tune_lets_go_of_its_journal_and_of_no_one_elses(tmp_path: Path) -> None:
+    # Where Ctrl-C comes between the lock and what is written under it.
+    code = """
+import sys
+from pathlib import Path
+from optuna.storages import journal
+from popsteer.lab.tune import study
+
+mine, others = (study._lock(journal, Path(file)) for file in sys.argv[1:])
+mine.acquire()
+raise KeyboardInterrupt
+"""
+    files = [tmp_path / "mine", tmp_path / "others"]
+    locks = [Path(f"{file}.lock") for file in files]
+    locks[1].symlink_to(files[1])
+    subprocess.run([sys.executable, "-c", code, *files], capture_output=True, check=False)
+    assert [os.path.lexists(lock) for lock in locks] == [False, True]
 
 
 @pytest.mark.parametrize(

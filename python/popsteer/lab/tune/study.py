@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import math
 import os
 import time
@@ -250,13 +251,9 @@ def _study(
             file = Path(storage)
             file.parent.mkdir(parents=True, exist_ok=True)
             _check_journal(file)
-            journal = optuna.storages.journal
-            # Windows lets few users make symbolic links.
-            windows = os.name == "nt"
-            kind = journal.JournalFileOpenLock if windows else journal.JournalFileSymlinkLock
-            lock = kind(str(file))
+            lock = _lock(optuna.storages.journal, file)
             _cut_half_line(file, lock)
-            backend = journal.JournalFileBackend(str(file), lock_obj=lock)
+            backend = optuna.storages.journal.JournalFileBackend(str(file), lock_obj=lock)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
             study_name=_NAME,
@@ -302,6 +299,27 @@ def _check_journal(file: Path) -> None:
             first = stream.readline()
         if first and not first.startswith(b'{"op_code"'):
             raise PopsteerError(f"{file}: is no journal of Optuna")
+
+
+def _lock(journal: Any, file: Path) -> Any:  # noqa: ANN401
+    """Make Optuna's lock, which an interrupted process lets go of too: others would wait 30 s."""
+    # Windows lets few users make symbolic links.
+    kind = journal.JournalFileOpenLock if os.name == "nt" else journal.JournalFileSymlinkLock
+
+    class Lock(kind):  # type: ignore[misc]
+        held = False
+
+        def acquire(self) -> bool:
+            self.held = bool(super().acquire())
+            return self.held
+
+        def release(self) -> None:
+            super().release()
+            self.held = False
+
+    lock = Lock(str(file))
+    atexit.register(lambda: lock.release() if lock.held else None)
+    return lock
 
 
 def _cut_half_line(file: Path, lock: Any) -> None:  # noqa: ANN401
