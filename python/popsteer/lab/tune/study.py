@@ -304,7 +304,7 @@ def _check_journal(file: Path) -> None:
 def _lock(journal: Any, file: Path) -> Any:  # noqa: ANN401
     """Make Optuna's lock, which an interrupted process lets go of too: others would wait 30 s."""
     # Windows lets few users make symbolic links.
-    kind = journal.JournalFileOpenLock if os.name == "nt" else journal.JournalFileSymlinkLock
+    kind: Any = journal.JournalFileOpenLock if os.name == "nt" else journal.JournalFileSymlinkLock
 
     class Lock(kind):  # type: ignore[misc]
         held = False
