@@ -99,7 +99,7 @@ impl Scene {
         let x: Vec<f64> = (-50..200).map(f64::from).collect();
         let path = Path::new(&x, &vec![0.0; x.len()], None, false).unwrap();
         let mut state = tracker.state_from(self.steer).unwrap();
-        state.estimator.estimate = self.estimate;
+        state.model.estimator.estimate = self.estimate;
         let vehicle = VehicleState {
             x: 0.3,
             y: self.error,

@@ -300,8 +300,8 @@ fn test_estimate_of_another_vehicle_does_not_count_where_nothing_is_modelled() {
         });
         let mut state = tracker.initial_state();
         let mut restored = late.initial_state();
-        restored.estimator.estimate.steer_offset = 0.1;
-        restored.estimator.estimate.gain = 2.0;
+        restored.model.estimator.estimate.steer_offset = 0.1;
+        restored.model.estimator.estimate.gain = 2.0;
         restored.measured_waypoint = Some(0);
         assert_eq!(tracker.check_state(&path.view(), &restored), Ok(()));
         let step = |state| tracker.steer(&path.view(), state, beside(), 0.05, Reported::NOTHING);
@@ -414,7 +414,7 @@ fn test_prediction_starts_from_the_measured_angle_of_the_wheels() {
     let without = tracker
         .step(&view, &mut modelled, vehicle(10), 0.1, Reported::NOTHING)
         .unwrap();
-    let wheel = modelled.in_flight.unwrap().wheel();
+    let wheel = modelled.model.in_flight.unwrap().wheel();
     let step_measured = |angle: f64| {
         let reported = Reported {
             measured_steer: Some(angle - car.steer_offset),

@@ -14,7 +14,7 @@ use crate::batch_inputs::{Ages, Inputs, on_error_of};
 use crate::errors::OrRaise;
 use crate::params::{Count, Number};
 use crate::path::PyPath;
-use crate::tracker::commands::PyCommandBatch;
+use crate::tracker::commands::{Columns, PyCommandBatch};
 use crate::vehicles::{Recipe, Vehicles, each};
 
 /// More copies of one controller than this are a mistake, not a batch.
@@ -71,8 +71,9 @@ pub(crate) struct PyBatch {
     copies: Option<usize>,
     /// The paths that were given since, one a vehicle.
     paths: Vec<Option<Py<PyPath>>>,
-    /// The commands of the last step.
+    /// The inputs of a step, and its commands: kept to spare their allocation.
     inputs: Inputs,
+    commands: Vec<Command>,
 }
 
 #[pymethods]
@@ -100,6 +101,7 @@ impl PyBatch {
             copies,
             paths: Vec::new(),
             inputs: Inputs::default(),
+            commands: Vec::new(),
         })
     }
 
@@ -218,16 +220,17 @@ impl PyBatch {
         let steers = [applied_steer.as_ref(), measured_steer.as_ref()];
         self.inputs
             .read(count, [x, y, yaw, speed], steers, &pose_age)?;
-        let mut commands = vec![None; count];
+        self.commands.resize(count, Command::NONE);
         let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
-        let out = commands.as_mut_slice();
-        let write = |place: &mut Option<Command>, command| *place = Some(command);
-        self.vehicles.work(
-            py,
-            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, reported, out, write)),
-        )?;
-        let commands: Vec<Command> = commands.into_iter().flatten().collect();
-        PyCommandBatch::new(py, &commands)
+        let out = self.commands.as_mut_slice();
+        let write = |place: &mut Command, command| *place = command;
+        let mut columns = Columns::default();
+        self.vehicles.work(py, |vehicles| {
+            each!(vehicles, batch => batch.step(inputs, dt, on_error, reported, out, write))?;
+            columns = Columns::of(out);
+            Ok(())
+        })?;
+        PyCommandBatch::new(py, columns)
     }
 
     /// Have vehicles follow other paths from the next step on, as `set_path` of a controller.

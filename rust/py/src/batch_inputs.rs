@@ -1,5 +1,6 @@
 //! The inputs of a batch at a step: arrays, copied and kept, to spare their allocation.
 
+use numpy::ndarray::Zip;
 use popsteer_core::VehicleState;
 use popsteer_core::tracker::Reported;
 use popsteer_sim::batch::OnError;
@@ -28,11 +29,13 @@ impl Inputs {
     ) -> PyResult<()> {
         let (x, y) = (column(x, "x", count)?, column(y, "y", count)?);
         let (yaw, speed) = (column(yaw, "yaw", count)?, column(speed, "speed", count)?);
-        let (x, y, yaw, speed) = (x.as_array(), y.as_array(), yaw.as_array(), speed.as_array());
-        let poses = x.iter().zip(y).zip(yaw).zip(speed);
-        self.vehicles.clear();
-        self.vehicles
-            .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
+        self.vehicles.resize(count, VehicleState::ORIGIN);
+        Zip::from(self.vehicles.as_mut_slice())
+            .and(x.as_array())
+            .and(y.as_array())
+            .and(yaw.as_array())
+            .and(speed.as_array())
+            .for_each(|place, &x, &y, &yaw, &speed| *place = VehicleState { x, y, yaw, speed });
         self.read_reported(count, steers, pose_age)
     }
 

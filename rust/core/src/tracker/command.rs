@@ -1,6 +1,6 @@
 //! The command of one step.
 
-use super::state::{Answer, TrackerState};
+use super::state::{Answer, Tracking};
 use crate::geometry::Point;
 use crate::status::Status;
 
@@ -34,25 +34,44 @@ pub struct Command {
     pub status: Status,
 }
 
-#[inline]
-pub(super) fn command<S>(state: &TrackerState<S>, status: Status) -> Command {
-    let answer = state.answer.as_ref().unwrap_or(&Answer::NOWHERE);
-    let (measured, predicted) = (&answer.measured, &answer.predicted);
-    let heading_error = measured.heading_error();
-    Command {
-        steer: state.steer,
-        cross_track_error: measured.cross_track_error,
-        heading_error,
-        predicted_cross_track_error: predicted.cross_track_error,
-        predicted_heading_error: if predicted.heads_as(measured) {
-            heading_error
-        } else {
-            predicted.heading_error()
-        },
-        target: answer.target,
-        reverse: answer.reverse,
-        reference_speed: answer.ahead.reference_speed,
-        distance_to_stop: answer.ahead.distance_to_stop,
-        status,
+impl Command {
+    /// No command: every number is NaN.
+    pub const NONE: Self = Self {
+        steer: f64::NAN,
+        cross_track_error: f64::NAN,
+        heading_error: f64::NAN,
+        predicted_cross_track_error: f64::NAN,
+        predicted_heading_error: f64::NAN,
+        target: Point::new(f64::NAN, f64::NAN),
+        reverse: false,
+        reference_speed: None,
+        distance_to_stop: f64::NAN,
+        status: Status::OK,
+    };
+}
+
+impl<S> Tracking<S> {
+    /// The command of a step that went as `status` says.
+    #[inline]
+    pub fn command(&self, status: Status) -> Command {
+        let answer = self.answer.as_ref().unwrap_or(&Answer::NOWHERE);
+        let (measured, predicted) = (&answer.measured, &answer.predicted);
+        let heading_error = measured.heading_error();
+        Command {
+            steer: self.steer,
+            cross_track_error: measured.cross_track_error,
+            heading_error,
+            predicted_cross_track_error: predicted.cross_track_error,
+            predicted_heading_error: if predicted.heads_as(measured) {
+                heading_error
+            } else {
+                predicted.heading_error()
+            },
+            target: answer.target,
+            reverse: answer.reverse,
+            reference_speed: answer.ahead.reference_speed,
+            distance_to_stop: answer.ahead.distance_to_stop,
+            status,
+        }
     }
 }

@@ -1,14 +1,14 @@
 //! Missing and refused inputs: the last command is held, and the next step covers their time.
 
 use crate::bounds::{MAX_DT, MIN_DT};
-use crate::laws::{LateralLaw, LateralState};
+use crate::laws::LateralLaw;
 use crate::math::saturate;
 use crate::path::view::PathView;
 use crate::status::Status;
-use crate::tracker::state::TrackerState;
+use crate::tracker::state::{TrackerState, Tracking};
 use crate::tracker::{Command, Reported, Tracker};
-use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
+use crate::vehicle::{Estimator, VehicleState};
 
 /// Longest period whose motion is used for estimates [s]: what happened within a longer one is not
 /// known well enough. Larger values allow slower loops, and let gaps disturb the estimates.
@@ -35,18 +35,24 @@ impl<L: LateralLaw> Tracker<L> {
         if let Ok(command) = self.step(path, state, vehicle, dt, reported) {
             return command;
         }
-        state.miss(dt);
-        state.held = state.held.saturating_add(1);
-        let status = if state.held > hold_limit {
+        state.hold(dt, hold_limit)
+    }
+}
+
+impl<S> Tracking<S> {
+    /// The last command once more, with the status of an input that was refused `dt` [s] after the
+    /// last; see [`Tracker::step_or_hold`].
+    pub fn hold(&mut self, dt: f64, hold_limit: usize) -> Command {
+        self.miss(dt);
+        self.held = self.held.saturating_add(1);
+        let status = if self.held > hold_limit {
             Status::INPUT_LOST
         } else {
             Status::INPUT_HELD
         };
-        super::command::command(state, status)
+        self.command(status)
     }
-}
 
-impl<S: LateralState> TrackerState<S> {
     /// Notes an input that is missing, or refused, `dt` [s] after the last: the next step covers
     /// its time. A `dt` out of its range counts as that of the last step.
     pub fn miss(&mut self, dt: f64) {
@@ -57,14 +63,14 @@ impl<S: LateralState> TrackerState<S> {
     /// The time since the last step [s] of an input that comes in `dt` [s] after the last, missed
     /// or not; no time has been missed then.
     #[inline]
-    pub(super) fn elapse(&mut self, dt: f64) -> f64 {
+    pub(super) fn elapse(&mut self, estimator: &mut Estimator, dt: f64) -> f64 {
         let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
         self.held_time = 0.0;
         self.period = elapsed;
         if elapsed > ESTIMATION_GAP {
-            self.estimator.last_measured = None;
+            estimator.last_measured = None;
             // What it was before the gap says nothing of now.
-            self.estimator.estimate.acceleration = 0.0;
+            estimator.estimate.acceleration = 0.0;
         }
         elapsed
     }

@@ -58,17 +58,17 @@ impl<L: LateralLaw> Tracker<L> {
         let car = self.vehicle();
         let mut state = state.clone();
         // Predicted poses have no age, and carry no information on the vehicle.
-        let wheel = state.past.map(|past| past.wheel());
-        state.past = None;
-        state.held_time = 0.0;
-        state.estimator.last_measured = None;
-        let (estimate, mut plant) = match state.in_flight {
-            Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
+        let model = &mut state.model;
+        let wheel = model.past.take().map(|past| past.wheel());
+        model.estimator.last_measured = None;
+        let (estimate, mut plant) = match model.in_flight {
+            Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
             _ => (
                 Estimate::DEFAULT,
                 InFlight::standing(car, state.steer, wheel),
             ),
         };
+        state.held_time = 0.0;
         let mut vehicle = answer.vehicle;
         let mut remaining = answer.ahead.distance_to_stop;
         let count = out.len();

@@ -3,7 +3,7 @@
 use crate::laws::{LateralLaw, LateralState};
 use crate::math::{atan, saturate};
 use crate::status::Status;
-use crate::tracker::state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};
+use crate::tracker::state::{HANDOVER_TIME, Handover, Tracking, widest_offset};
 use crate::tracker::step::Tracker;
 use crate::vehicle::{Estimate, Vehicle};
 
@@ -12,7 +12,7 @@ impl<L: LateralLaw> Tracker<L> {
     /// limited it.
     pub(super) fn limit(
         &self,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
         wanted: f64,
         speed: f64,
         dt: f64,

@@ -5,10 +5,10 @@ use crate::laws::{Belief, LateralLaw};
 use crate::math::{rough_tangent, saturate, tan};
 use crate::path::follow::Located;
 use crate::tracker::reported::Reported;
-use crate::tracker::state::TrackerState;
+use crate::tracker::state::Model;
 use crate::tracker::step::Tracker;
 use crate::vehicle::past::Past;
-use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// The vehicle at a step: as it is measured, and as it is predicted for the controller.
 pub(super) struct Perception {
@@ -24,20 +24,23 @@ pub(super) struct Perception {
 }
 
 impl<L: LateralLaw> Tracker<L> {
-    /// Measured and predicted vehicle, after all that is `reported`, which is checked.
+    /// Measured and predicted vehicle, after the last command `steer` [rad] and all that is `reported`,
+    /// which is checked.
     #[inline]
     pub(super) fn perceive(
         &self,
-        state: &mut TrackerState<L::State>,
+        steer: f64,
+        model: &mut Model,
         vehicle: VehicleState,
         bend: f64,
         dt: f64,
         reported: Reported,
     ) -> Perception {
-        if reported.pose_age > 0.0 || state.past.is_some() {
-            return self.perceive_aged(state, vehicle, dt, reported);
+        if reported.pose_age > 0.0 || model.past.is_some() {
+            return self.perceive_aged(steer, model, vehicle, dt, reported);
         }
-        let (predicted, belief) = self.predict_now(state, vehicle, dt, reported.measured_steer);
+        let measured = reported.measured_steer;
+        let (predicted, belief) = self.predict_now(steer, model, vehicle, dt, measured);
         Perception {
             here: vehicle,
             predicted,
@@ -52,16 +55,17 @@ impl<L: LateralLaw> Tracker<L> {
     #[cold]
     fn perceive_aged(
         &self,
-        state: &mut TrackerState<L::State>,
+        steer: f64,
+        model: &mut Model,
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
     ) -> Perception {
         let (car, age) = (self.vehicle(), reported.pose_age);
-        let (steer, estimator) = (state.steer, &mut state.estimator);
-        let mut in_flight = state.in_flight.as_mut().filter(|_| self.models);
+        let estimator = &mut model.estimator;
+        let mut in_flight = model.in_flight.as_mut().filter(|_| self.models);
         // Nothing is remembered before the first pose with an age: the wheels count as still.
-        let past = state.past.get_or_insert_with(|| {
+        let past = model.past.get_or_insert_with(|| {
             let standing = car.at_wheels(steer + car.steer_offset);
             Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
         });
@@ -119,42 +123,44 @@ impl<L: LateralLaw> Tracker<L> {
     #[inline]
     fn predict_now(
         &self,
-        state: &mut TrackerState<L::State>,
+        steer: f64,
+        model: &mut Model,
         vehicle: VehicleState,
         dt: f64,
         measured: Option<f64>,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
         // A tracker that models nothing ignores what a state of another vehicle holds.
-        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
+        let (true, Some(in_flight)) = (self.models, &mut model.in_flight) else {
             let belief = Belief {
-                wheel: state.steer,
+                wheel: steer,
                 estimate: Estimate::DEFAULT,
             };
             return (vehicle, belief);
         };
-        let estimator = &mut state.estimator;
+        let estimator = &mut model.estimator;
         let now = vehicle.ahead(car.no_slip());
         let before = estimator.estimate.longer_dead_time;
         if let Some(adapt) = self.adapt() {
-            let reached = in_flight.wheel_integrals(car, state.steer, dt);
+            let reached = in_flight.wheel_integrals(car, steer, dt);
             estimator.observe_turn(adapt, car, now, reached, dt);
         }
         let estimate = estimator.estimate;
-        in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
+        in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
         let (predicted, wheel) = arrival(car, in_flight, measured, [vehicle, now], &estimate);
         (predicted, Belief { wheel, estimate })
     }
 
-    /// Curvature [1/m] by the wheels as they are before the last command is put in flight.
+    /// Curvature [1/m] by the wheels as they are before the last command, `steer` [rad], is put in
+    /// flight.
     #[inline]
-    pub(super) fn bend(&self, state: &TrackerState<L::State>, speed: f64) -> f64 {
+    pub(super) fn bend(&self, steer: f64, model: &Model, speed: f64) -> f64 {
         let car = self.law.vehicle();
-        match &state.in_flight {
+        match &model.in_flight {
             Some(in_flight) if self.models => {
-                curvature(car, in_flight.wheel(), speed, &state.estimator.estimate)
+                curvature(car, in_flight.wheel(), speed, &model.estimator.estimate)
             }
-            _ => rough_tangent(state.steer + car.steer_offset) / car.turning_length(speed),
+            _ => rough_tangent(steer + car.steer_offset) / car.turning_length(speed),
         }
     }
 
@@ -164,7 +170,7 @@ impl<L: LateralLaw> Tracker<L> {
     #[inline]
     pub(super) fn observe_slip(
         &self,
-        state: &mut TrackerState<L::State>,
+        estimator: &mut Estimator,
         adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
@@ -173,11 +179,11 @@ impl<L: LateralLaw> Tracker<L> {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
         if here.direction_changed || here.vehicle.speed <= 0.0 {
-            state.estimator.last_measured = Some(now);
+            estimator.last_measured = Some(now);
             return;
         }
-        state.estimator.observe_slip(adapt, car, now, bend, dt);
-        state.estimator.last_measured = Some(now);
+        estimator.observe_slip(adapt, car, now, bend, dt);
+        estimator.last_measured = Some(now);
     }
 }
 

@@ -13,7 +13,7 @@ use crate::path::index::STEP_BUDGET;
 use crate::path::locate::locate;
 use crate::path::projection::ClosestPoint;
 use crate::path::view::PathView;
-use crate::tracker::state::{HANDOVER_TIME, Handover, Place, TrackerState};
+use crate::tracker::state::{HANDOVER_TIME, Handover, Place, Tracking};
 use crate::tracker::step::Tracker;
 
 /// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
@@ -30,12 +30,7 @@ impl<L: LateralLaw> Tracker<L> {
     /// continue; so does the whole state if the path is unchanged there. To a path that lies
     /// elsewhere the command changes over from the present angle within [`HANDOVER_TIME`]; a
     /// hand-over in progress keeps its end. Before the first step nothing changes.
-    pub fn set_path(
-        &self,
-        state: &mut TrackerState<L::State>,
-        old: &PathView<'_>,
-        new: &PathView<'_>,
-    ) {
+    pub fn set_path(&self, state: &mut Tracking<L::State>, old: &PathView<'_>, new: &PathView<'_>) {
         let Some(last) = state.waypoint else {
             state.measured_waypoint = None;
             return;
@@ -87,7 +82,7 @@ impl<L: LateralLaw> Tracker<L> {
     /// what still holds, and the command changes over if the new path lies elsewhere.
     fn change_over(
         &self,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
         along: Point,
         closest: &ClosestPoint,
         changes_direction: bool,
@@ -111,7 +106,7 @@ impl<L: LateralLaw> Tracker<L> {
     }
 }
 
-impl<S: LateralState> TrackerState<S> {
+impl<S: LateralState> Tracking<S> {
     /// Continues from the present angle: its difference to the controller's angle fades in the
     /// remaining time of a hand-over in progress, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {

@@ -1,5 +1,7 @@
 //! What a tracker remembers.
 
+use core::ops::{Deref, DerefMut};
+
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_within};
 use crate::geometry::Point;
@@ -151,72 +153,62 @@ impl Answer {
     }
 }
 
-/// Declares [`TrackerState`], and [`ShortState`], which has its fields but for the long ones and those
-/// that are as they were at first.
-macro_rules! states {
+/// Declares the two parts of a [`TrackerState`], and the form in which serde shows it: all their
+/// fields, as those of one struct.
+macro_rules! parts {
     (
-        { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
-        long { $($(#[doc = $long_text:literal])+ $long:ident: $long_kind:ty,)+ }
-        untouched { $($(#[doc = $rare_text:literal])+ $rare:ident: $rare_kind:ty,)+ }
-        { $($(#[doc = $last_text:literal])+ $last:ident: $last_kind:ty,)+ }
+        $(#[doc = $about:literal])+
+        $first:ident { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
+        $(#[doc = $second_about:literal])+
+        $second:ident { $($(#[doc = $other_text:literal])+ $other:ident: $other_kind:ty,)+ }
     ) => {
-        /// What a [`Tracker`](super::Tracker) remembers.
+        $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-        pub struct TrackerState<S> {
+        pub struct $first<S> {
             $($(#[doc = $text])+ pub $field: $kind,)+
-            $($(#[doc = $long_text])+ pub $long: Option<$long_kind>,)+
-            $($(#[doc = $rare_text])+ pub $rare: $rare_kind,)+
-            $($(#[doc = $last_text])+ pub $last: $last_kind,)+
         }
 
-        /// A [`TrackerState`] without commands in flight and without a past: 5 kB less. Nothing is
-        /// estimated then.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub struct ShortState<S> {
+        $(#[doc = $second_about])+
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $second {
+            $($(#[doc = $other_text])+ pub $other: $other_kind,)+
+        }
+
+        /// A [`TrackerState`] as data.
+        #[cfg(feature = "serde")]
+        #[derive(serde::Serialize, serde::Deserialize)]
+        #[serde(rename = "TrackerState")]
+        struct Data<S> {
             $($field: $kind,)+
-            $($last: $last_kind,)+
+            $($other: $other_kind,)+
         }
 
-        impl<S: Clone> ShortState<S> {
-            /// The same as `state`, if that has neither.
-            #[inline]
-            pub fn of(state: &TrackerState<S>) -> Option<Self> {
-                let is_short = $(state.$long.is_none())&&+
-                    $(&& state.$rare == <$rare_kind>::default())+;
-                is_short.then(|| Self {
-                    $($field: state.$field.clone(),)+
-                    $($last: state.$last.clone(),)+
-                })
-            }
-
-            /// Puts the whole state into `state`.
-            #[inline]
-            pub fn unpack(&self, state: &mut TrackerState<S>) {
-                $(state.$field.clone_from(&self.$field);)+
-                $(state.$long = None;)+
-                $(state.$rare = <$rare_kind>::default();)+
-                $(state.$last.clone_from(&self.$last);)+
-            }
-
-            /// Takes what a step made of an unpacked `state`; false where it is no longer short.
-            /// A tracker that has no commands in flight estimates nothing.
-            #[inline]
-            #[must_use]
-            pub fn pack(&mut self, state: &TrackerState<S>) -> bool {
-                let is_short = $(state.$long.is_none())&&+;
-                if is_short {
-                    $(self.$field.clone_from(&state.$field);)+
-                    $(self.$last.clone_from(&state.$last);)+
+        #[cfg(feature = "serde")]
+        impl<S> From<TrackerState<S>> for Data<S> {
+            fn from(state: TrackerState<S>) -> Self {
+                let TrackerState { tracking, model } = state;
+                Self {
+                    $($field: tracking.$field,)+
+                    $($other: model.$other,)+
                 }
-                is_short
+            }
+        }
+
+        #[cfg(feature = "serde")]
+        impl<S> From<Data<S>> for TrackerState<S> {
+            fn from(data: Data<S>) -> Self {
+                Self {
+                    tracking: $first { $($field: data.$field,)+ },
+                    model: $second { $($other: data.$other,)+ },
+                }
             }
         }
     };
 }
 
-states! {
-    {
+parts! {
+    /// What every [`Tracker`](super::Tracker) remembers.
+    Tracking {
         /// What the controller remembers.
         law: S,
         /// The segment of the last projection of the predicted vehicle; None before the first step.
@@ -237,22 +229,65 @@ states! {
         period: f64,
         /// The last answer; None before the first step.
         answer: Option<Answer>,
-    }
-    long {
-        /// Commands in flight, if the vehicle is modelled.
-        in_flight: InFlight,
-        /// The wheels' recent angles; None before the first pose with an age.
-        past: Past,
-    }
-    untouched {
-        /// The estimator's state.
-        estimator: Estimator,
-    }
-    {
         /// What the monitor remembers; None before the first step.
         monitor: Option<MonitorState>,
         /// The poses that are believed; None before the first step, and without a gate.
         gate: Option<Gate>,
+    }
+    /// What is remembered of a vehicle that is modelled: 5.6 kB, of which a batch keeps none for
+    /// other vehicles. Its default is that of those.
+    Model {
+        /// Commands in flight, if the vehicle is modelled.
+        in_flight: Option<InFlight>,
+        /// The wheels' recent angles; None before the first pose with an age.
+        past: Option<Past>,
+        /// The estimator's state.
+        estimator: Estimator,
+    }
+}
+
+/// What a [`Tracker`](super::Tracker) remembers; it dereferences to its [`Tracking`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        into = "Data<S>",
+        from = "Data<S>",
+        bound(
+            serialize = "S: Clone + serde::Serialize",
+            deserialize = "S: serde::Deserialize<'de>"
+        )
+    )
+)]
+pub struct TrackerState<S> {
+    /// What every tracker remembers.
+    pub tracking: Tracking<S>,
+    /// What is remembered of a modelled vehicle.
+    pub model: Model,
+}
+
+impl<S> Deref for TrackerState<S> {
+    type Target = Tracking<S>;
+
+    #[inline]
+    fn deref(&self) -> &Tracking<S> {
+        &self.tracking
+    }
+}
+
+impl<S> DerefMut for TrackerState<S> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut Tracking<S> {
+        &mut self.tracking
+    }
+}
+
+impl Model {
+    /// Whether nothing is modelled; nothing is estimated then.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.in_flight.is_none() && self.past.is_none()
     }
 }
 
@@ -264,14 +299,16 @@ impl<S: LateralState> TrackerState<S> {
         self.place = None;
         // What was measured against the path before says nothing of the errors from here on.
         self.law.change_path(None);
-        self.estimator.last_measured = None;
+        self.model.estimator.last_measured = None;
         self.gate = None;
         if let Some(monitor) = &mut self.monitor {
             monitor.interrupt();
             monitor.within = false;
         }
     }
+}
 
+impl<S: LateralState> Tracking<S> {
     pub(super) fn take_over(&mut self, steer: f64) {
         self.steer = steer;
         self.handover = if self.law.set_steer(steer) {

@@ -16,15 +16,15 @@ use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
-use crate::tracker::command::{Command, command};
+use crate::tracker::command::Command;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
-    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, widest_offset,
+    Answer, Deviation, HANDOVER_TIME, Handover, Model, Place, TrackerState, Tracking, widest_offset,
 };
 use crate::vehicle::gate::{Gate, Received};
 use crate::vehicle::state::checked_dt;
-use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
 /// smaller: noise of the speed turns the wheels of a standing one.
@@ -123,7 +123,7 @@ impl<L: LateralLaw> Tracker<L> {
 
     /// The state before the first step, with straight wheels.
     pub fn initial_state(&self) -> TrackerState<L::State> {
-        TrackerState {
+        let tracking = Tracking {
             law: self.law.initial_state(),
             waypoint: None,
             measured_waypoint: None,
@@ -134,13 +134,19 @@ impl<L: LateralLaw> Tracker<L> {
             held_time: 0.0,
             period: 0.0,
             answer: None,
-            in_flight: self
-                .models
-                .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
-            past: None,
-            estimator: Estimator::default(),
             monitor: None,
             gate: None,
+        };
+        let model = self.model_at(0.0);
+        TrackerState { tracking, model }
+    }
+
+    /// What is remembered of the vehicle before the first step, with its wheels at the angle `steer`.
+    fn model_at(&self, steer: f64) -> Model {
+        let settled = || InFlight::settled(self.law.vehicle(), steer);
+        Model {
+            in_flight: self.models.then(settled),
+            ..Model::default()
         }
     }
 
@@ -154,9 +160,7 @@ impl<L: LateralLaw> Tracker<L> {
         check_steer("steer", steer, self.law.vehicle().max_steer)?;
         let mut state = self.initial_state();
         state.take_over(steer);
-        state.in_flight = self
-            .models
-            .then(|| InFlight::settled(self.law.vehicle(), steer));
+        state.model = self.model_at(steer);
         Ok(state)
     }
 
@@ -219,20 +223,21 @@ impl<L: LateralLaw> Tracker<L> {
             input_within("answer", answer.target.y, most)?;
             answer.checked_ahead()?;
         }
-        if let Some(past) = &state.past {
+        let model = &state.model;
+        if let Some(past) = &model.past {
             past.check()?;
         }
-        state.estimator.checked(vehicle)?;
+        model.estimator.checked(vehicle)?;
         if let Some(monitor) = state.monitor {
             monitor.checked()?;
         }
         if let Some(gate) = state.gate {
             gate.checked()?;
         }
-        match (self.models, &state.in_flight) {
+        match (self.models, &model.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
-                in_flight.check(vehicle, state.estimator.estimate.longer_dead_time)
+                in_flight.check(vehicle, model.estimator.estimate.longer_dead_time)
             }
             // Without a command in flight nothing could be predicted.
             (true, None) => Err(InputError {
@@ -245,7 +250,7 @@ impl<L: LateralLaw> Tracker<L> {
 
     /// The present estimates.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
-        state.estimator.estimate
+        state.model.estimator.estimate
     }
 
     /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
@@ -265,8 +270,9 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Result<Command, InputError> {
-        let status = self.advance(path, state, vehicle, dt, reported)?;
-        Ok(command(state, status))
+        let TrackerState { tracking, model } = state;
+        let status = self.advance(path, tracking, model, vehicle, dt, reported)?;
+        Ok(tracking.command(status))
     }
 
     /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
@@ -283,15 +289,23 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Result<f64, InputError> {
-        self.advance(path, state, vehicle, dt, reported)?;
-        Ok(state.steer)
+        let TrackerState { tracking, model } = state;
+        self.advance(path, tracking, model, vehicle, dt, reported)?;
+        Ok(tracking.steer)
     }
 
+    /// [`step`](Self::step) on the two parts of a state: its command is [`Tracking::command`] with the
+    /// status returned. For those that keep many states, and no model where a vehicle has none.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
     #[inline]
-    pub(super) fn advance(
+    pub fn advance(
         &self,
         path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
+        model: &mut Model,
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
@@ -299,15 +313,15 @@ impl<L: LateralLaw> Tracker<L> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
-        let dt = state.elapse(dt);
+        let dt = state.elapse(&mut model.estimator, dt);
         if let Some(applied) = reported.applied_steer {
             // The command that was applied takes the place of the last one.
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        let bend = self.bend(state, vehicle.speed);
-        let (vehicle, pose) = self.believe(state, vehicle, bend, dt, reported.pose_age);
-        let perception = self.perceive(state, vehicle, bend, dt, reported);
+        let bend = self.bend(state.steer, model, vehicle.speed);
+        let (vehicle, pose) = self.believe(state, model, vehicle, bend, dt, reported.pose_age);
+        let perception = self.perceive(state.steer, model, vehicle, bend, dt, reported);
         let mut belief = perception.belief;
 
         let follow = self.law.follow();
@@ -331,15 +345,15 @@ impl<L: LateralLaw> Tracker<L> {
             // A pose that was given before carries no new information.
             if perception.observed >= MIN_DT {
                 let since = (perception.observed, perception.bend);
-                self.observe_slip(state, adapt, located, vehicle, since);
+                self.observe_slip(&mut model.estimator, adapt, located, vehicle, since);
             }
-            belief.estimate = state.estimator.estimate;
+            belief.estimate = model.estimator.estimate;
         }
 
-        let fault = self.find_faults(state, located, here, dt);
+        let fault = self.find_faults(state, model, located, here, dt);
         if fault.contains(Status::IMPLAUSIBLE) {
             // Wheels that do not obey are no late wheels: nothing is learnt from them.
-            state.estimator.last_measured = None;
+            model.estimator.last_measured = None;
         }
 
         if !self.bare {
@@ -382,7 +396,7 @@ impl<L: LateralLaw> Tracker<L> {
     fn locate_measured(
         &self,
         path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
         vehicle: VehicleState,
         estimate: Estimate,
         dt: f64,
@@ -449,7 +463,8 @@ impl<L: LateralLaw> Tracker<L> {
     #[inline]
     fn believe(
         &self,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
+        model: &mut Model,
         vehicle: VehicleState,
         bend: f64,
         dt: f64,
@@ -469,7 +484,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let believed = gate.believed;
         if jumped {
-            state.estimator.last_measured = None;
+            model.estimator.last_measured = None;
             state.waypoint = None;
             state.measured_waypoint = None;
             state.place = None;
@@ -485,7 +500,8 @@ impl<L: LateralLaw> Tracker<L> {
     #[inline]
     fn find_faults(
         &self,
-        state: &mut TrackerState<L::State>,
+        state: &mut Tracking<L::State>,
+        model: &Model,
         here: &Located,
         vehicle: VehicleState,
         dt: f64,
@@ -494,12 +510,12 @@ impl<L: LateralLaw> Tracker<L> {
             return Status::OK;
         };
         // A tracker that models nothing ignores what a state of another vehicle holds.
-        let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+        let in_flight = model.in_flight.as_ref().filter(|_| self.models);
         let now = Measured {
             here,
             vehicle,
             wheel: in_flight.map(InFlight::wheel),
-            estimator: self.adapt.as_ref().map(|_| &state.estimator),
+            estimator: self.adapt.as_ref().map(|_| &model.estimator),
             dt,
         };
         let answer = state.answer.as_ref();
@@ -514,7 +530,7 @@ impl<L: LateralLaw> Tracker<L> {
     }
 }
 
-impl<S> TrackerState<S> {
+impl<S> Tracking<S> {
     /// Keeps what the step found: the vehicle as `predicted`, and as measured, `here`, at the pose
     /// `vehicle`.
     #[inline]

@@ -2,9 +2,11 @@
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::Command;
+use popsteer_sim::batch::CHUNK;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rayon::prelude::*;
 
 use crate::params::NewArgs;
 
@@ -120,25 +122,70 @@ impl PyCommandBatch {
     }
 
     /// The commands in columns.
-    pub(crate) fn new(py: Python<'_>, commands: &[Command]) -> PyResult<Self> {
-        let column = |field: fn(&Command) -> f64| {
-            PyArray1::from_iter(py, commands.iter().map(field)).unbind()
-        };
-        let targets = commands.iter().map(|command| command.target);
-        let target = PyArray1::from_iter(py, targets.flat_map(|target| [target.x, target.y]));
-        let reverse = commands.iter().map(|command| command.reverse);
-        let status = commands.iter().map(|command| command.status.bits());
+    pub(crate) fn new(py: Python<'_>, columns: Columns) -> PyResult<Self> {
+        let [
+            steer,
+            cross_track_error,
+            heading_error,
+            predicted_cross_track_error,
+            predicted_heading_error,
+            reference_speed,
+            distance_to_stop,
+        ] = columns
+            .numbers
+            .map(|column| PyArray1::from_vec(py, column).unbind());
+        let target = PyArray1::from_vec(py, columns.targets.into_flattened());
         Ok(Self {
-            steer: column(|command| command.steer),
-            cross_track_error: column(|command| command.cross_track_error),
-            heading_error: column(|command| command.heading_error),
-            predicted_cross_track_error: column(|command| command.predicted_cross_track_error),
-            predicted_heading_error: column(|command| command.predicted_heading_error),
-            target: target.reshape([commands.len(), 2])?.unbind(),
-            reverse: PyArray1::from_iter(py, reverse).unbind(),
-            reference_speed: column(|command| command.reference_speed.unwrap_or(f64::NAN)),
-            distance_to_stop: column(|command| command.distance_to_stop),
-            status: PyArray1::from_iter(py, status).unbind(),
+            target: target.reshape([columns.status.len(), 2])?.unbind(),
+            reverse: PyArray1::from_vec(py, columns.reverse).unbind(),
+            status: PyArray1::from_vec(py, columns.status).unbind(),
+            steer,
+            cross_track_error,
+            heading_error,
+            predicted_cross_track_error,
+            predicted_heading_error,
+            reference_speed,
+            distance_to_stop,
         })
+    }
+}
+
+/// The fields of commands, each in a column.
+#[derive(Debug, Default)]
+pub(crate) struct Columns {
+    numbers: [Vec<f64>; 7],
+    targets: Vec<[f64; 2]>,
+    reverse: Vec<bool>,
+    status: Vec<u32>,
+}
+
+impl Columns {
+    /// Of all of a batch, on the threads of the present pool if those have stepped it.
+    pub(crate) fn of(commands: &[Command]) -> Self {
+        const NUMBERS: [fn(&Command) -> f64; 7] = [
+            |command| command.steer,
+            |command| command.cross_track_error,
+            |command| command.heading_error,
+            |command| command.predicted_cross_track_error,
+            |command| command.predicted_heading_error,
+            |command| command.reference_speed.unwrap_or(f64::NAN),
+            |command| command.distance_to_stop,
+        ];
+        Self {
+            numbers: NUMBERS.map(|field| gather(commands, field)),
+            targets: gather(commands, |command| [command.target.x, command.target.y]),
+            reverse: gather(commands, |command| command.reverse),
+            status: gather(commands, |command| command.status.bits()),
+        }
+    }
+}
+
+/// This field of all commands.
+fn gather<T: Send>(commands: &[Command], field: fn(&Command) -> T) -> Vec<T> {
+    if commands.len() <= CHUNK {
+        commands.iter().map(field).collect()
+    } else {
+        let commands = commands.par_iter().with_min_len(CHUNK);
+        commands.map(field).collect()
     }
 }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use popsteer_core::tracker::{Answer, Reported, ShortState, TrackerState};
-use popsteer_core::{Command, LateralLaw, Path, Point, Status, Tracker, VehicleState};
+use popsteer_core::tracker::{Answer, Model, Reported, TrackerState, Tracking};
+use popsteer_core::{Command, InputError, LateralLaw, Path, Status, Tracker, VehicleState};
 
 /// One vehicle of a batch: who steers it, along which path, and what is remembered of it.
 #[derive(Clone, Debug)]
@@ -35,7 +35,9 @@ pub(super) struct Kept<L: LateralLaw> {
     /// Shared by copies: their memory is what a large batch waits for.
     pub(super) tracker: Arc<Tracker<L>>,
     pub(super) path: Arc<Path>,
-    pub(super) state: KeptState<L::State>,
+    pub(super) tracking: Tracking<L::State>,
+    /// None where nothing is modelled.
+    model: Option<Box<Model>>,
 }
 
 impl<L: LateralLaw> Kept<L> {
@@ -45,133 +47,102 @@ impl<L: LateralLaw> Kept<L> {
             path,
             state,
         } = member;
+        let TrackerState { tracking, model } = state;
         Self {
             tracker: Arc::new(tracker),
             path,
-            state: KeptState::new(state),
+            tracking,
+            model: boxed(&model),
         }
     }
 
-    /// A state to unpack others into.
-    pub(super) fn room(&self) -> TrackerState<L::State> {
-        self.tracker.initial_state()
+    pub(super) fn state(&self) -> TrackerState<L::State> {
+        TrackerState {
+            tracking: self.tracking.clone(),
+            model: self.model.as_deref().copied().unwrap_or_default(),
+        }
     }
 
-    /// One step, with the state unpacked into `room`. The command of a refused input has no numbers, and the direction of the last one.
+    pub(super) fn set_state(&mut self, state: TrackerState<L::State>) {
+        self.tracking = state.tracking;
+        self.model = boxed(&state.model);
+    }
+
+    /// One step; `empty` is a model of nothing, which it is afterwards, too.
+    #[inline]
+    fn advance(
+        &mut self,
+        empty: &mut Model,
+        input: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Status, InputError> {
+        let model = self.model.as_deref_mut();
+        let is_short = model.is_none();
+        let (state, model) = (&mut self.tracking, model.unwrap_or(&mut *empty));
+        let view = self.path.view();
+        let outcome = self
+            .tracker
+            .advance(&view, state, model, input, dt, reported);
+        if is_short && !empty.is_empty() {
+            self.model = boxed(&core::mem::take(empty));
+        }
+        outcome
+    }
+
+    /// The command of a step. That of a refused input has no numbers, and the direction of the last
+    /// one.
+    #[inline]
     pub(super) fn step(
         &mut self,
-        room: &mut TrackerState<L::State>,
+        empty: &mut Model,
         input: VehicleState,
         dt: f64,
         on_error: OnError,
         reported: Reported,
     ) -> Command {
-        let (tracker, path) = (&self.tracker, self.path.view());
-        if let OnError::Hold(limit) = on_error {
-            return self.state.with(room, |state| {
-                tracker.step_or_hold(&path, state, input, dt, limit, reported)
-            });
+        match (self.advance(empty, input, dt, reported), on_error) {
+            (Ok(status), _) => self.tracking.command(status),
+            (Err(_), OnError::Hold(limit)) => self.tracking.hold(dt, limit),
+            (Err(_), _) => {
+                self.tracking.miss(dt);
+                marked(self.tracking.answer)
+            }
         }
-        self.state.with(room, |state| {
-            let answer = tracker.step(&path, state, input, dt, reported);
-            answer.unwrap_or_else(|_| {
-                state.miss(dt);
-                marked(state.answer)
-            })
-        })
     }
 
     /// The angle of [`step`](Self::step).
+    #[inline]
     pub(super) fn steer(
         &mut self,
-        room: &mut TrackerState<L::State>,
+        empty: &mut Model,
         input: VehicleState,
         dt: f64,
         on_error: OnError,
         reported: Reported,
     ) -> f64 {
-        if matches!(on_error, OnError::Hold(_)) {
-            return self.step(room, input, dt, on_error, reported).steer;
-        }
-        let (tracker, path) = (&self.tracker, self.path.view());
-        self.state.with(room, |state| {
-            let answer = tracker.steer(&path, state, input, dt, reported);
-            answer.unwrap_or_else(|_| {
-                state.miss(dt);
+        match (self.advance(empty, input, dt, reported), on_error) {
+            (Ok(_), _) => self.tracking.steer,
+            (Err(_), OnError::Hold(limit)) => self.tracking.hold(dt, limit).steer,
+            (Err(_), _) => {
+                self.tracking.miss(dt);
                 f64::NAN
-            })
-        })
+            }
+        }
     }
+}
+
+/// A model of its own, for a vehicle that has one.
+#[cold]
+fn boxed(model: &Model) -> Option<Box<Model>> {
+    (!model.is_empty()).then(|| Box::new(*model))
 }
 
 /// The command of a refused input after this answer.
 fn marked(last: Option<Answer>) -> Command {
-    let nan = f64::NAN;
     Command {
-        steer: nan,
-        cross_track_error: nan,
-        heading_error: nan,
-        predicted_cross_track_error: nan,
-        predicted_heading_error: nan,
-        target: Point::new(nan, nan),
         reverse: last.is_some_and(|answer| answer.reverse),
-        reference_speed: None,
-        distance_to_stop: nan,
         status: Status::INPUT_HELD,
-    }
-}
-
-/// A state, without the 5 kB for commands in flight and the past where there is neither.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are short, and there are many"
-)]
-#[derive(Clone, Debug)]
-pub(super) enum KeptState<S> {
-    Whole(Box<TrackerState<S>>),
-    Short(ShortState<S>),
-}
-
-/// A larger state of a controller costs more to be moved at each step than it saves [bytes].
-const SHORT: usize = 256;
-
-impl<S: Clone> KeptState<S> {
-    pub(super) fn new(state: TrackerState<S>) -> Self {
-        match ShortState::of(&state) {
-            Some(short) if size_of::<S>() <= SHORT => Self::Short(short),
-            _ => Self::Whole(Box::new(state)),
-        }
-    }
-
-    /// What `change` comes to with the state, unpacked into `room`: any state, which spares the move
-    /// of one that is mostly empty.
-    #[inline]
-    pub(super) fn with<T>(
-        &mut self,
-        room: &mut TrackerState<S>,
-        change: impl FnOnce(&mut TrackerState<S>) -> T,
-    ) -> T {
-        match self {
-            Self::Whole(state) => change(state),
-            Self::Short(short) => {
-                short.unpack(room);
-                let answer = change(room);
-                if !short.pack(room) {
-                    *self = Self::Whole(Box::new(room.clone()));
-                }
-                answer
-            }
-        }
-    }
-
-    /// The whole state, in `room`.
-    pub(super) fn whole(&self, mut room: TrackerState<S>) -> TrackerState<S> {
-        match self {
-            Self::Whole(state) => TrackerState::clone(state),
-            Self::Short(short) => {
-                short.unpack(&mut room);
-                room
-            }
-        }
+        ..Command::NONE
     }
 }

@@ -9,12 +9,12 @@ pub use member::{Member, OnError};
 
 use std::sync::Arc;
 
-use popsteer_core::tracker::{Reported, TrackerState};
+use popsteer_core::tracker::{Model, Reported, TrackerState};
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
-use self::member::{Kept, KeptState};
+use self::member::Kept;
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
 /// stepped on the thread that asks for it.
@@ -69,14 +69,14 @@ where
         self.members.iter().map(|member| Member {
             tracker: Tracker::clone(&member.tracker),
             path: Arc::clone(&member.path),
-            state: member.state.whole(member.room()),
+            state: member.state(),
         })
     }
 
     /// Takes every vehicle back to its initial state.
     pub fn reset(&mut self) {
         for member in &mut self.members {
-            member.state = KeptState::new(member.tracker.initial_state());
+            member.set_state(member.tracker.initial_state());
         }
     }
 
@@ -84,26 +84,21 @@ where
     /// beyond the batch changes nothing.
     pub fn set_path(&mut self, vehicle: usize, path: Arc<Path>) {
         if let Some(member) = self.members.get_mut(vehicle) {
-            let mut room = member.room();
-            let (tracker, old) = (&member.tracker, member.path.view());
-            member.state.with(&mut room, |state| {
-                tracker.set_path(state, &old, &path.view());
-            });
+            let (state, old) = (&mut member.tracking, member.path.view());
+            member.tracker.set_path(state, &old, &path.view());
             member.path = path;
         }
     }
 
     /// The states, in order.
     pub fn states(&self) -> impl ExactSizeIterator<Item = TrackerState<L::State>> {
-        self.members
-            .iter()
-            .map(|member| member.state.whole(member.room()))
+        self.members.iter().map(Kept::state)
     }
 
     /// Puts the states, in order; each is one that [`Tracker::check_state`] accepts.
     pub fn set_states(&mut self, states: impl IntoIterator<Item = TrackerState<L::State>>) {
         for (member, state) in self.members.iter_mut().zip(states) {
-            member.state = KeptState::new(state);
+            member.set_state(state);
         }
     }
 
@@ -129,8 +124,8 @@ where
         out: &mut [T],
         write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, room: &mut _, input, reported, place: &mut T| {
-            write(place, member.step(room, input, dt, on_error, reported));
+        let one = |member: &mut Kept<L>, empty: &mut _, input, reported, place: &mut T| {
+            write(place, member.step(empty, input, dt, on_error, reported));
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -152,8 +147,8 @@ where
         reported: &[Reported],
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, room: &mut _, input, reported, angle: &mut f64| {
-            *angle = member.steer(room, input, dt, on_error, reported);
+        let one = |member: &mut Kept<L>, empty: &mut _, input, reported, angle: &mut f64| {
+            *angle = member.steer(empty, input, dt, on_error, reported);
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -165,7 +160,7 @@ where
         on_error: OnError,
         reported: &[Reported],
         out: &mut [T],
-        one: impl Fn(&mut Kept<L>, &mut TrackerState<L::State>, VehicleState, Reported, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, &mut Model, VehicleState, Reported, &mut T) + Sync,
     ) -> Result<(), BatchError> {
         let reported_of = |vehicle: usize| reported.get(vehicle).copied().unwrap_or_default();
         let given = reported.is_empty() || reported.len() == self.len();
@@ -193,14 +188,11 @@ where
             });
             refused.map_or(Ok(()), Err)?;
         }
-        let Some(room) = self.members.first().map(Kept::room) else {
-            return Ok(());
-        };
         if self.len() <= CHUNK {
-            let mut room = room;
+            let mut empty = Model::default();
             let members = self.members.iter_mut().zip(inputs).zip(out);
             for (vehicle, ((member, &input), place)) in members.enumerate() {
-                one(member, &mut room, input, reported_of(vehicle), place);
+                one(member, &mut empty, input, reported_of(vehicle), place);
             }
             return Ok(());
         }
@@ -211,9 +203,9 @@ where
             .enumerate()
             .with_min_len(CHUNK)
             .for_each_init(
-                || room.clone(),
-                |room, (vehicle, ((member, &input), place))| {
-                    one(member, room, input, reported_of(vehicle), place);
+                Model::default,
+                |empty, (vehicle, ((member, &input), place))| {
+                    one(member, empty, input, reported_of(vehicle), place);
                 },
             );
         Ok(())

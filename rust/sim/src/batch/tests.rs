@@ -77,7 +77,7 @@ fn test_batch_keeps_little_of_a_vehicle_that_is_not_modelled() {
     step(&mut batch, &mut others);
     assert_eq!(angles[0].to_bits(), others[0].to_bits());
     let states: Vec<_> = mixed.states().collect();
-    assert!(states[0].in_flight.is_none() && states[1].in_flight.is_some());
+    assert!(states[0].model.is_empty() && states[1].model.in_flight.is_some());
     step(&mut mixed, &mut angles);
     mixed.set_states(states.clone());
     assert!(mixed.states().eq(states.clone()));
@@ -140,7 +140,8 @@ fn test_batch_refused_vehicle_keeps_its_direction_or_all_of_its_command() {
 
 #[test]
 fn test_vehicle_without_a_dead_time_takes_little_memory() {
-    // A large batch waits for its memory; copies share their tracker, which is as large again.
+    // A large batch waits for its memory; copies share their tracker, which is as large again. All is
+    // stepped in place; what is modelled of a vehicle lies elsewhere, at the cost of a pointer.
     let size = size_of::<Kept<Pop>>();
-    assert!(size <= 608, "{size} bytes");
+    assert!(size <= 616, "{size} bytes");
 }
