@@ -209,8 +209,11 @@ fn test_acceleration_is_smoothed_over_a_tenth_of_a_second() {
 
 #[test]
 fn test_slip_is_the_least_squares_over_all_periods() {
-    for way in [1.0, -1.0] {
+    for (way, yaw_noise) in [(1.0, 0.0), (-1.0, 0.0), (1.0, 2e-4)] {
         let mut estimator = Estimator::default();
+        estimator.turning.noise = yaw_noise;
+        estimator.turning.noise_time = 5.0;
+        let (mut least, mut most) = (1.0_f64, 0.0_f64);
         let mut here = VehicleState {
             x: 7.0,
             y: -3.0,
@@ -244,14 +247,29 @@ fn test_slip_is_the_least_squares_over_all_periods() {
             dts.push(dt);
             let (m, y) = all_at_once(&rows, &answers, &dts, PARAMS.slip_time);
             let doubt = 0.1 * CAR.wheelbase / square;
+            let weights = [
+                m[0][0] + prior(0.25, noise, 0.02),
+                m[1][1] + prior(0.04, noise, doubt),
+            ];
             let best = solve(vec![
-                vec![m[0][0] + prior(0.25, noise, 0.02), m[0][1], y[0]],
-                vec![m[1][0], m[1][1] + prior(0.04, noise, doubt), y[1]],
+                vec![weights[0], m[0][1], y[0]],
+                vec![m[1][0], weights[1], y[1]],
             ]);
-            assert_close(estimator.estimate.slip, best[0].clamp(-0.15, 0.15));
-            let length = best[1] * speed * speed / CAR.wheelbase;
+            // Sums over 2 s, in which the noise of the heading adds up. None is seen before the first.
+            let heading = 2.0 * travel / dt / CAR.wheelbase;
+            let seen = if k == 0 { 0.0 } else { noise };
+            let density = (seen + heading * heading * yaw_noise) * dt;
+            let [slip, compliance] = [0, 1].map(|i| {
+                let share = (1.0 - density / weights[i] / (best[i] * best[i])).max(0.0);
+                (least, most) = (least.min(share), most.max(share));
+                best[i] * share
+            });
+            assert_close(estimator.estimate.slip, slip.clamp(-0.15, 0.15));
+            let length = compliance * speed * speed / CAR.wheelbase;
             assert_close(estimator.estimate.slip_length, length.clamp(-3.0, 3.0));
         }
+        // Some did not stand out of the noise, some did.
+        assert!(least < 0.1 && most > 0.9, "{least} to {most}");
         assert!((estimator.estimate.slip - 0.02).abs() < 0.01);
     }
 }

@@ -42,11 +42,26 @@
 //! ```
 //!
 //! `y` is the motion aside of the heading, `s` the distance, `k` the curvature by the wheels at the
-//! start of the period. `slip` and `compliance` solve `(M + W) θ = m`. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
+//! start of the period. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
 //! learnt at one speed holds at another with the square of the speed; a wrong `no_slip_point`, whose
 //! slip does not grow with the speed, is found right at one speed only.
+//!
+//! `slip` and `compliance` solve `(M + W) θ = m`. Most vehicles hardly slip, and in them the noise of
+//! the yaw would cost more than what is learnt. So each counts only as far as it stands out of its
+//! noise (James and Stein, *Estimation with quadratic loss*, 1961, with the positive part):
+//!
+//! ```text
+//! θᵢ (1 - vᵢ / θᵢ²)₊,    vᵢ = d / (M + W)ᵢᵢ,    d = (n + (SPAN v / L)² n_yaw) dt
+//! ```
+//!
+//! `d` is the spectral density of the noise in the sums of [`Regression`] at low frequencies. The
+//! noise of the position, of variance `n`, is in a sum once. That of the heading, of variance
+//! `n_yaw`, moves the vehicle aside in every period, so a sum of [`SPAN`] holds all of its periods.
+//!
+//! Assumed: both are white. Noise counts once it has been seen: that of the yaw in the turns, so
+//! never where those are not fitted (`turn_time = 0`).
 
-use super::regression::{Regression, solve};
+use super::regression::{Regression, SPAN, solve};
 use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -337,12 +352,25 @@ impl Estimator {
         let aa = m.m11 + self.sliding.prior(Self::SLIP_PRIOR, Self::SLIP_DOUBT);
         let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
         let (slip, compliance) = solve(aa, m.m12, bb, y.x, y.y);
+        let noise = self.sliding_noise(travel / vehicle.wheelbase, dt);
+        let found = SVector::<f64, 2>::new(slip, compliance);
+        let (slip, compliance) = (
+            beyond_noise(slip, noise / aa),
+            beyond_noise(compliance, noise / bb),
+        );
         self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
         let most = vehicle.wheelbase / square;
         self.slip_compliance = saturate(compliance, -most, most);
-        let found = SVector::<f64, 2>::new(self.estimate.slip, self.slip_compliance);
         self.sliding.observe_noise(found, dt);
         self.find_slip_length(vehicle, now.speed);
+    }
+
+    /// `d`: spectral density of the noise in the sums of motions aside, after a period of `dt` [s] over
+    /// the `distance` in wheelbases.
+    #[inline]
+    fn sliding_noise(&self, distance: f64, dt: f64) -> f64 {
+        let reach = distance * (SPAN / dt);
+        (self.sliding.seen_noise() + reach * reach * self.turning.seen_noise()) * dt
     }
 
     /// Slip per curvature at `speed`: `compliance v² / L`, at most a wheelbase.
@@ -386,6 +414,17 @@ impl Estimator {
             input_within(field, value, most)?;
         }
         Ok(self)
+    }
+}
+
+/// The part of an estimate `value` that stands out of noise of this `variance`.
+#[inline]
+fn beyond_noise(value: f64, variance: f64) -> f64 {
+    let square = value * value;
+    if square > variance {
+        value * (1.0 - variance / square)
+    } else {
+        0.0
     }
 }
 

@@ -121,6 +121,16 @@ impl<const N: usize> Regression<N> {
         self.noise += (0.5 * change * change - self.noise) * weight;
     }
 
+    /// Variance of the noise; 0 before any was seen.
+    #[inline]
+    pub fn seen_noise(&self) -> f64 {
+        if self.noise_time > Self::FIRST_TIME {
+            self.noise
+        } else {
+            0.0
+        }
+    }
+
     /// `w_i`: weight of the given value, for a parameter with the standard deviation `doubt`.
     #[inline]
     pub fn prior(&self, least: f64, doubt: f64) -> f64 {
