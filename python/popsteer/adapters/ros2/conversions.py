@@ -14,17 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer import Path, PathError, PopsteerError
-from popsteer.adapters.ros2.messages import (
-    ACKERMANN,
-    CONTROL,
-    ODOMETRY,
-    PATH,
-    TRAJECTORY,
-    TWIST,
-    TWIST_STAMPED,
-    decode,
-    make,
-)
+from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2.messages import decode, make
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -171,7 +162,7 @@ def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa:
     (5.0, 'map')
     """
     speed = None
-    if message.__msgtype__ == TRAJECTORY:
+    if message.__msgtype__ == messages.TRAJECTORY:
         places = [point.pose.position for point in message.points]
         speed = [float(point.longitudinal_velocity_mps) for point in message.points]
     else:
@@ -205,7 +196,7 @@ def _points_of(kind: str, data: bytes) -> tuple[Any, Any, str] | None:
         frame = bytes(body[12 : end - 1]).decode()
         begin = -(-end // 4) * 4
         count, begin = number(begin), begin + 4
-        is_path = kind == PATH  # of each point: its header, or its time, and then its pose
+        is_path = kind == messages.PATH  # of each point: its header, or its time, and then its pose
         head = 12 + number(begin + 8) if is_path else 8
         pose = -(-(begin + head) // 8) * 8
         tail = 56 if is_path else 80
@@ -271,15 +262,12 @@ def odometry_message(
     >>> odometry_message(0.0, 0.0, 0.0, 3.0, 0, "map").twist.twist.linear.x
     3.0
     """
-    pose = make("geometry_msgs/msg/PoseWithCovariance", pose=_pose(x, y, yaw))
-    linear = make("geometry_msgs/msg/Vector3", x=float(speed))
-    twist = make("geometry_msgs/msg/Twist", linear=linear)
     return make(
-        ODOMETRY,
+        messages.ODOMETRY,
         header=_header(nanoseconds, frame),
         child_frame_id=child_frame,
-        pose=pose,
-        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist),
+        pose={"pose": _pose(x, y, yaw)},
+        twist={"twist": {"linear": {"x": float(speed)}}},
     )
 
 
@@ -314,7 +302,7 @@ def path_message(
         make("geometry_msgs/msg/PoseStamped", header=header, pose=_pose(*each))
         for each in zip(x, y, yaw, strict=True)
     ]
-    return make(PATH, header=header, poses=poses)
+    return make(messages.PATH, header=header, poses=poses)
 
 
 def ackermann_message(
@@ -345,13 +333,8 @@ def ackermann_message(
     >>> ackermann_message(0.1, 2.0, -3.0, 0, "base_link").drive.acceleration
     3.0
     """
-    drive = make(
-        "ackermann_msgs/msg/AckermannDrive",
-        steering_angle=steer,
-        speed=speed,
-        acceleration=abs(acceleration),
-    )
-    return make(ACKERMANN, header=_header(nanoseconds, frame), drive=drive)
+    drive = {"steering_angle": steer, "speed": speed, "acceleration": abs(acceleration)}
+    return make(messages.ACKERMANN, header=_header(nanoseconds, frame), drive=drive)
 
 
 def control_message(steer: float, speed: float, acceleration: float, nanoseconds: int) -> Any:  # noqa: ANN401
@@ -366,15 +349,14 @@ def control_message(steer: float, speed: float, acceleration: float, nanoseconds
     -3.0
     """
     stamp = time_message(nanoseconds)
-    lateral = make("autoware_control_msgs/msg/Lateral", stamp=stamp, steering_tire_angle=steer)
-    longitudinal = make(
-        "autoware_control_msgs/msg/Longitudinal",
-        stamp=stamp,
-        velocity=speed,
-        acceleration=acceleration,
-        is_defined_acceleration=True,
-    )
-    return make(CONTROL, stamp=stamp, lateral=lateral, longitudinal=longitudinal)
+    lateral = {"stamp": stamp, "steering_tire_angle": steer}
+    longitudinal = {
+        "stamp": stamp,
+        "velocity": speed,
+        "acceleration": acceleration,
+        "is_defined_acceleration": True,
+    }
+    return make(messages.CONTROL, stamp=stamp, lateral=lateral, longitudinal=longitudinal)
 
 
 def twist_message(speed: float, yaw_rate: float) -> Any:  # noqa: ANN401
@@ -385,24 +367,17 @@ def twist_message(speed: float, yaw_rate: float) -> Any:  # noqa: ANN401
     >>> twist_message(2.0, 0.5).angular.z
     0.5
     """
-    linear = make("geometry_msgs/msg/Vector3", x=float(speed))
-    angular = make("geometry_msgs/msg/Vector3", z=float(yaw_rate))
-    return make(TWIST, linear=linear, angular=angular)
+    return make(messages.TWIST, linear={"x": float(speed)}, angular={"z": float(yaw_rate)})
 
 
 def twist_stamped_message(twist: Any, nanoseconds: int, frame: str) -> Any:  # noqa: ANN401
     """Make a twist with its time [ns] and the vehicle's frame."""
-    return make(TWIST_STAMPED, header=_header(nanoseconds, frame), twist=twist)
+    return make(messages.TWIST_STAMPED, header=_header(nanoseconds, frame), twist=twist)
 
 
-def _pose(x: float, y: float, yaw: float) -> Any:  # noqa: ANN401
-    return make(
-        "geometry_msgs/msg/Pose",
-        position=make("geometry_msgs/msg/Point", x=float(x), y=float(y)),
-        orientation=make(
-            "geometry_msgs/msg/Quaternion", z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw)
-        ),
-    )
+def _pose(x: float, y: float, yaw: float) -> dict[str, dict[str, float]]:
+    turned = {"z": math.sin(0.5 * yaw), "w": math.cos(0.5 * yaw)}
+    return {"position": {"x": float(x), "y": float(y)}, "orientation": turned}
 
 
 def _header(nanoseconds: int, frame: str) -> Any:  # noqa: ANN401

@@ -131,7 +131,7 @@ def message(
         _warning("outputs", heard, "heard", outputs),
         _warning("loop", late, "on time", times),
     ]
-    return _array(statuses, nanoseconds)
+    return make(DIAGNOSTICS, header={"stamp": time_message(nanoseconds)}, status=statuses)
 
 
 def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN401
@@ -142,7 +142,8 @@ def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN
         "heading_error_rad": row["heading_error"],
         "steer_rad": row["steer"],
     }
-    return _array([_status(_LEVELS[status.level], "steering", str(status), values)], nanoseconds)
+    made = _status(_LEVELS[status.level], "steering", str(status), values)
+    return make(DIAGNOSTICS, header={"stamp": time_message(nanoseconds)}, status=[made])
 
 
 def _steering(
@@ -186,10 +187,8 @@ def _warning(name: str, troubles: list[str], fine: str, values: Mapping[str, obj
 
 
 def _status(level: int, name: str, said: str, values: Mapping[str, object]) -> Any:  # noqa: ANN401
-    pairs = [
-        make("diagnostic_msgs/msg/KeyValue", key=key, value=_worded(value))
-        for key, value in values.items()
-    ]
+    worded = {k: f"{v:.6g}" if isinstance(v, float) else str(v) for k, v in values.items()}
+    pairs = [make("diagnostic_msgs/msg/KeyValue", key=k, value=v) for k, v in worded.items()]
     return make(
         "diagnostic_msgs/msg/DiagnosticStatus",
         level=level,
@@ -198,12 +197,3 @@ def _status(level: int, name: str, said: str, values: Mapping[str, object]) -> A
         hardware_id="popsteer",
         values=pairs,
     )
-
-
-def _array(statuses: list[Any], nanoseconds: int) -> Any:  # noqa: ANN401
-    header = make("std_msgs/msg/Header", stamp=time_message(nanoseconds))
-    return make(DIAGNOSTICS, header=header, status=statuses)
-
-
-def _worded(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -86,7 +86,7 @@ def make(name: str, /, **fields: Any) -> Any:  # noqa: ANN401
     name : str
         Its type, such as ``nav_msgs/msg/Path``.
     **fields : object
-        Its fields.
+        Its fields; a ``dict`` of fields makes one that is a message itself.
 
     Returns
     -------
@@ -104,8 +104,10 @@ def make(name: str, /, **fields: Any) -> Any:  # noqa: ANN401
     2.0
     """
     types = store()
-    kinds = types.get_msgdef(name).fields
-    values = {field: fields[field] if field in fields else _zero(*kind) for field, kind in kinds}
+    values = {}
+    for field, (kind, detail) in types.get_msgdef(name).fields:
+        given = fields[field] if field in fields else _zero(kind, detail)
+        values[field] = make(detail, **given) if isinstance(given, dict) else given
     return types.types[name](**values)
 
 

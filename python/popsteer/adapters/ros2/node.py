@@ -8,25 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from popsteer.adapters.ros2 import diagnostics
-from popsteer.adapters.ros2.conversions import (
-    ackermann_message,
-    control_message,
-    path_message,
-    twist_message,
-    twist_stamped_message,
-)
+from popsteer.adapters.ros2 import conversions, diagnostics, messages
 from popsteer.adapters.ros2.intake import Intake
-from popsteer.adapters.ros2.messages import (
-    CONTROL,
-    CONTROL_MODE,
-    ODOMETRY,
-    TWIST,
-    TWIST_STAMPED,
-    decode,
-    encode,
-    make,
-)
 from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
@@ -150,17 +133,18 @@ class Node:
         self._make = make_controller
         self._recording = recording
         self._say = say or (lambda _: None)
-        topics, types = options.topics, options.topics.types()
-        for kind in types.values():
-            make(kind)  # the first message of a type takes up to 0.3 s, which is not for mid-drive
-        self.odometry_reader = participant.reader(topics.odometry, ODOMETRY)
+        topics = options.topics
+        self._types = types = topics.types()
+        for kind in types.values():  # the first of a type takes up to 0.3 s, not for mid-drive
+            messages.make(kind)
+        self.odometry_reader = participant.reader(topics.odometry, messages.ODOMETRY)
         self.path_reader = participant.latest(topics.path, topics.path_type)
-        self._mode = participant.reader(topics.mode, CONTROL_MODE) if topics.mode else None
+        self._mode = participant.reader(topics.mode, messages.CONTROL_MODE) if topics.mode else None
         self._autonomous = False
         names = participant.node, participant.namespace
         self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
-        latched = topics.command_type == CONTROL
+        latched = topics.command_type == messages.CONTROL
         self._writers = {
             topics.command: participant.writer(
                 topics.command, topics.command_type, latched=latched
@@ -231,12 +215,12 @@ class Node:
         if self.pilot is not None or waited < self.options.timeout:
             return
         topics, intake, participant = self.options.topics, self.intake, self._participant
+        reader: Reader
         if intake.measured is None:
-            topic, kind, count = topics.odometry, ODOMETRY, intake.odometry
-            reader: Reader = self.odometry_reader
+            topic, reader, count = topics.odometry, self.odometry_reader, intake.odometry
         else:
-            topic, kind, count = topics.path, topics.path_type, intake.courses
-            reader = self.path_reader
+            topic, reader, count = topics.path, self.path_reader, intake.courses
+        kind = self._types[topic]
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
             f" {self.options.timeout:g} s:"
@@ -246,16 +230,17 @@ class Node:
     def _take(self, now: int) -> None:
         topics, seconds = self.options.topics, 1e-9 * now
         for data in self.odometry_reader.take():
-            self._record(topics.odometry, ODOMETRY, data, now)
+            self._record(topics.odometry, data, now)
             self.intake.take_odometry(data, seconds)
         for data in self.path_reader.take():
-            self._record(topics.path, topics.path_type, data, now)
+            self._record(topics.path, data, now)
             self.intake.take_course(data, seconds)
         self._resets.take()
         for data in self._mode.take() if self._mode is not None else ():
-            self._record(topics.mode, CONTROL_MODE, data, now)
+            self._record(topics.mode, data, now)
             with suppress(Exception):  # bytes that are no message say nothing
-                was, self._autonomous = self._autonomous, decode(CONTROL_MODE, data).mode == 1
+                mode = messages.decode(messages.CONTROL_MODE, data).mode
+                was, self._autonomous = self._autonomous, mode == 1
                 if self._autonomous and not was:
                     self.release()
 
@@ -316,27 +301,25 @@ class Node:
     def _publish_drive(self, drive: DriveCommand, now: int) -> None:
         topics, measured = self.options.topics, self.intake.measured
         frame = "base_link" if measured is None else measured.child_frame
-        kind = topics.command_type
+        kind, steer, speed = topics.command_type, drive.steer, drive.speed
         message: Any
-        if kind == CONTROL:
-            message = control_message(drive.steer, drive.speed, drive.acceleration, now)
-        elif kind in (TWIST, TWIST_STAMPED) and self.pilot is not None:
-            message = twist_message(drive.speed, self.pilot.yaw_rate(drive))
-            if kind == TWIST_STAMPED:
-                message = twist_stamped_message(message, now, frame)
+        if kind == messages.CONTROL:
+            message = conversions.control_message(steer, speed, drive.acceleration, now)
+        elif kind in (messages.TWIST, messages.TWIST_STAMPED) and self.pilot is not None:
+            message = conversions.twist_message(speed, self.pilot.yaw_rate(drive))
+            if kind == messages.TWIST_STAMPED:
+                message = conversions.twist_stamped_message(message, now, frame)
         else:
-            message = ackermann_message(drive.steer, drive.speed, drive.limit, now, frame)
+            message = conversions.ackermann_message(steer, speed, drive.limit, now, frame)
         self._publish(topics.command, message, now)
 
     def _tell(self) -> bool:
         """Say what has changed."""
         if self.pilot is None or self.drive is None:
-            told = f"waiting: {self.waits}"
-        elif self.pilot.state is State.DRIVING:
-            told = "driving"
-        else:
-            told = f"{self.pilot.state.value}: {self.pilot.reason}"
-        return self.note(told)
+            return self.note(f"waiting: {self.waits}")
+        if self.pilot.state is State.DRIVING:
+            return self.note("driving")
+        return self.note(f"{self.pilot.state.value}: {self.pilot.reason}")
 
     def note(self, told: str) -> bool:
         """Say what goes on, where that is news: more than another number in the same words."""
@@ -373,25 +356,26 @@ class Node:
         self.intake.odometry.lately = self.intake.courses.lately = 0
         self._reported, self._deviation, self._path_jump = now, 0.0, 0.0
         heard = self._recording is not None or self._writers[topics.predicted].peers > 0
-        driving = self.pilot is not None and self.pilot.state is State.DRIVING
-        if not (heard and driving and self.pilot is not None and self.intake.course is not None):
+        pilot, course = self.pilot, self.intake.course
+        if not heard or pilot is None or pilot.state is not State.DRIVING or course is None:
             return
         try:
-            ahead = self.pilot.controller.predict(_AHEAD, self.options.period)
+            ahead = pilot.controller.predict(_AHEAD, self.options.period)
         except InputError:
             return
         every = -(-len(ahead.time) // _POSES)
         x, y, yaw = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
-        self._publish(topics.predicted, path_message(x, y, yaw, now, self.intake.course.frame), now)
+        message = conversions.path_message(x, y, yaw, now, course.frame)
+        self._publish(topics.predicted, message, now)
 
     def _publish(self, topic: str, message: Any, now: int) -> None:  # noqa: ANN401
-        data = encode(message)
+        data = messages.encode(message)
         self._writers[topic].write(data)
-        self._record(topic, message.__msgtype__, data, now)
+        self._record(topic, data, now)
 
-    def _record(self, topic: str, kind: str, data: bytes, now: int) -> None:
+    def _record(self, topic: str, data: bytes, now: int) -> None:
         if self._recording is not None:
-            self._recording.add_bytes(topic, kind, data, now)
+            self._recording.add_bytes(topic, self._types[topic], data, now)
 
 
 def _because(reason: str) -> str:

@@ -5,18 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
-from popsteer.adapters.ros2.messages import (
-    ACKERMANN,
-    CLOCK,
-    CONTROL,
-    CONTROL_MODE,
-    DIAGNOSTICS,
-    ODOMETRY,
-    PATH,
-    TRAJECTORY,
-    TWIST,
-    TWIST_STAMPED,
-)
+from popsteer.adapters.ros2 import messages
 from popsteer.adapters.ros2.names import check_name, expanded
 from popsteer.errors import ConfigError
 
@@ -24,10 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 COMMANDS = {
-    "ackermann": ACKERMANN,
-    "control": CONTROL,
-    "twist": TWIST,
-    "twist_stamped": TWIST_STAMPED,
+    "ackermann": messages.ACKERMANN,
+    "control": messages.CONTROL,
+    "twist": messages.TWIST,
+    "twist_stamped": messages.TWIST_STAMPED,
 }
 """The types that a command can have, by the words for them."""
 
@@ -58,8 +47,8 @@ class Topics:
     """In: ``rosgraph_msgs/Clock``, where time is simulated."""
     mode: str = ""
     """In: Autoware's ``ControlModeReport``; none where this is empty."""
-    path_type: str = PATH
-    command_type: str = ACKERMANN
+    path_type: str = messages.PATH
+    command_type: str = messages.ACKERMANN
 
     def __post_init__(self) -> None:
         names = self._names()
@@ -77,8 +66,8 @@ class Topics:
             path="/planning/trajectory",
             command="/control/trajectory_follower/control_cmd",
             mode="/vehicle/status/control_mode",
-            path_type=TRAJECTORY,
-            command_type=CONTROL,
+            path_type=messages.TRAJECTORY,
+            command_type=messages.CONTROL,
         )
 
     def renamed(
@@ -115,7 +104,7 @@ class Topics:
                 raise ConfigError.unknown("topic", what, [*known])
         own = {"odometry": "odom", "path": "path", "command": "drive"}
         own["predicted"] = "~/predicted_path"
-        if self.command_type in (TWIST, TWIST_STAMPED):
+        if self.command_type in (messages.TWIST, messages.TWIST_STAMPED):
             own["command"] = "cmd_vel"
         relative = {what: name for what, name in own.items() if known[what] == getattr(plain, what)}
         within = node, namespace
@@ -127,13 +116,13 @@ class Topics:
     def types(self) -> dict[str, str]:
         """Give the type of each topic, by its name."""
         found = {
-            self.odometry: ODOMETRY,
+            self.odometry: messages.ODOMETRY,
             self.path: self.path_type,
             self.command: self.command_type,
-            self.predicted: PATH,
-            self.diagnostics: DIAGNOSTICS,
-            self.clock: CLOCK,
-            self.mode: CONTROL_MODE,
+            self.predicted: messages.PATH,
+            self.diagnostics: messages.DIAGNOSTICS,
+            self.clock: messages.CLOCK,
+            self.mode: messages.CONTROL_MODE,
         }
         found.pop("", None)
         return found
