@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.planning.speeds import table_of
+from popsteer.planning.limits import table_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

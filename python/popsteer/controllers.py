@@ -25,7 +25,7 @@ from popsteer._core import (
     Stanley,
     StanleyParams,
 )
-from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 
 __all__ = ["CONTROLLERS", "Controller", "Law", "Params", "get", "name_of", "names"]
 
@@ -107,8 +107,7 @@ def get(name: str) -> Law:
     popsteer.errors.ConfigError: unknown controller 'lqr'; known: pid, pure-pursuit, \
 stanley, pop, preview-pop
     """
-    if name not in names():
-        raise ConfigError.unknown("controller", name, names())
+    check_known("controller", name, _LAWS)
     return _LAWS[name]
 
 

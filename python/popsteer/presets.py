@@ -65,7 +65,7 @@ from popsteer._core import (
     PurePursuitParams,
     StanleyParams,
 )
-from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from popsteer.controllers import Params
@@ -192,6 +192,5 @@ def get(law: str, name: str) -> Params:
     popsteer.errors.ConfigError: unknown preset 'tuned'; known: default, paper, published-code, \
 reproduction
     """
-    if name not in names(law):
-        raise ConfigError.unknown("preset", name, names(law))
+    check_known("preset", name, names(law))
     return _PRESETS[law][_NAMES.index(name)]

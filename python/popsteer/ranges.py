@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from popsteer.errors import ConfigError, InputError, count_in_range, in_range
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 def check_in_range(
@@ -40,3 +45,9 @@ def check_count(field: str, value: int, low: int, high: int) -> None:
     """
     if not low <= value <= high:
         raise ConfigError(field, value, count_in_range(low, high))
+
+
+def check_known(what: str, name: object, known: Iterable[str]) -> None:
+    """Refuse a name that is not among the known ones; `what` is named."""
+    if name not in tuple(known):  # a tuple compares, where a dict would hash and fail on a list
+        raise ConfigError.unknown(what, name, known)

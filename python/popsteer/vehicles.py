@@ -21,7 +21,7 @@ Examples
 from __future__ import annotations
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Vehicle
-from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 
 __all__ = ["get", "names"]
 
@@ -75,6 +75,5 @@ def get(name: str) -> Vehicle:
     popsteer.errors.ConfigError: unknown vehicle 'truck'; known: paper, carla-identified, \
 kinematic-bicycle
     """
-    if name not in names():
-        raise ConfigError.unknown("vehicle", name, names())
+    check_known("vehicle", name, _VEHICLES)
     return _VEHICLES[name]

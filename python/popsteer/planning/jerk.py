@@ -9,6 +9,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
+from popsteer.planning.limits import table_of
 from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
@@ -111,8 +112,7 @@ def _ends(
         share = np.ones_like(used)
     else:
         share = (1.0 - used**limits.exponent) ** (1.0 / limits.exponent)
-    points = [(0.0, limit)] if isinstance(limit, float) else list(limit)
-    knots, values = np.array(points).T
+    knots, values = table_of(limit)
     # A table may have less to give at a lower speed.
     least = np.minimum.accumulate(values)
     most = np.minimum(np.interp(np.sqrt(squared), knots, values), least[0])

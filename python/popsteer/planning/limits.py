@@ -16,7 +16,11 @@ from popsteer.ranges import check_in_range
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from popsteer._core import Vehicle
+
+    Floats = NDArray[np.float64]
 
 DEFAULTS = {
     name: _speed_defaults[name]
@@ -141,7 +145,7 @@ class SpeedLimits(Parameters):
                 found[name] = default if cars is None else cars
                 if name == "max_lateral_acceleration":
                     found[name] *= _speed_defaults["bend_share"]
-            elif cars is not None and _largest(own) > cars:
+            elif cars is not None and table_of(own)[1].max() > cars:
                 raise ConfigError(name, own, f"at most the vehicle's, {cars!r}")
         if self.smoothing_length is None:
             found["smoothing_length"] = _speed_defaults["smoothing"] * vehicle.wheelbase
@@ -153,8 +157,10 @@ class SpeedLimits(Parameters):
         return limits
 
 
-def _largest(value: float | Sequence[tuple[float, float]]) -> float:
-    return value if isinstance(value, float | int) else max(each for _, each in value)
+def table_of(limit: float | Sequence[tuple[float, float]]) -> tuple[Floats, Floats]:
+    """Give a limit of the acceleration as speeds and values."""
+    table = np.array([(0.0, limit)] if isinstance(limit, int | float) else limit, dtype=np.float64)
+    return np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1])
 
 
 def _checked(name: str, value: Any) -> float | tuple[tuple[float, float], ...]:  # noqa: ANN401 - of any kind
@@ -165,7 +171,7 @@ def _checked(name: str, value: Any) -> float | tuple[tuple[float, float], ...]: 
     try:
         table = tuple((float(speed), float(most)) for speed, most in value)
     except (TypeError, ValueError):
-        raise ConfigError(name, value, "a number or pairs of speed and acceleration") from None
+        table = ()
     if not table:
         raise ConfigError(name, value, "a number or pairs of speed and acceleration")
     for speed, most in table:

@@ -82,7 +82,7 @@ class SpeedProfile:
         after = acceleration[:1] if path.closed else ()
         acceleration = np.diff(acceleration, append=after)
         acceleration *= 0.5
-        acceleration /= _spacing(path)
+        acceleration /= spacing_of(path)
         course = _with_speed(path, signed)
         return cls(course, speed, acceleration, curvature, limit, limits, vehicle)
 
@@ -91,7 +91,7 @@ class SpeedProfile:
         """Time that the path takes [s], of a closed one a lap."""
         time = np.roll(self.speed, -1)
         time += self.speed
-        spacing = _spacing(self.path)
+        spacing = spacing_of(self.path)
         time = np.divide(spacing, time[: spacing.size], out=spacing)
         return 2.0 * float(time.sum())
 
@@ -103,7 +103,7 @@ class SpeedProfile:
         dict of str to float
             The limits that bind, the largest share first; together 1.
         """
-        spacing = _spacing(self.path)
+        spacing = spacing_of(self.path)
         weight = np.zeros(len(self.path))
         segments = np.arange(spacing.size)
         np.add.at(weight, segments, 0.5 * spacing)
@@ -172,6 +172,6 @@ class SpeedProfile:
         write_text_atomic(file, self.as_csv())
 
 
-def _spacing(path: Path) -> NDArray[np.float64]:
+def spacing_of(path: Path) -> NDArray[np.float64]:
     """Give the length of each segment [m]."""
     return np.diff(np.append(path.s, path.length) if path.closed else path.s)

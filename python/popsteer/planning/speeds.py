@@ -15,8 +15,8 @@ from popsteer._core import (
     _speed_defaults,
 )
 from popsteer.errors import ConfigError, PathError, in_range
-from popsteer.planning.limits import SpeedLimits
-from popsteer.planning.profile import LIMITS, SpeedProfile
+from popsteer.planning.limits import SpeedLimits, table_of
+from popsteer.planning.profile import LIMITS, SpeedProfile, spacing_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -101,7 +101,7 @@ def speed_profile(
         bends = sharp = _given(curvature)
         if len(bends) != len(path):
             raise PathError(f"curvature must have shape ({len(path)},), got {bends.shape}")
-    spacing = np.diff(np.append(path.s, path.length) if path.closed else path.s)
+    spacing = spacing_of(path)
     cusps = _path_cusps(path)
     bounds = _bounds(speed_limits, len(path))
     if bounds is not None and (bounds == 0.0).any():
@@ -238,14 +238,13 @@ def curvature(path: Path, smoothing_length: float | None = None) -> Floats:
 def _plan(
     bends: tuple[Floats, Floats],
     spacing: Floats,
-    limits: SpeedLimits,
+    limits: Any,  # noqa: ANN401 - a SpeedLimits with all of them filled in
     vehicle: Vehicle,
     closed: bool,  # noqa: FBT001 - all are by place
     cusps: NDArray[np.bool_] | None,
     along: tuple[Floats | None, Floats | None],
     ends: tuple[float | None, float | None],
 ) -> tuple[Floats, NDArray[np.uint8]]:
-    numbers: Any = limits
     return _plan_speeds(
         bends[0],
         spacing,
@@ -256,21 +255,14 @@ def _plan(
         grade=along[1],
         start_speed=ends[0],
         end_speed=ends[1],
-        max_speed=numbers.max_speed,
-        max_lateral_acceleration=numbers.max_lateral_acceleration,
-        acceleration=table_of(numbers.max_acceleration),
-        deceleration=table_of(numbers.max_deceleration),
+        max_speed=limits.max_speed,
+        max_lateral_acceleration=limits.max_lateral_acceleration,
+        acceleration=table_of(limits.max_acceleration),
+        deceleration=table_of(limits.max_deceleration),
         longitudinal_grip=limits.longitudinal_grip,
         exponent=limits.exponent,
         vehicle=vehicle,
     )
-
-
-def table_of(limit: Any) -> tuple[Floats, Floats]:  # noqa: ANN401 - a number or a table
-    """Give a limit of the acceleration as speeds and values."""
-    points = [(0.0, limit)] if isinstance(limit, float) else list(limit)
-    table = np.array(points, dtype=np.float64)
-    return np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1])
 
 
 def _bounds(speed_limits: ArrayLike | None, count: int) -> Floats | None:

@@ -8,14 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.errors import ConfigError
-from popsteer.tracks.geometry import Sampled, build, equal_steps, sample, straight, turn
+from popsteer.ranges import check_known
+from popsteer.tracks.geometry import (
+    Sampled,
+    build,
+    equal_steps,
+    lemniscate,
+    sample,
+    straight,
+    turn,
+)
 from popsteer.tracks.manoeuvres import double_lane_change, obstacle_avoidance, step_steer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
     from popsteer.tracks.track import Track
 
@@ -64,8 +70,7 @@ def get(name: str) -> Track:
     popsteer.errors.ConfigError: unknown track 'monaco'; known: racetrack, straight, circle, \
 figure-eight, slalom, step-steer, double-lane-change, obstacle-avoidance
     """
-    if name not in names():  # a tuple compares, where a dict would hash and fail on a list
-        raise ConfigError.unknown("track", name, names())
+    check_known("track", name, _MAKERS)
     return _made(name)
 
 
@@ -105,7 +110,6 @@ def _racetrack(name: str) -> Track:
         " join straights and arcs, so the curvature is continuous. The path ends on the start"
         " straight, 23 m before it would close.",
         sample(pieces, 1274),
-        closed=False,
     )
 
 
@@ -115,7 +119,6 @@ def _straight(name: str) -> Track:
         "Straight line, 200 m",
         "The x axis. Shows how a controller takes up an offset, and nothing else.",
         sample(straight(200.0), 201),
-        closed=False,
     )
 
 
@@ -134,22 +137,12 @@ def _circle(name: str) -> Track:
 
 
 def _figure_eight(name: str) -> Track:
-    """Make a lemniscate of Bernoulli, from the tip of its right loop."""
-    size = 80.0
-
-    def curve(t: NDArray[np.float64]) -> NDArray[np.float64]:
-        scale = size * np.cos(t) / (1.0 + np.sin(t) ** 2)
-        return np.column_stack((scale, scale * np.sin(t)))
-
-    fine = np.linspace(0.0, 2.0 * math.pi, 100_001)
-    t, step = equal_steps(curve(fine), fine)
-    t = t[:-1]  # a closed track does not repeat its first waypoint
     return build(
         name,
         "Figure of eight, lemniscate of Bernoulli",
         "Two loops of 27 m least radius, one to each side, that cross at a right angle. Shows"
         " whether a tracker holds on to its branch where the path crosses itself.",
-        Sampled(curve(t), 3.0 * np.cos(t) / (size * np.sqrt(1.0 + np.sin(t) ** 2)), step),
+        lemniscate(80.0),
         closed=True,
     )
 
@@ -170,7 +163,6 @@ def _slalom(name: str) -> Track:
             -amplitude * k * k * np.sin(k * x) / (1.0 + slope * slope) ** 1.5,
             step,
         ),
-        closed=False,
     )
 
 

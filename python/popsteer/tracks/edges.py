@@ -25,11 +25,17 @@ import numpy as np
 
 from popsteer.ranges import check_in_range
 from popsteer.tracks.cusps import parallel_parking, three_point_turn
-from popsteer.tracks.geometry import Piece, Waypoints, equal_steps, placed, profile
+from popsteer.tracks.geometry import (
+    Piece,
+    Sampled,
+    Waypoints,
+    equal_steps,
+    lemniscate,
+    placed,
+    profile,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 __all__ = [
@@ -60,16 +66,7 @@ def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
     check_in_range("size", size, 0.1, 1e4)
     # The whole curve is 5.244 times its size long.
     check_in_range("spacing", spacing, 0.01, 5.244 * size / 8.0)
-
-    def curve(t: NDArray[np.float64]) -> NDArray[np.float64]:
-        scale = size * np.cos(t) / (1.0 + np.sin(t) ** 2)
-        return np.column_stack((scale, scale * np.sin(t)))
-
-    fine = np.linspace(0.0, 2.0 * math.pi, 100_001)
-    t, step = equal_steps(curve(fine), fine, spacing)
-    t = t[:-1]  # a closed path does not repeat its first waypoint
-    curvature = 3.0 * np.cos(t) / (size * np.sqrt(1.0 + np.sin(t) ** 2))
-    return Waypoints(curve(t), profile(curvature, step, closed=True), closed=True)
+    return _driven(lemniscate(size, spacing), closed=True)
 
 
 def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5) -> Waypoints:
@@ -93,7 +90,7 @@ def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5
         Piece(0.5 * math.pi * offset, curvature, curvature),
         Piece(length, 0.0, 0.0),
     ]
-    return _forward(pieces, spacing)
+    return _driven(placed(pieces, spacing))
 
 
 def spiral(
@@ -123,7 +120,7 @@ def spiral(
     phi, step = equal_steps(curve(fine), fine, spacing)
     squared = (inner_radius + growth * phi) ** 2
     curvature = (squared + 2.0 * growth**2) / (squared + growth**2) ** 1.5
-    return Waypoints(curve(phi), profile(curvature, step, closed=False), closed=False)
+    return _driven(Sampled(curve(phi), curvature, step))
 
 
 def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -> Waypoints:
@@ -146,7 +143,7 @@ def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -
         Piece(2.0 * math.pi * radius, 1.0 / radius, 1.0 / radius),
         Piece(length, 0.0, 0.0),
     ]
-    return _forward(pieces, spacing)
+    return _driven(placed(pieces, spacing))
 
 
 def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
@@ -166,7 +163,7 @@ def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
     steps = side * np.column_stack((np.cos(heading), np.sin(heading)))
     xy = np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
     curvature = np.full(sides, 2.0 * math.tan(math.pi / sides) / side)
-    return Waypoints(xy, profile(curvature, side, closed=True), closed=True)
+    return _driven(Sampled(xy, curvature, side), closed=True)
 
 
 def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
@@ -178,7 +175,7 @@ def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
     5001
     """
     check_in_range("length", length, 0.1, 1e4)
-    return _forward([Piece(length, 0.0, 0.0)], spacing)
+    return _driven(placed([Piece(length, 0.0, 0.0)], spacing))
 
 
 def near_duplicates(
@@ -198,7 +195,7 @@ def near_duplicates(
     check_in_range("radius", radius, 0.1, 1e5)
     check_in_range("gap", gap, 1e-8, 0.5 * spacing)
     pieces = [Piece(length, 0.0, 0.0), Piece(length, 1.0 / radius, 1.0 / radius)]
-    line, speed, _ = _forward(pieces, spacing)
+    line, speed, _ = _driven(placed(pieces, spacing))
     ahead = np.diff(line, axis=0)
     ahead = np.concatenate((ahead, ahead[-1:]))
     ahead *= gap / np.sqrt((ahead * ahead).sum(axis=1, keepdims=True))
@@ -206,7 +203,6 @@ def near_duplicates(
     return Waypoints(xy, np.repeat(speed, 2), closed=False)
 
 
-def _forward(pieces: Sequence[Piece], spacing: float) -> Waypoints:
-    """Place waypoints on a line that is driven forward."""
-    line = placed(pieces, spacing)
-    return Waypoints(line.xy, profile(line.curvature, line.step, closed=False), closed=False)
+def _driven(line: Sampled, *, closed: bool = False) -> Waypoints:
+    """Put to a line the speeds at which it is driven forward."""
+    return Waypoints(line.xy, profile(line, closed=closed), closed)

@@ -140,6 +140,19 @@ def placed(pieces: Sequence[Piece], spacing: float) -> Sampled:
     return Sampled(line.xy[::finer], line.curvature[::finer], line.step * finer)
 
 
+def lemniscate(size: float, spacing: float = 1.0) -> Sampled:
+    """Make a lemniscate of Bernoulli, closed, from the tip of its right loop, `size` from 0 [m]."""
+
+    def curve(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        scale = size * np.cos(t) / (1.0 + np.sin(t) ** 2)
+        return np.column_stack((scale, scale * np.sin(t)))
+
+    fine = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    t, step = equal_steps(curve(fine), fine, spacing)
+    t = t[:-1]  # a closed path does not repeat its first waypoint
+    return Sampled(curve(t), 3.0 * np.cos(t) / (size * np.sqrt(1.0 + np.sin(t) ** 2)), step)
+
+
 LIMITS = SpeedLimits(**DEFAULTS, exponent=math.inf)
 """What an ordinary car drives at briskly, far from the limit of a dry road."""
 FIRST_SPEED = 1.5
@@ -151,15 +164,14 @@ FIRST_SPEED = 1.5
 _DECIMALS = 6
 
 
-def build(name: str, title: str, description: str, line: Sampled, *, closed: bool) -> Track:
+def build(name: str, title: str, description: str, line: Sampled, *, closed: bool = False) -> Track:
     """Put reference speeds to a sampled line.
 
     The numbers are rounded to a micrometre, so that all machines make the same.
 
     Examples
     --------
-    >>> from popsteer.tracks.geometry import sample, straight
-    >>> build("short", "Three metres", "", sample(straight(3.0), 4), closed=False).speed.tolist()
+    >>> build("short", "Three metres", "", sample(straight(3.0), 4)).speed.tolist()
     [1.5, 2.5, 3.201562, 3.774917]
     """
     return Track(
@@ -167,18 +179,15 @@ def build(name: str, title: str, description: str, line: Sampled, *, closed: boo
         title=title,
         description=description,
         xy=np.round(line.xy, _DECIMALS) + 0.0,  # + 0.0 turns -0.0 into 0.0
-        speed=np.round(profile(line.curvature, line.step, closed=closed), _DECIMALS),
+        speed=np.round(profile(line, closed=closed), _DECIMALS),
         closed=closed,
     )
 
 
-def profile(curvature: NDArray[np.float64], step: float, *, closed: bool) -> NDArray[np.float64]:
-    """Give the speeds of a track [m/s]: the fastest within `LIMITS`, along a curvature [1/m].
-
-    `step` is the arc length between waypoints [m]. An open path is entered at `FIRST_SPEED`.
-    """
+def profile(line: Sampled, *, closed: bool) -> NDArray[np.float64]:
+    """Give the fastest speeds [m/s] within `LIMITS`; an open path is entered at `FIRST_SPEED`."""
     first = None if closed else FIRST_SPEED
-    return speeds_along(curvature, step, LIMITS, closed=closed, start_speed=first)
+    return speeds_along(line.curvature, line.step, LIMITS, closed=closed, start_speed=first)
 
 
 def equal_steps(

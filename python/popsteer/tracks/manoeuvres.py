@@ -97,7 +97,6 @@ def step_steer(
         f"A straight of {run_up:g} m, a clothoid of {transition:g} m, and {arc:g} m of the circle."
         " Shows how a controller takes up a bend, and the error that it then keeps.",
         sample(pieces, round(length) + 1),
-        closed=False,
     )
 
 
@@ -148,7 +147,7 @@ def double_lane_change(
         name,
         "Double lane change in the style of ISO 3888-1",
         f"Into the lane {offset:g} m beside and back, at one speed. {_NO_CLAIM}",
-        _checked_sections(sections, 6),
+        (6, sections),
         (offset, return_offset),
         (run_up, run_out),
     )
@@ -211,7 +210,7 @@ def obstacle_avoidance(
         "Obstacle avoidance in the style of ISO 3888-2",
         f"A swerve of {offset:.2f} m and back, at one speed, on short sections: the sharpest of the"
         f" lane changes. {_NO_CLAIM}",
-        _checked_sections(sections, 5),
+        (5, sections),
         (offset, return_offset),
         (run_up, run_out),
     )
@@ -221,11 +220,16 @@ def _lane_changes(
     name: str,
     title: str,
     description: str,
-    sections: list[float],
+    lengths: tuple[int, Sequence[float]],
     offsets: tuple[float, float],
     run: tuple[float, float],
 ) -> Track:
     """Make the line through three lanes: there, second and fourth section, and back."""
+    sections = list(lengths[1])
+    if len(sections) != lengths[0]:
+        raise ConfigError("sections", lengths[1], f"{lengths[0]} lengths")
+    for section in sections:
+        check_in_range("sections", section, 1.0, 1e4)
     for field, value in zip(("run_up", "run_out"), run, strict=True):
         check_in_range(field, value, 1.0, 1e4)
     for field, value in zip(("offset", "return_offset"), offsets, strict=True):
@@ -235,10 +239,8 @@ def _lane_changes(
     second = first + sections[1] + sections[2]
     end = begin + sum(sections)
     length = end + run[1]
-    changes = (
-        (first, sections[1], offsets[0]),
-        (second, sections[3], offsets[1] - offsets[0]),
-    )
+    back = offsets[1] - offsets[0]
+    changes = ((first, sections[1], offsets[0]), (second, sections[3], back))
 
     def curve(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         y, slope, bend = np.zeros((3, *x.shape))
@@ -254,14 +256,4 @@ def _lane_changes(
     x, step = equal_steps(xy, fine)
     sharpest = float(np.abs(curvature).max())
     limiting = np.where((x >= begin) & (x <= end), sharpest, 0.0)
-    return build(name, title, description, Sampled(curve(x)[0], limiting, step), closed=False)
-
-
-def _checked_sections(sections: Sequence[float], count: int) -> list[float]:
-    """Return the lengths of sections [m], where they are as many as there should be."""
-    found = list(sections)
-    if len(found) != count:
-        raise ConfigError("sections", sections, f"{count} lengths")
-    for length in found:
-        check_in_range("sections", length, 1.0, 1e4)
-    return found
+    return build(name, title, description, Sampled(curve(x)[0], limiting, step))
