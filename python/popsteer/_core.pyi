@@ -71,7 +71,6 @@ __all__ = [
     "get_distance",
     "get_predicted_location",
     "kinematic_bicycle",
-    "plants",
     "run_many",
     "saturate",
     "state_transition",
@@ -111,7 +110,6 @@ def kinematic_bicycle(
     dt: float,
     /,
 ) -> _Numbers: ...
-def plants() -> dict[str, Vehicle]: ...
 def run_many(
     runs: Iterable[
         tuple[_Law, _Plant, list[float], tuple[Noise | None, int, int], _Longitudinal | None]

@@ -22,7 +22,8 @@ from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
 from popsteer.errors import ConfigError, InputError, PlantLimit
 from popsteer.plants.pedals import PedalParams
-from popsteer.plants.protocol import PlantState, follow, published
+from popsteer.plants.protocol import PlantState, Varied, follow, published
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,7 +49,7 @@ _MODELS = {
 }
 
 
-class CommonRoad:
+class CommonRoad(Varied):
     """A vehicle of CommonRoad.
 
     Parameters
@@ -110,13 +111,13 @@ class CommonRoad:
         dead_time: float = 0.0,
         steer_offset: float = 0.0,
     ) -> None:
-        if model not in _MODELS:
-            raise ConfigError.unknown("model of CommonRoad", model, _MODELS)
+        check_known("model of CommonRoad", model, _MODELS)
         if number not in (1, 2, 3):
             raise ConfigError("vehicle of CommonRoad", number, "1, 2 or 3")
         self.name = f"commonroad-{model}-{number}"
         self.params = PedalParams() if params is None else params
-        self._kind, self._model, self._number = model, _MODELS[model], number
+        self._kind, self._model = model, _MODELS[model]
+        self._of = model, number
         self._p = setup_vehicle_parameters(vehicle_id=number)
         self._grip = float(self._p.tire.p_dy1) * _GRAVITY
         self.vehicle = published(
@@ -129,19 +130,6 @@ class CommonRoad:
             steer_offset=steer_offset,
         )
         self._x: list[float] = []
-
-    def with_params(self, params: PedalParams) -> CommonRoad:
-        """Give the same vehicle with other pedals."""
-        dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
-        return CommonRoad(
-            self._kind, self._number, params, dead_time=dead_time, steer_offset=offset
-        )
-
-    def with_steering(self, *, dead_time: float, steer_offset: float) -> CommonRoad:
-        """Give the same vehicle with another dead time [s] and offset [rad] of its steering."""
-        return CommonRoad(
-            self._kind, self._number, self.params, dead_time=dead_time, steer_offset=steer_offset
-        )
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the vehicle into a pose of its rear axle [m, m, rad], rolling straight ahead [m/s].

@@ -13,7 +13,7 @@ import mujoco
 
 from popsteer.errors import PlantLimit
 from popsteer.plants.pedals import MujocoCarParams
-from popsteer.plants.protocol import PlantState, follow, published
+from popsteer.plants.protocol import PlantState, Varied, follow, published
 
 # As in the model file.
 _WHEELBASE, _TRACK, _RADIUS, _CENTRE_HEIGHT = 2.7, 1.56, 0.33, 0.5
@@ -27,7 +27,7 @@ _MOST_SLIP = 2.0
 _UPRIGHT = math.cos(math.radians(30.0))
 
 
-class MujocoCar:
+class MujocoCar(Varied):
     """A car in MuJoCo.
 
     1500 kg, axles 2.7 m apart, 54 % of the weight on the front one, 1.56 m between the wheels of an
@@ -103,15 +103,6 @@ class MujocoCar:
             dead_time=dead_time,
             steer_offset=steer_offset,
         )
-
-    def with_params(self, params: MujocoCarParams) -> MujocoCar:
-        """Give a car with other parameters."""
-        dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
-        return MujocoCar(params, dead_time=dead_time, steer_offset=offset)
-
-    def with_steering(self, *, dead_time: float, steer_offset: float) -> MujocoCar:
-        """Give the same vehicle with another dead time [s] and offset [rad] of its steering."""
-        return MujocoCar(self.params, dead_time=dead_time, steer_offset=steer_offset)
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the car into a pose of its rear axle [m, m, rad], rolling straight ahead [m/s]."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from popsteer._core import Vehicle
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class PlantState(NamedTuple):
@@ -81,6 +84,27 @@ class PythonPlant(Protocol):
             The model does not reach further; the run ends there.
         """
         ...
+
+
+class Varied:
+    """What plants share whose parameters and steering can vary."""
+
+    vehicle: Vehicle
+    params: Any
+    _of: tuple[object, ...] = ()
+    """What such a plant is made of, before its parameters."""
+
+    def with_params(self, params: Any) -> Self:  # noqa: ANN401 - each has a class of its own
+        """Give the same plant with other parameters."""
+        car = self.vehicle
+        return self._made(params, dead_time=car.dead_time, steer_offset=car.steer_offset)
+
+    def with_steering(self, *, dead_time: float, steer_offset: float) -> Self:
+        """Give the same plant with another dead time [s] and steering offset [rad]."""
+        return self._made(self.params, dead_time=dead_time, steer_offset=steer_offset)
+
+    def _made(self, params: object, **steering: float) -> Self:
+        return type(self)(*self._of, params, **steering)  # type: ignore[call-arg]
 
 
 def follow(wanted: float, angle: float, fastest: float, dt: float) -> float:

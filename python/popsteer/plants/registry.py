@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from popsteer import own
 from popsteer.errors import ConfigError
 from popsteer.extras import require
-from popsteer.plants.protocol import PythonPlant
+from popsteer.plants.protocol import Varied
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
-
-    from popsteer._core import Vehicle
     from popsteer.parameters import Parameters
-    from popsteer.plants.protocol import PlantState
+    from popsteer.plants.commonroad import CommonRoad
+    from popsteer.plants.mujoco_car import MujocoCar
 
 ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 """What a plant has."""
 
 
-class OwnPlant:
+class OwnPlant(Varied):
     """A plant that `popsteer.own.load` finds, with parameters and steering that can vary.
 
     `dead_time` and `steer_offset` are what the closed loop adds [s, rad]; that of its vehicle by
@@ -38,65 +37,27 @@ class OwnPlant:
         steer_offset: float | None = None,
     ) -> None:
         kind = own.load("plant", name)
-        self.name = name
+        self.name, self._of = name, (name,)
         self.params = own.params_of(kind)() if params is None else params
         try:
-            self._plant: Any = own.called(kind, params=self.params)
+            plant = own.called(kind, params=self.params)
         except Exception as error:
             raise own.OwnCodeError(name, error) from error
-        if lacking := [asked for asked in ASKED if not hasattr(self._plant, asked)]:
+        if lacking := [asked for asked in ASKED if not hasattr(plant, asked)]:
             raise ConfigError("plant", name, f"a plant, which has {', '.join(lacking)}")
-        self.vehicle: Vehicle = self._plant.vehicle
+        self.vehicle = plant.vehicle
         given = {"dead_time": dead_time, "steer_offset": steer_offset}
         if changed := {k: v for k, v in given.items() if v is not None}:
             self.vehicle = self.vehicle.replace(**changed)
-        self.reverses: bool = self._plant.reverses
-
-    def with_params(self, params: Parameters) -> OwnPlant:
-        """Give the same plant with other parameters."""
-        dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
-        return OwnPlant(self.name, params, dead_time=dead_time, steer_offset=offset)
-
-    def with_steering(self, *, dead_time: float, steer_offset: float) -> OwnPlant:
-        """Give the same plant with another dead time [s] and steering offset [rad]."""
-        return OwnPlant(self.name, self.params, dead_time=dead_time, steer_offset=steer_offset)
-
-    def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
-        """Stand, or roll, in this pose, as `PythonPlant.reset`."""
-        self._plant.reset(x, y, yaw, speed)
-
-    def advance(
-        self,
-        steer: float,
-        throttle: float,
-        brake: float,
-        dt: float,
-        substeps: int,
-        reverse: bool,  # noqa: FBT001 - as the closed loop gives it, by place
-        /,
-    ) -> PlantState:
-        """Move on, as `PythonPlant.advance`."""
-        state: PlantState = self._plant.advance(steer, throttle, brake, dt, substeps, reverse)
-        return state
+        self.reverses: bool = plant.reverses
+        self.reset: Any = plant.reset
+        self.advance: Any = plant.advance
 
 
 _MODELS = ("st", "std", "mb")
 _VEHICLES = (1, 2, 3)
 _MUJOCO = "mujoco-car"
 _COMMONROAD = re.compile(r"commonroad-(st|std|mb)-([123])")
-
-
-class Configurable(PythonPlant, Protocol):
-    """A plant with parameters."""
-
-    @property
-    def params(self) -> Any:  # noqa: ANN401 - each has a class of its own
-        """Its parameters."""
-        ...
-
-    def with_params(self, params: Any, /) -> Self:  # noqa: ANN401
-        """Give another with these parameters."""
-        ...
 
 
 def names() -> tuple[str, ...]:
@@ -127,7 +88,7 @@ def is_known(name: str) -> bool:
     return name in names() or own.is_named("plant", name)
 
 
-def get(name: str) -> Configurable:
+def get(name: str) -> CommonRoad | MujocoCar | OwnPlant:
     """Make a plant.
 
     Parameters
@@ -157,8 +118,7 @@ commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
     """
     if name not in names() and own.is_named("plant", name):
         return OwnPlant(name)
-    if name not in names():
-        raise ConfigError.unknown("plant", name, names())
+    check_known("plant", name, names())
     require(f"plant {name}", "plants")
     if found := _COMMONROAD.fullmatch(name):
         from popsteer.plants.commonroad import CommonRoad

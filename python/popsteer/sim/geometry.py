@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 from popsteer import plants
 from popsteer._core import CarlaIdentified, KinematicBicycle
-from popsteer._core import plants as core_plants
-from popsteer.errors import ConfigError
 from popsteer.plants.protocol import PythonPlant
 from popsteer.plants.registry import ASKED
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
@@ -44,7 +43,7 @@ def plant_names() -> tuple[str, ...]:
     >>> plant_names()
     ('carla-identified', 'kinematic-bicycle')
     """
-    return tuple(core_plants())
+    return tuple(CORE_PLANTS)
 
 
 def plant_name(plant: Plant) -> str:
@@ -73,14 +72,12 @@ def plant_name(plant: Plant) -> str:
     'kinematic-bicycle'
     """
     if isinstance(plant, str):
-        known = (*plant_names(), *plants.names())
-        if plant not in known and not plants.is_known(plant):
-            raise ConfigError.unknown("plant", plant, known)
+        if not plants.is_known(plant):
+            check_known("plant", plant, (*CORE_PLANTS, *plants.names()))
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         return next(name for name, kind in CORE_PLANTS.items() if isinstance(plant, kind))
-    lacking = [asked for asked in ASKED if not hasattr(plant, asked)]
-    if lacking:
+    if lacking := [asked for asked in ASKED if not hasattr(plant, asked)]:
         raise TypeError(
             "plant must be a name or an object of a plant class,"
             f" got {plant!r}, which lacks {', '.join(lacking)}"
@@ -99,10 +96,7 @@ def made(plant: Plant) -> Plant:
 
 
 def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:
-    """Make a plant of its name, with its default parameters; leave an object as it is.
-
-    Raises what `made` does.
-    """
+    """Make a plant of its name, with its default parameters; raises what `made` does."""
     found = made(plant)
     return CORE_PLANTS[found]() if isinstance(found, str) else found
 
@@ -133,8 +127,7 @@ def vehicle_of(plant: Plant) -> Vehicle:
     >>> car.wheelbase, car.turning_wheelbase, car.rear_axle
     (3.0, 3.553, -1.94)
     """
-    plant = made(plant)
-    return core_plants()[plant] if isinstance(plant, str) else plant.vehicle
+    return object_of(plant).vehicle
 
 
 def pose_of(start: Pose, start_at: StartAt, vehicle: Vehicle) -> Pose:
@@ -143,8 +136,7 @@ def pose_of(start: Pose, start_at: StartAt, vehicle: Vehicle) -> Pose:
     `start_at` says whose `start` is: "pose", "rear" or "front"; raises ConfigError for another.
     """
     offsets = {"pose": 0.0, "rear": vehicle.rear_axle, "front": vehicle.front_axle}
-    if start_at not in offsets:
-        raise ConfigError.unknown("start_at", start_at, get_args(StartAt))
+    check_known("start_at", start_at, get_args(StartAt))
     ahead = offsets[start_at]
     x, y, yaw = start
     if ahead == 0.0 or not math.isfinite(yaw):  # what is not finite, the simulation refuses by name

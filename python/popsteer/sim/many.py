@@ -118,39 +118,38 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     >>> runs["max_abs_cross_track_error"]
     array([0.5, 1. , 2. ])
     """
-    several_controllers = (
-        None if isinstance(controller, controllers.CONTROLLERS) else list(controller)
-    )
-    # A name is a sequence too, of letters: the type checker cannot tell them apart.
-    one_plant = isinstance(plant, _PLANTS)
-    several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
-    drives = list(longitudinal) if isinstance(longitudinal, (list, tuple)) else None
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
-    noises = None if noise is None or isinstance(noise, Noise) else list(noise)
-    seeds = None if np.ndim(seed) == 0 else [int(each) for each in cast("Sequence[int]", seed)]
-    count = _common_length(
-        controller=several_controllers,
-        plant=several_plants,
-        start=starts if starts is not None and starts.ndim == 2 else None,
-        speed=speeds if speeds.ndim == 1 else None,
-        longitudinal=drives,
-        noise=noises,
-        seed=seeds,
-    )
-    for one in [cast("int", seed)] if seeds is None else seeds:
-        check_seed(one)
+    several: dict[str, Any] = {
+        "controller": None if isinstance(controller, controllers.CONTROLLERS) else list(controller),
+        # A name is a sequence too, of letters.
+        "plant": None if isinstance(plant, _PLANTS) else list(plant),
+        "start": starts if starts is not None and starts.ndim == 2 else None,
+        "speed": speeds if speeds.ndim == 1 else None,
+        "longitudinal": list(longitudinal) if isinstance(longitudinal, (list, tuple)) else None,
+        "noise": None if noise is None or isinstance(noise, Noise) else list(noise),
+        "seed": None if np.ndim(seed) == 0 else list(map(int, cast("Sequence[int]", seed))),
+    }
+    count = _common_length(several)
+
+    def each(name: str, one: object) -> list[Any]:
+        """Give what there is for each run, or what is for all as often as there are runs."""
+        return [one] * count if several[name] is None else several[name]
+
+    seeds: Any = several["seed"]
+    for given in (cast("int", seed),) if seeds is None else seeds:
+        check_seed(given)
     if threads is not None:
         check_count("threads", threads, 1, _MAX_THREADS)
 
-    each = [controller] * count if several_controllers is None else several_controllers
-    each_plant = [cast("CorePlant", plant)] * count if several_plants is None else several_plants
-    each_drive = [cast("Longitudinal | None", longitudinal)] * count if drives is None else drives
+    each_plant, each_drive = each("plant", plant), each("longitudinal", longitudinal)
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
     known: dict[tuple[int, int], _Prepared] = {}
     checked: set[tuple[int, int]] = set()
     drivers = []
-    for index, (driver, moved, drive) in enumerate(zip(each, each_plant, each_drive, strict=True)):
+    for index, (driver, moved, drive) in enumerate(
+        zip(each("controller", controller), each_plant, each_drive, strict=True)
+    ):
         key = id(driver), id(moved)
         if key not in known:
             known[key] = _prepared(index, driver, moved)
@@ -163,22 +162,19 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     if starts is None:
         poses = [driver.start for driver in drivers]
     else:
-        given = np.broadcast_to(starts, (count, 3)).tolist()
+        given_poses = np.broadcast_to(starts, (count, 3)).tolist()
         poses = [
-            pose_of((x, y, yaw), start_at, driver.vehicle)
-            for (x, y, yaw), driver in zip(given, drivers, strict=True)
+            pose_of(tuple(pose), start_at, driver.vehicle)
+            for pose, driver in zip(given_poses, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
-    each_noise = [cast("Noise | None", noise)] * count if noises is None else noises
-    streams = (
-        [(cast("int", seed), k) for k in range(count)] if seeds is None else [(s, 0) for s in seeds]
-    )
-    seen = [(noise, *stream) for noise, stream in zip(each_noise, streams, strict=True)]
+    streams = [(seed, k) for k in range(count)] if seeds is None else [(each, 0) for each in seeds]
     return _core.run_many(
         [
-            (driver.controller, moved, state, through, drive)
-            for driver, moved, state, through, drive in zip(
-                drivers, each_plant, states.tolist(), seen, each_drive, strict=True
+            (driver.controller, moved, state, (through, *stream), drive)
+            for driver, moved, state, through, stream, drive in zip(
+                *(drivers, each_plant, states.tolist(), each("noise", noise), streams, each_drive),
+                strict=True,
             )
         ],
         pedals=pedals,
@@ -201,7 +197,7 @@ def _floats(name: str, value: ArrayLike, shapes: set[tuple[int | None, ...]]) ->
     return array
 
 
-def _common_length(**several: Sequence[object] | NDArray[Any] | None) -> int:
+def _common_length(several: dict[str, Any]) -> int:
     """Tell how many runs the sequences are for; one where there is no sequence."""
     lengths = {name: len(each) for name, each in several.items() if each is not None}
     if len(set(lengths.values())) > 1:
@@ -218,17 +214,13 @@ class _Prepared(NamedTuple):
     start: Pose
 
 
-def _prepared(
-    index: int,
-    controller: object,
-    plant: CorePlant,
-) -> _Prepared:
+def _prepared(index: int, controller: object, plant: CorePlant) -> _Prepared:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
         kind = type(controller).__name__
         raise TypeError(f"controller {index} must be one of popsteer, got {kind}; see run")
-    path = controller.path
     if (name := plant_name(plant)) not in plant_names():
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     vehicle = vehicle_of(plant)
-    return _Prepared(informed(controller, vehicle), vehicle, default_start(path, vehicle=vehicle))
+    start = default_start(controller.path, vehicle=vehicle)
+    return _Prepared(informed(controller, vehicle), vehicle, start)

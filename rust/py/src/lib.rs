@@ -57,7 +57,7 @@ mod _core {
         },
         many::run_many,
         path::PyPath,
-        plants::{PyCarlaIdentified, PyKinematicBicycle, plants},
+        plants::{PyCarlaIdentified, PyKinematicBicycle},
         projection::{PyLookahead, PyProjection},
         sim::{PyNoise, PySettings, PySimulation},
         speed::controllers::{

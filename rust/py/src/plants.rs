@@ -6,7 +6,6 @@ use popsteer_sim::Plant;
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::errors::unknown;
 use crate::params::{hash, params};
@@ -81,19 +80,4 @@ pub(crate) fn plant_object(py: Python<'_>, plant: &dyn Plant) -> PyResult<Py<PyA
     Err(PyTypeError::new_err(
         "the plant is of no class of popsteer.sim",
     ))
-}
-
-/// The names of the plants, and what they are.
-///
-/// Returns
-/// -------
-/// dict
-///     For each name its `Vehicle`.
-#[pyfunction]
-pub(crate) fn plants(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let named = PyDict::new(py);
-    for plant in plant::NAMES.iter().filter_map(|name| plant::by_name(name)) {
-        named.set_item(plant.name(), PyVehicle(*plant.vehicle()))?;
-    }
-    Ok(named)
 }
