@@ -146,7 +146,7 @@ def test_start_is_drawn_between_the_bounds_about_the_path() -> None:
         popsteer.Path(XY, speed=[3.0] * 41), start_offset=(0.1, 0.9), start_yaw=(-0.3, -0.1)
     ).task
     rng = np.random.default_rng(0)
-    starts = np.array([task.begin(rng, task.plant).start for _ in range(200)])
+    starts = np.array([task.begin(rng, task.plant)[1] for _ in range(200)])
     rear = starts[:, 1]
     assert 0.1 <= rear.min() < 0.15
     assert 0.85 < rear.max() <= 0.9
@@ -192,7 +192,7 @@ def test_random_start_on_the_last_segment_of_a_lap_heads_for_the_first_waypoint(
     car = sim.vehicle_of(task.plant)
     sides = set()
     for _ in range(60):
-        x, y, yaw = task.begin(rng, task.plant).start
+        x, y, yaw = task.begin(rng, task.plant)[1]
         x, y = x + car.rear_axle * math.cos(yaw), y + car.rear_axle * math.sin(yaw)
         side = round(yaw / (0.5 * math.pi)) % 4
         sides.add(side)

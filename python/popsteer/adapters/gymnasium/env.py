@@ -19,7 +19,8 @@ from popsteer.adapters.gymnasium.task import (
     observation_names,
     observation_space,
 )
-from popsteer.errors import ConfigError, InputError
+from popsteer.errors import InputError
+from popsteer.ranges import check_known
 from popsteer.sim import vehicle_of
 
 if TYPE_CHECKING:
@@ -171,27 +172,12 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         substeps: int = 10,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ConfigError.unknown("render_mode", str(render_mode), ["rgb_array"])
-        options: dict[str, Any] = {
-            "actions": actions,
-            "constant_speed": constant_speed,
-            "longitudinal": longitudinal,
-            "vehicle_ranges": vehicle_ranges,
-            "random_start": random_start,
-            "start_offset": start_offset,
-            "start_yaw": start_yaw,
-            "start_speed": start_speed,
-            "preview": preview,
-            "reward": reward,
-            "off_path_distance": off_path_distance,
-            "time_limit": time_limit,
-            "stall_time": stall_time,
-            "dt": dt,
-            "substeps": substeps,
-        }
-        self._task = Task(track, plant, **options)
-        self._options = {"track": track, "plant": plant, "render_mode": render_mode, **options}
+        options = dict(locals())  # by their names, as they are given
+        del options["self"], options["render_mode"]
+        if render_mode is not None:
+            check_known("render_mode", str(render_mode), self.metadata["render_modes"])
+        self._task = Task(**options)
+        self._options = {"render_mode": render_mode, **options}
         self._begun = False
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / dt))}
         self.render_mode = render_mode

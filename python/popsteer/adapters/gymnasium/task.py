@@ -6,7 +6,7 @@ import copy
 import math
 from bisect import bisect_right
 from dataclasses import astuple, dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, cast, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
 from popsteer._core import Episodes, Settings
 from popsteer.errors import ConfigError, InputError, in_range
-from popsteer.ranges import check_in_range
+from popsteer.ranges import check_in_range, check_known
 from popsteer.sim import plant_name, plant_names
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
@@ -70,17 +70,6 @@ class RewardWeights:
     """What leaving the path costs, once."""
 
 
-class Begin(NamedTuple):
-    """How an episode begins."""
-
-    plant: Any
-    """What moves."""
-    start: Pose
-    """Pose of the vehicle's point [m, m, rad]."""
-    speed: float
-    """Speed [m/s], negative where the path is driven backwards."""
-
-
 class Task:
     """What the single environment and the batch share; `TrackEnv` lists the options."""
 
@@ -106,7 +95,8 @@ class Task:
         substeps: int,
     ) -> None:
         path = _path_of(track)
-        self.actions = _checked_actions(actions)
+        check_known("actions", actions, get_args(Actions))
+        self.actions = actions
         keeping: SpeedPid | CoupledLongitudinal = SpeedPid(_KEEPING)
         if constant_speed is not None:
             path, keeping = at_constant_speed(path, constant_speed)
@@ -160,18 +150,16 @@ class Task:
         car = vehicle_of(self.plant)
         checked = {}
         for field, ends in ranges.items():
-            if field not in car.as_dict():
-                raise ConfigError.unknown("field of vehicle_ranges", field, car.as_dict())
+            check_known("field of vehicle_ranges", field, car.as_dict())
+            name, wanted = f"vehicle_ranges[{field!r}]", "(lowest, highest)"
             try:
                 low, high = (float(end) for end in ends)
             except (TypeError, ValueError) as error:
-                raise ConfigError(
-                    f"vehicle_ranges[{field!r}]", ends, "(lowest, highest)"
-                ) from error
+                raise ConfigError(name, ends, wanted) from error
             if not low <= high:
-                raise ConfigError(f"vehicle_ranges[{field!r}]", (low, high), "(lowest, highest)")
-            car.replace(**{field: low})  # refuses, by name, what is out of the field's range
-            car.replace(**{field: high})
+                raise ConfigError(name, (low, high), wanted)
+            for end in (low, high):
+                car.replace(**{field: end})  # refuses, by name, what is out of the field's range
             checked[field] = (low, high)
         return checked
 
@@ -200,12 +188,12 @@ class Task:
         plant: Any,  # noqa: ANN401
     ) -> Vehicle:
         """Begin an episode with one of many vehicles; give what it is."""
-        begin = self.begin(rng, plant)
-        episodes.begin(vehicle, self.path, *begin)
-        return vehicle_of(begin.plant)
+        moved, start, speed = self.begin(rng, plant)
+        episodes.begin(vehicle, self.path, moved, start, speed)
+        return vehicle_of(moved)
 
-    def begin(self, rng: np.random.Generator, plant: Any) -> Begin:  # noqa: ANN401
-        """Draw how an episode begins."""
+    def begin(self, rng: np.random.Generator, plant: Any) -> tuple[Any, Pose, float]:  # noqa: ANN401
+        """Draw how an episode begins: what moves, its pose, and its speed [m/s]."""
         car = vehicle_of(plant)
         if self.ranges:
             drawn = {field: rng.uniform(*ends) for field, ends in self.ranges.items()}
@@ -228,7 +216,7 @@ class Task:
         if backwards:
             yaw, speed = yaw + math.pi, -speed
         pose = (x, y, math.remainder(yaw + turn, math.tau))
-        return Begin(plant, pose_of(pose, "rear", car), speed)
+        return plant, pose_of(pose, "rear", car), speed
 
 
 def _path_of(track: str | Track | Path) -> Path:
@@ -241,20 +229,13 @@ def _path_of(track: str | Track | Path) -> Path:
     return Path(track.xy, speed=track.speed, closed=track.closed)
 
 
-def _checked_actions(actions: Actions) -> Actions:
-    if actions not in get_args(Actions):
-        raise ConfigError.unknown("actions", actions, get_args(Actions))
-    return actions
-
-
 def _reward_of(reward: RewardWeights | Mapping[str, float] | None) -> RewardWeights:
-    if reward is None or isinstance(reward, RewardWeights):
-        return reward or RewardWeights()
-    known = RewardWeights.__dataclass_fields__
-    for name in reward:
-        if name not in known:
-            raise ConfigError.unknown("weight of the reward", name, known)
-    return RewardWeights(**reward)
+    if isinstance(reward, RewardWeights):
+        return reward
+    weights = reward or {}
+    for name in weights:
+        check_known("weight of the reward", name, RewardWeights.__dataclass_fields__)
+    return RewardWeights(**weights)
 
 
 def _range(name: str, ends: tuple[float, float], bound: float) -> tuple[float, float]:
