@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from popsteer import InputError, PreviewPop, SpeedPid, SpeedPidParams, Status
 from popsteer.adapters.carla.conversions import (
@@ -20,7 +20,7 @@ from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
     from collections import deque
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     import carla
 
@@ -33,12 +33,6 @@ _ARRIVED = 1.0  # the last waypoint counts as reached from here on [m], as there
 _GAINS = ("lateral_control_dict", "longitudinal_control_dict")
 # A PI law that does not overshoot behind a throttle that lags: that of `sim.run` at constant speed.
 _PEDALS = SpeedPidParams(kp=1.0, ki=0.5)
-
-
-class _Makes(Protocol):
-    """What makes a controller: a class of popsteer, or that with some parameters filled in."""
-
-    def __call__(self, path: Path, vehicle: Vehicle, /) -> Controller: ...
 
 
 class LocalPlanner:
@@ -102,7 +96,7 @@ class LocalPlanner:
         *,
         car: Vehicle | None = None,
         steering: Steering | None = None,
-        controller: _Makes = PreviewPop,
+        controller: Callable[[Path, Vehicle], Controller] = PreviewPop,
         longitudinal: SpeedPid | None = None,
     ) -> None:
         client_library()  # names the extra where it is missing
@@ -210,9 +204,7 @@ class LocalPlanner:
         carla.VehicleControl
             For ``actor.apply_control``. In the frame of the last step it is that step's.
         """
-        speed, steer = self._advance()
-        if debug:
-            self._draw()
+        speed, steer = self._advance(debug=debug)
         throttle, brake = self._control
         return vehicle_control(
             steer,
@@ -227,10 +219,9 @@ class LocalPlanner:
 
         The answer is for ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
         """
-        _, steer = self._advance()
-        if debug:
-            self._draw()
-        return ackermann_control(steer, 0.0 if self._stops() else self._wanted())
+        _, steer = self._advance(debug=debug)
+        wanted = speed_from_kmh(self._target_speed)
+        return ackermann_control(steer, 0.0 if self._stops() else wanted)
 
     def done(self) -> bool:
         """Say whether the plan is driven to its end: no waypoint remains."""
@@ -275,10 +266,6 @@ class LocalPlanner:
         else:
             self._controller.set_path(path)
 
-    def _wanted(self) -> float:
-        """Say how fast to go [m/s]."""
-        return speed_from_kmh(self._target_speed)
-
     def _stops(self) -> bool:
         held = self._command is not None and Status.INPUT_LOST in self._command.status
         return held or self.done() or self._controller is None
@@ -290,7 +277,7 @@ class LocalPlanner:
         # A simulator that was started anew counts from 0.
         return self._dt if before is None or now < before else now - before
 
-    def _advance(self) -> tuple[float, float]:
+    def _advance(self, *, debug: bool) -> tuple[float, float]:
         """Take a step of everything; the speed [m/s] and the angle of the wheels [rad]."""
         if self._follows_limits:
             self._target_speed = self._driven.get_speed_limit()
@@ -302,9 +289,12 @@ class LocalPlanner:
         dt = self._passed()
         if self._controller is None:
             self._control = 0.0, 1.0
-            return speed, 0.0
-        if dt > 0.0 or self._command is None:
+        elif dt > 0.0 or self._command is None:
             self._step(self._controller, pose_of(transform), speed, dt)
+        if debug:
+            carla = client_library()
+            place = self.target_waypoint.transform.location + carla.Location(z=1.0)
+            self._world.debug.draw_point(place, life_time=1.0)
         return speed, self._command.steer if self._command is not None else 0.0
 
     def _step(
@@ -322,11 +312,7 @@ class LocalPlanner:
             self._control = 0.0, 1.0
         elif not held:
             try:
-                self._control = self._pedals.step(speed, self._wanted(), dt)
+                wanted = speed_from_kmh(self._target_speed)
+                self._control = self._pedals.step(speed, wanted, dt)
             except InputError:  # a target speed that is no number: coast
                 self._control = 0.0, 0.0
-
-    def _draw(self) -> None:
-        carla = client_library()
-        place = self.target_waypoint.transform.location + carla.Location(z=1.0)
-        self._world.debug.draw_point(place, life_time=1.0)
