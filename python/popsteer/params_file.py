@@ -52,7 +52,7 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
     (0.0, 0.8)
     """
     from popsteer import own
-    from popsteer.toml_file import in_file, read
+    from popsteer.toml_file import check, in_file, read
 
     document = read(file, "tuning file")
     found: dict[str, Params] = {}
@@ -64,7 +64,12 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
             raise in_file(file, ConfigError.unknown("table", table, known))
         if not isinstance(fields, dict):
             raise in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
-        found[name] = _made(file, table, fields, _kind(name))
+        kind = _kind(name)
+        check(file, fields, kind().as_dict(), table)
+        try:
+            found[name] = kind(**fields)
+        except ConfigError as error:
+            raise in_file(file, error, f"[{table}] {error}") from None
     if not found:
         listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
         raise in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
@@ -163,32 +168,6 @@ def save(self: Params, file: str | os.PathLike[str]) -> None:
     from popsteer.files import write_text_atomic
 
     write_text_atomic(file, as_toml(self))
-
-
-def _made(
-    file: str | os.PathLike[str], table: str, fields: dict[str, Any], kind: type[Params]
-) -> Params:
-    """Make parameters of a table, or refuse it by file, table and key."""
-    from popsteer.toml_file import in_file
-
-    defaults: dict[str, Any] = kind().as_dict()
-    for key, value in fields.items():
-        if key not in defaults:
-            raise in_file(file, ConfigError.unknown(f"key of [{table}]", key, defaults))
-        default = defaults[key]
-        if isinstance(default, bool):
-            fits, wanted = isinstance(value, bool), "true or false"
-        elif isinstance(default, int):
-            fits, wanted = isinstance(value, int) and not isinstance(value, bool), "a whole number"
-        else:
-            fits = isinstance(value, int | float) and not isinstance(value, bool)
-            wanted = "a number"
-        if not fits:
-            raise in_file(file, ConfigError(f"{table}.{key}", value, wanted))
-    try:
-        return kind(**fields)
-    except ConfigError as error:
-        raise in_file(file, error, f"[{table}] {error}") from None
 
 
 class _Shown:

@@ -18,7 +18,7 @@ else:
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["in_file", "keys", "read", "tomllib"]
+__all__ = ["check", "in_file", "keys", "read", "tomllib"]
 
 
 def read(file: str | os.PathLike[str], kind: str) -> dict[str, Any]:
@@ -36,6 +36,24 @@ def read(file: str | os.PathLike[str], kind: str) -> dict[str, Any]:
         why = f"not TOML: {error}"
     refused = ConfigError(kind, os.fspath(file), f"a readable TOML file: {why}")
     raise in_file(file, refused, why)
+
+
+def check(
+    file: str | os.PathLike[str],
+    fields: Mapping[str, Any],
+    defaults: Mapping[str, Any],
+    of: str = "",
+) -> None:
+    """Refuse keys that have no default, and values of another type; `of` is their table."""
+    for key, value in fields.items():
+        if key not in defaults:
+            what = f"key of [{of}]" if of else "key"
+            raise in_file(file, ConfigError.unknown(what, key, defaults))
+        kind: Any = type(defaults[key])
+        wanted = {bool: "true or false", int: "a whole number"}.get(kind, "a number")
+        fits = isinstance(value, kind if kind in (bool, int) else int | float)
+        if not fits or (isinstance(value, bool) and kind is not bool):
+            raise in_file(file, ConfigError(f"{of}.{key}" if of else key, value, wanted))
 
 
 def in_file(

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
-from popsteer.toml_file import in_file, keys, read
+from popsteer.toml_file import check, in_file, keys, read
 
 if TYPE_CHECKING:
     import os
@@ -46,17 +46,11 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     Raises ConfigError, which names file, key and value, where the file cannot be read or is no
     TOML, or a key is unknown, or its value of the wrong type or out of range.
     """
-    fields, known = read(file, "vehicle file"), Vehicle().as_dict()
-    for key, value in fields.items():
-        if key not in known:
-            raise in_file(file, ConfigError.unknown("key", key, known))
-        is_flag = isinstance(known[key], bool)
-        if is_flag != isinstance(value, bool) or not isinstance(value, int | float):
-            raise in_file(file, ConfigError(key, value, "true or false" if is_flag else "a number"))
-        if key in _LIMITS and value == math.inf:
-            fields[key] = None
+    fields = read(file, "vehicle file")
+    check(file, fields, Vehicle().as_dict())
+    unlimited = {key: None for key in _LIMITS if fields.get(key) == math.inf}
     try:
-        return Vehicle(**fields)
+        return Vehicle(**fields | unlimited)
     except ConfigError as error:
         raise in_file(file, error) from None
 
