@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import popsteer
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import messages
-from popsteer.adapters.ros2.dds import Participant, Reader, Writer
+from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.node import Node, Options
 from tests.adapters.ros2_plant import CAR
 
@@ -60,10 +60,9 @@ class Client:
 
     def __init__(self, member: Participant, name: str) -> None:
         kind = "std_srvs/srv/Trigger"
-        there = member.open_writer(f"{name}Request", f"{kind}_Request", depth=1, prefix="rq")
-        self._requests = Writer(there, f"{kind}_Request")
-        there = member.open_reader(f"{name}Reply", f"{kind}_Response", reliable=True, prefix="rr")
-        self._answers = Reader(there)
+        self._requests = member.writer(f"{name}Request", f"{kind}_Request", prefix="rq")
+        answer = f"{kind}_Response"
+        self._answers = member.reader(f"{name}Reply", answer, reliable=True, prefix="rr")
         self._calls = 0
 
     def call(self, meanwhile: Callable[[], object]) -> tuple[bool, str]:

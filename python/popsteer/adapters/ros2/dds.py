@@ -86,15 +86,28 @@ class Participant:
         self.graph.look()
 
     def reader(
-        self, topic: str, kind: str, *, reliable: bool = False, latched: bool = False
+        self,
+        topic: str,
+        kind: str,
+        *,
+        reliable: bool = False,
+        latched: bool = False,
+        prefix: str = "rt",
+        listed: bool = True,
     ) -> Reader:
         """Subscribe to a topic of a type.
 
         `reliable` readers lose nothing, and hear reliable publishers alone; the others hear both
         kinds. `latched` ones are sent what was published before, and hear publishers alone that
-        keep it ("transient local").
+        keep it ("transient local"). `listed` says whether it is the node's to ROS.
         """
-        return Reader(self.open_reader(topic, kind, reliable=reliable, latched=latched))
+        from cyclonedds.sub import DataReader
+
+        qos = _qos(kind, reliable=reliable or latched, latched=latched, depth=10)
+        found = DataReader(self._participant, self._topic(topic, kind, prefix), qos=qos)
+        if listed:
+            self.graph.add(reader=found)
+        return Reader(found)
 
     def latest(self, topic: str, kind: str) -> Latest:
         """Subscribe to all reliable publishers of a topic, those that keep their messages, too."""
@@ -104,45 +117,20 @@ class Participant:
         """Offer a service of the type ``std_srvs/srv/Trigger``; `do` says what it answers."""
         return Service(self, check_name("service", name), do)
 
-    def writer(self, topic: str, kind: str, *, latched: bool = False, depth: int = 1) -> Writer:
+    def writer(
+        self, topic: str, kind: str, *, latched: bool = False, depth: int = 1, prefix: str = "rt"
+    ) -> Writer:
         """Publish on a topic of a type, reliably.
 
         `latched` publishers send who comes later their last message, too; `depth` messages are kept
         for who is slow.
         """
-        return Writer(self.open_writer(topic, kind, latched=latched, depth=depth), kind)
-
-    def open_reader(
-        self,
-        topic: str,
-        kind: str,
-        *,
-        reliable: bool = False,
-        latched: bool = False,
-        prefix: str = "rt",
-        listed: bool = True,
-    ) -> Any:  # noqa: ANN401 - cyclonedds is an extra
-        """Make the reader of ``cyclonedds``; `listed` says whether it is the node's to ROS."""
-        from cyclonedds.sub import DataReader
-
-        qos = _qos(kind, reliable=reliable or latched, latched=latched, depth=10)
-        found = DataReader(self._participant, self._topic(topic, kind, prefix), qos=qos)
-        if listed:
-            self.graph.add(reader=found)
-            self.graph.look()
-        return found
-
-    def open_writer(
-        self, topic: str, kind: str, *, latched: bool = False, depth: int, prefix: str = "rt"
-    ) -> Any:  # noqa: ANN401
-        """Make the writer of ``cyclonedds``."""
         from cyclonedds.pub import DataWriter
 
         qos = _qos(kind, reliable=True, latched=latched, depth=depth)
         found = DataWriter(self._participant, self._topic(topic, kind, prefix), qos=qos)
         self.graph.add(writer=found)
-        self.graph.look()
-        return found
+        return Writer(found, kind)
 
     def _topic(self, name: str, kind: str, prefix: str = "rt") -> Any:  # noqa: ANN401
         from cyclonedds.topic import Topic
@@ -157,7 +145,7 @@ class Reader:
     """A subscription; `Participant.reader` makes it."""
 
     def __init__(self, reader: Any) -> None:  # noqa: ANN401
-        self._reader = reader
+        self.entity = reader
         self._waits: Any = None
 
     def take(self) -> list[bytes]:
@@ -169,7 +157,7 @@ class Reader:
         from cyclonedds.core import DDSException
 
         try:
-            found = self._reader.take(N=_BATCH)
+            found = self.entity.take(N=_BATCH)
         except DDSException:
             return []
         return [
@@ -180,31 +168,23 @@ class Reader:
 
     def wait(self, seconds: float) -> bool:
         """Wait until something comes in, `seconds` at most; says whether something has."""
-        from cyclonedds.core import (
-            InstanceState,
-            ReadCondition,
-            SampleState,
-            ViewState,
-            WaitSet,
-        )
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 
         if self._waits is None:
             anything = ViewState.Any | InstanceState.Any | SampleState.NotRead
-            waits = WaitSet(self._reader.participant)
-            waits.attach(ReadCondition(self._reader, anything))
-            self._waits = waits
+            self._waits = WaitSet(self.entity.participant)
+            self._waits.attach(ReadCondition(self.entity, anything))
         return bool(self._waits.wait(int(seconds * 1e9)) > 0)
 
     @property
     def peers(self) -> int:
         """How many publishers it hears."""
-        return len(self._reader.get_matched_publications())
+        return len(self.entity.get_matched_publications())
 
     @property
     def refused(self) -> int:
         """How many publishers it does not hear, because their QoS does not fit."""
-        status = self._reader.get_requested_incompatible_qos_status()
-        return int(status.total_count)
+        return int(self.entity.get_requested_incompatible_qos_status().total_count)
 
 
 class Latest(Reader):
@@ -215,7 +195,7 @@ class Latest(Reader):
     """
 
     def __init__(self, participant: Participant, topic: str, kind: str) -> None:
-        super().__init__(participant.open_reader(topic, kind, reliable=True))
+        super().__init__(participant.reader(topic, kind, reliable=True).entity)
         self._of = participant, topic, kind
         self._asked: set[bytes] = set()
         self._kept: Reader | None = None
@@ -240,8 +220,8 @@ class Latest(Reader):
             asks = there - self._asked and all(graph.publications[key].latched for key in there)
             self._asked = there
             if asks:
-                found = participant.open_reader(topic, kind, latched=True, listed=False)
-                self._kept, self._until = Reader(found), time.monotonic() + _KEPT
+                self._kept = participant.reader(topic, kind, latched=True, listed=False)
+                self._until = time.monotonic() + _KEPT
             return []
         kept = self._kept.take_stamped()
         if kept or time.monotonic() > self._until:
@@ -259,17 +239,14 @@ class Service:
         self._do = WeakMethod(do)  # the node's, which has this: no circle keeps both alive
         kind = "std_srvs/srv/Trigger"
         request, answer = f"{kind}_Request", f"{kind}_Response"
-        found = participant.open_reader(f"{name}Request", request, reliable=True, prefix="rq")
-        self._requests = Reader(found)
-        writer = participant.open_writer(f"{name}Reply", answer, depth=10, prefix="rr")
-        self._answers = Writer(writer, answer)
+        self._requests = participant.reader(f"{name}Request", request, reliable=True, prefix="rq")
+        self._answers = participant.writer(f"{name}Reply", answer, depth=10, prefix="rr")
 
     def take(self) -> None:
         """Answer the requests that have come in, with success."""
         for data in self._requests.take():
             if data[:2] == b"\0\1" and (do := self._do()) is not None:
-                response = make("std_srvs/srv/Trigger_Response", success=True, message=do())
-                body = encode(response)
+                body = encode(make("std_srvs/srv/Trigger_Response", success=True, message=do()))
                 self._answers.write(body[:4] + data[4:20] + body[4:])
 
 

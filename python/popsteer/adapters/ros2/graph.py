@@ -53,9 +53,10 @@ class Graph:
         self._writer: Any = None
 
     def add(self, reader: Any = None, writer: Any = None) -> None:  # noqa: ANN401
-        """Take a reader or a writer among the node's own; `look` announces it."""
+        """Take a reader or a writer among the node's own, and announce it."""
         self._readers += [reader.guid.bytes] if reader is not None else []
         self._writers += [writer.guid.bytes] if writer is not None else []
+        self.look()
 
     def look(self) -> None:
         """Take what has been discovered, and announce the node where there is news of it."""
