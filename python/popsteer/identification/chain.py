@@ -27,9 +27,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import PreparedLog
-
-    Array = NDArray[np.float64]
+    from popsteer.identification.drive import Array, PreparedLog
 
 LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-7

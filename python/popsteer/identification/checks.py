@@ -10,12 +10,8 @@ import numpy as np
 from popsteer.logs import LogError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from popsteer.identification.drive import PreparedLog
+    from popsteer.identification.drive import Array, PreparedLog
     from popsteer.logs import Log
-
-    Array = NDArray[np.float64]
 
 SHORTEST = 10.0
 """The least time of driving [s]."""

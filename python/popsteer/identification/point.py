@@ -19,11 +19,7 @@ import numpy as np
 from popsteer.identification.whiten import Known, choose_theta, known, spread, whitened
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from popsteer.identification.drive import PreparedLog
-
-    Array = NDArray[np.float64]
+    from popsteer.identification.drive import Array, PreparedLog
 
 NAMES = ("rear_axle", "slip", "heading_bias", "speed_excess")
 _TURNS = 4

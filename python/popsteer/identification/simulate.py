@@ -11,10 +11,8 @@ from popsteer.identification.drive import SETTLING
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import PreparedLog
+    from popsteer.identification.drive import Array, PreparedLog
     from popsteer.logs import Log
-
-    Array = NDArray[np.float64]
 
 AFRESH = 10.0
 """After this time the simulation restarts at the measured pose [s]."""

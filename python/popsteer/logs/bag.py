@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    Floats = NDArray[np.float64]
+
 _SHOWN = 12
 
 
@@ -76,7 +78,11 @@ def read_bag(
             steer = _choose(path, reader.connections, "steer", STEERING, asked)
             poses = _read(reader, odometry, ("header", "stamp"), _pose, progress, 0.0)
             kind = STEERING[steer[0].msgtype]
-            angles = _read(reader, steer, kind.stamp, _angle(kind), progress, 0.5)
+
+            def angle(message: Any) -> tuple[float, ...]:  # noqa: ANN401
+                return (float(reduce(getattr, kind.angle, message)),)
+
+            angles = _read(reader, steer, kind.stamp, angle, progress, 0.5)
     except AnyReaderError as error:
         said = f"{path}: is no bag or MCAP file that can be read: {error}"
         if "end magic" in str(error):
@@ -135,7 +141,7 @@ def _read(
     values: Callable[[Any], tuple[float, ...]],
     progress: Callable[[float], object] | None,
     begun: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Read the messages of a topic: time of the message, time of recording, values."""
     rows = []
     total = max(1, sum(c.msgcount for c in connections))
@@ -159,14 +165,10 @@ def _pose(message: Any) -> tuple[float, ...]:  # noqa: ANN401
     return float(place.x), float(place.y), yaw, float(message.twist.twist.linear.x)
 
 
-def _angle(kind: Steering) -> Callable[[Any], tuple[float, ...]]:
-    return lambda message: (float(reduce(getattr, kind.angle, message)),)
-
-
 def _log(
     path: Path,
-    poses: NDArray[np.float64],
-    angles: NDArray[np.float64],
+    poses: Floats,
+    angles: Floats,
     kind: Steering,
     factors: dict[str, float],
     topic: str,
