@@ -64,7 +64,11 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
             raise in_file(file, ConfigError.unknown("table", table, known))
         if not isinstance(fields, dict):
             raise in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
-        kind = _kind(name)
+        kind: Any = (
+            controllers.get(name).params
+            if name in controllers.names()
+            else own.params_of(own.load("controller", name))
+        )
         check(file, fields, kind().as_dict(), table)
         try:
             found[name] = kind(**fields)
@@ -74,14 +78,6 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
         listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
         raise in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
     return found
-
-
-def _kind(name: str) -> Any:  # noqa: ANN401 - one's own has any class
-    if name in controllers.names():
-        return controllers.get(name).params
-    from popsteer import own
-
-    return own.params_of(own.load("controller", name))
 
 
 def as_toml(params: Params, name: str | None = None) -> str:

@@ -113,8 +113,6 @@ _POP = PopParams(
     **_PLACE,
 )
 
-_PREVIEW_POP = PreviewPopParams()
-
 _NAMES = ("default", "paper", "published-code", REPRODUCTION)
 # Of each controller in the order of the names.
 _PRESETS: dict[str, tuple[Params, ...]] = {
@@ -132,7 +130,7 @@ _PRESETS: dict[str, tuple[Params, ...]] = {
     ),
     "stanley": (StanleyParams(), _STANLEY.replace(heading_behind=False), _STANLEY, _STANLEY),
     "pop": (PopParams(), _POP, _POP, _POP),
-    "preview-pop": (_PREVIEW_POP, _PREVIEW_POP, _PREVIEW_POP, _PREVIEW_POP),
+    "preview-pop": (PreviewPopParams(),) * 4,
 }
 
 

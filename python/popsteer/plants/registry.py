@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 from popsteer import own
@@ -54,10 +53,10 @@ class OwnPlant(Varied):
         self.advance: Any = plant.advance
 
 
-_MODELS = ("st", "std", "mb")
-_VEHICLES = (1, 2, 3)
-_MUJOCO = "mujoco-car"
-_COMMONROAD = re.compile(r"commonroad-(st|std|mb)-([123])")
+_NAMES = (
+    *(f"commonroad-{model}-{vehicle}" for model in ("st", "std", "mb") for vehicle in (1, 2, 3)),
+    "mujoco-car",
+)
 
 
 def names() -> tuple[str, ...]:
@@ -73,8 +72,7 @@ def names() -> tuple[str, ...]:
     >>> names()[-1]
     'mujoco-car'
     """
-    commonroad = (f"commonroad-{model}-{vehicle}" for model in _MODELS for vehicle in _VEHICLES)
-    return (*commonroad, _MUJOCO)
+    return _NAMES
 
 
 def is_known(name: str) -> bool:
@@ -85,7 +83,7 @@ def is_known(name: str) -> bool:
     >>> is_known("mujoco-car"), is_known("mine.py:Car"), is_known("bicycle")
     (True, True, False)
     """
-    return name in names() or own.is_named("plant", name)
+    return name in _NAMES or own.is_named("plant", name)
 
 
 def get(name: str) -> CommonRoad | MujocoCar | OwnPlant:
@@ -116,14 +114,15 @@ def get(name: str) -> CommonRoad | MujocoCar | OwnPlant:
 commonroad-st-2, commonroad-st-3, commonroad-std-1, commonroad-std-2, commonroad-std-3, \
 commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
     """
-    if name not in names() and own.is_named("plant", name):
+    if name not in _NAMES and own.is_named("plant", name):
         return OwnPlant(name)
-    check_known("plant", name, names())
+    check_known("plant", name, _NAMES)
     require(f"plant {name}", "plants")
-    if found := _COMMONROAD.fullmatch(name):
+    if name != "mujoco-car":
         from popsteer.plants.commonroad import CommonRoad
 
-        return CommonRoad(found[1], int(found[2]))
+        _, model, vehicle = name.split("-")
+        return CommonRoad(model, int(vehicle))
     from popsteer.plants.mujoco_car import MujocoCar
 
     return MujocoCar()
