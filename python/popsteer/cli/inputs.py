@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from popsteer.plants.protocol import PythonPlant
     from popsteer.sim import Plant
-    from popsteer.sim.closed_loop import Pose
+    from popsteer.sim.geometry import Pose
 
     Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
 

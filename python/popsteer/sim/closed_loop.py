@@ -36,21 +36,11 @@ if TYPE_CHECKING:
     from popsteer._core import Noise
     from popsteer.sim.steering import OwnController
 
-__all__ = [
-    "START_OFFSET",
-    "Pose",
-    "Run",
-    "at_constant_speed",
-    "check_seed",
-    "default_start",
-    "run",
-    "start_speed",
-]
-
 START_OFFSET = 2.44
 """How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
 
-_KEEPING = SpeedPidParams(kp=1.0, ki=0.5)  # without overshoot also behind a throttle that lags
+KEEPING = SpeedPidParams(kp=1.0, ki=0.5)
+"""A PI law of the pedals, without overshoot also behind a throttle that lags."""
 _MAX_SEED = 2**64 - 1
 
 
@@ -158,7 +148,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     speeds = np.full(len(path), float(speed))
     if path.reverse is not None:
         speeds[path.reverse] *= -1.0
-    return _with_speed(path, speeds), SpeedPid(_KEEPING)
+    return _with_speed(path, speeds), SpeedPid(KEEPING)
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ
@@ -296,7 +286,6 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         start = default_start(path, vehicle=vehicle)
     else:
         start = pose_of(start, start_at, vehicle)
-    settings = Settings() if settings is None else settings
     simulation = Simulation(
         path,
         plant,
@@ -321,7 +310,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         plant=simulation.plant,
         path=given,
         start=start,
-        settings=settings,
+        settings=simulation.settings,
         metrics=Metrics.of(simulation),
         records=simulation.records(),
         params=_params(controller),

@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from popsteer._core import (
-    CoupledLongitudinal,
-    SpeedPid,
-    SpeedTracker,
-)
+from popsteer._core import CoupledLongitudinal, SpeedPid, SpeedTracker
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
 from popsteer.sim.geometry import object_of
@@ -149,18 +145,12 @@ def check_longitudinal(
         if axle != plant.rear_axle:
             required = f"that of the plant, {plant.rear_axle!r}, in the SpeedTracker's vehicle"
             raise ConfigError("rear_axle", axle, required)
-        own = longitudinal.path
-        same = (
-            np.array_equal(own.x, path.x)
-            and np.array_equal(own.y, path.y)
-            and own.closed == path.closed
-            and np.array_equal(_sections(own), _sections(path))
-        )
-        if not same:
+        if not all(map(np.array_equal, _line(longitudinal.path), _line(path))):
             required = f"a SpeedTracker of the path that is driven{whose}"
             raise ConfigError("longitudinal", longitudinal, required)
 
 
-def _sections(path: Path) -> np.ndarray:
-    """Where a path is driven backwards."""
-    return np.zeros(len(path), dtype=bool) if path.reverse is None else path.reverse
+def _line(path: Path) -> tuple[Any, ...]:
+    """Give what a path is without its speeds, with where it is driven backwards."""
+    reverse = np.zeros(len(path), dtype=bool) if path.reverse is None else path.reverse
+    return path.x, path.y, path.closed, reverse

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from popsteer import InputError, PreviewPop, SpeedPid, SpeedPidParams, Status
+from popsteer import InputError, PreviewPop, SpeedPid, Status
 from popsteer.adapters.carla.conversions import (
     ackermann_control,
     client_library,
@@ -17,6 +17,7 @@ from popsteer.adapters.carla.conversions import (
 from popsteer.adapters.carla.route import RoadOption, Route
 from popsteer.adapters.carla.vehicle import steering_of, vehicle_of
 from popsteer.errors import PopsteerError
+from popsteer.sim.closed_loop import KEEPING
 
 if TYPE_CHECKING:
     from collections import deque
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 _ROAMING = 100  # waypoints kept ahead where there is no plan, as CARLA's planner keeps
 _ARRIVED = 1.0  # the last waypoint counts as reached from here on [m], as there
 _GAINS = ("lateral_control_dict", "longitudinal_control_dict")
-# A PI law that does not overshoot behind a throttle that lags: that of `sim.run` at constant speed.
-_PEDALS = SpeedPidParams(kp=1.0, ki=0.5)
 
 
 class LocalPlanner:
@@ -116,7 +115,7 @@ class LocalPlanner:
         allowed = min(car.max_steer, abs(self._steering.angle(share)))
         self._car = car.replace(max_steer=allowed)
         self._make = controller
-        self._pedals = SpeedPid(_PEDALS) if longitudinal is None else longitudinal
+        self._pedals = SpeedPid(KEEPING) if longitudinal is None else longitudinal
         self._controller: Controller | None = None
         self._command: Command | None = None
         self._control: tuple[float, float] = (0.0, 1.0)

@@ -9,16 +9,7 @@ import gymnasium
 import numpy as np
 
 from popsteer.adapters.gymnasium.picture import Picture
-from popsteer.adapters.gymnasium.task import (
-    INFO,
-    Actions,
-    RewardWeights,
-    Task,
-    action_space,
-    actions_of,
-    observation_names,
-    observation_space,
-)
+from popsteer.adapters.gymnasium.task import INFO, Actions, RewardWeights, Task, actions_of
 from popsteer.errors import InputError
 from popsteer.ranges import check_known
 from popsteer.sim import vehicle_of
@@ -181,8 +172,8 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         self._begun = False
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / dt))}
         self.render_mode = render_mode
-        self.observation_space = observation_space(self._task)
-        self.action_space = action_space(self._task)
+        self.observation_space = self._task.observation_space()
+        self.action_space = self._task.action_space()
         self._plant = self._task.own_plant()
         self._episodes = self._task.episodes(1)
         self._rest = np.zeros(1, dtype=np.bool_)
@@ -216,7 +207,7 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     @property
     def observation_names(self) -> list[str]:
         """Names of the entries of an observation, in order."""
-        return observation_names(self._task)
+        return self._task.observation_names()
 
     def reset(
         self,

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 
     from popsteer import Path, Vehicle
 
+    Floats = NDArray[np.float64]
+    Image = NDArray[np.uint8]
+    Colour = tuple[int, int, int]
+
 _SIZE = 400  # pixels
 _METRES = 50.0  # that the picture shows, for a car of the paper's wheelbase
 _SCALE = _SIZE / _METRES
@@ -34,25 +38,20 @@ class Picture:
         """Forget where the vehicle drove."""
         self._driven.clear()
 
-    def draw(
-        self, vehicle: Vehicle, info: NDArray[np.float64], observation: NDArray[np.float32]
-    ) -> NDArray[np.uint8]:
+    def draw(self, vehicle: Vehicle, info: Floats, observation: NDArray[np.float32]) -> Image:
         """Draw the vehicle where it is, an image of shape (400, 400, 3)."""
         x, y, yaw = (float(number) for number in info[:3])
         ahead = vehicle.rear_axle + 0.5 * vehicle.wheelbase
         centre = np.array([x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)])
-        rear = np.array(
-            [x + vehicle.rear_axle * math.cos(yaw), y + vehicle.rear_axle * math.sin(yaw)]
-        )
+        rear = x + vehicle.rear_axle * math.cos(yaw), y + vehicle.rear_axle * math.sin(yaw)
         # A car of the paper's wheelbase, 3 m, is drawn in 50 m; a small one as large.
         zoom = _SCALE * 3.0 / vehicle.wheelbase
-        self._driven.append((float(rear[0]), float(rear[1])))
+        self._driven.append(rear)
         image = np.empty((_SIZE, _SIZE, 3), dtype=np.uint8)
         image[:] = _GROUND
         near = self._line[np.abs(self._line - centre).max(axis=1) < _SIZE / zoom]
-        _dots(
-            image, (near - centre) * zoom, _LANE_WIDTH / 3.0 * vehicle.wheelbase * zoom / 2, _LANE
-        )
+        lane = _LANE_WIDTH / 3.0 * vehicle.wheelbase * zoom / 2
+        _dots(image, (near - centre) * zoom, lane, _LANE)
         _dots(image, (near - centre) * zoom, 1.0, _LINE)
         _dots(image, (np.array(self._driven) - centre) * zoom, 1.5, _DRIVEN)
         seen = observation[_FIGURES:].reshape(-1, 2).astype(np.float64)
@@ -68,7 +67,7 @@ class Picture:
         return image
 
 
-def _dense(path: Path, spacing: float) -> NDArray[np.float64]:
+def _dense(path: Path, spacing: float) -> Floats:
     """Points of the path close enough to be a line on the picture, 20,000 at most."""
     x, y, s = np.asarray(path.x), np.asarray(path.y), np.asarray(path.s)
     if path.closed:
@@ -78,16 +77,11 @@ def _dense(path: Path, spacing: float) -> NDArray[np.float64]:
     return np.column_stack((np.interp(arc, s, x), np.interp(arc, s, y)))
 
 
-def _turn(yaw: float) -> NDArray[np.float64]:
+def _turn(yaw: float) -> Floats:
     return np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
 
 
-def _dots(
-    image: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    radius: float,
-    colour: tuple[int, int, int],
-) -> None:
+def _dots(image: Image, points: Floats, radius: float, colour: Colour) -> None:
     """Draw a disc around each point, in pixels from the middle, y up."""
     columns = np.rint(_SIZE / 2 + points[:, 0]).astype(np.int64)
     rows = np.rint(_SIZE / 2 - points[:, 1]).astype(np.int64)
@@ -110,13 +104,7 @@ def _dots(
     image[drawn] = colour
 
 
-def _box(
-    image: NDArray[np.uint8],
-    at: NDArray[np.float64],
-    yaw: float,
-    half: NDArray[np.float64],
-    colour: tuple[int, int, int],
-) -> None:
+def _box(image: Image, at: Floats, yaw: float, half: Floats, colour: Colour) -> None:
     """Fill a rectangle about a point, in pixels from the middle, y up."""
     x = np.arange(_SIZE) - _SIZE / 2 - at[0]
     y = _SIZE / 2 - np.arange(_SIZE) - at[1]

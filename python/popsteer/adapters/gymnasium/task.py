@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 import numpy as np
 from gymnasium.spaces import Box
 
-from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
+from popsteer import Path, PathError, SpeedPid, Vehicle, tracks
 from popsteer._core import Episodes, Settings
 from popsteer.errors import ConfigError, InputError, in_range
 from popsteer.ranges import check_in_range, check_known
 from popsteer.sim import plant_name, plant_names
-from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.closed_loop import KEEPING, at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
 from popsteer.tracks import Track
 
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 Actions: TypeAlias = Literal["steer", "steer-and-pedals"]
 """What the agent does: steer alone, at the path's speeds, or work the pedals as well."""
 
-# Without overshoot also behind a throttle that lags, as `popsteer.sim` keeps a constant speed.
-_KEEPING = SpeedPidParams(kp=1.0, ki=0.5)
 # Share of an open path on which a random start may lie: the rest is left to be driven.
 _START_SHARE = 0.9
 
@@ -97,7 +95,7 @@ class Task:
         path = _path_of(track)
         check_known("actions", actions, get_args(Actions))
         self.actions = actions
-        keeping: SpeedPid | CoupledLongitudinal = SpeedPid(_KEEPING)
+        keeping: SpeedPid | CoupledLongitudinal = SpeedPid(KEEPING)
         if constant_speed is not None:
             path, keeping = at_constant_speed(path, constant_speed)
         if longitudinal is not None:
@@ -180,6 +178,24 @@ class Task:
             stall_time=self.stall_time,
         )
 
+    def observation_names(self) -> list[str]:
+        """Name the entries of an observation, in order."""
+        heads = [name for name in Episodes.figures() if name != "preview"]
+        points = range(len(self.preview))
+        return heads + [f"preview_{axis}[{k}]" for k in points for axis in "xy"]
+
+    def observation_space(self) -> Space[NDArray[np.float32]]:
+        """Give the space of observations."""
+        bounds = dict(Episodes.figures())
+        preview = bounds.pop("preview")
+        high = np.array([*bounds.values(), *[preview] * (2 * len(self.preview))], dtype=np.float32)
+        return cast("Space[NDArray[np.float32]]", Box(-high, high, dtype=np.float32))
+
+    def action_space(self) -> Space[NDArray[np.float32]]:
+        """Give the space of actions."""
+        count = 1 if self.actions == "steer" else 2
+        return cast("Space[NDArray[np.float32]]", Box(-1.0, 1.0, (count,), np.float32))
+
     def begin_in(
         self,
         episodes: Episodes,
@@ -249,35 +265,8 @@ INFO = tuple(Episodes.info_names())
 """The names of what is reported in addition to an observation."""
 
 
-def observation_names(task: Task) -> list[str]:
-    """Name the entries of an observation, in order."""
-    heads = [name for name in Episodes.figures() if name != "preview"]
-    points = range(len(task.preview))
-    return heads + [f"preview_{axis}[{k}]" for k in points for axis in "xy"]
-
-
-def observation_space(task: Task) -> Space[NDArray[np.float32]]:
-    """Give the space of observations."""
-    bounds = dict(Episodes.figures())
-    preview = bounds.pop("preview")
-    high = np.array([*bounds.values(), *[preview] * (2 * len(task.preview))], dtype=np.float32)
-    return cast("Space[NDArray[np.float32]]", Box(-high, high, dtype=np.float32))
-
-
-def action_space(task: Task) -> Space[NDArray[np.float32]]:
-    """Give the space of actions."""
-    count = 1 if task.actions == "steer" else 2
-    return cast("Space[NDArray[np.float32]]", Box(-1.0, 1.0, (count,), np.float32))
-
-
 def actions_of(actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
-    """Give actions as floats of this shape; refuse what has another.
-
-    Raises
-    ------
-    InputError
-        They are no numbers, or of another shape.
-    """
+    """Give actions as floats of this shape; refuse by InputError what is no such numbers."""
     try:
         array = np.asarray(actions, dtype=np.float64)
     except (TypeError, ValueError) as error:

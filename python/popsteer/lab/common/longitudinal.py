@@ -20,7 +20,7 @@ from popsteer.sim.pedals import PedalMap
 if TYPE_CHECKING:
     from popsteer._core import Path, Vehicle
     from popsteer.sim import Plant
-    from popsteer.sim.closed_loop import Pose
+    from popsteer.sim.geometry import Pose
     from popsteer.sim.pedals import Longitudinal
 
 LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams

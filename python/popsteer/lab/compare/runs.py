@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
     from popsteer.sim import OwnSimpleController, Plant, Run
-    from popsteer.sim.closed_loop import Pose
-    from popsteer.sim.geometry import StartAt
+    from popsteer.sim.geometry import Pose, StartAt
     from popsteer.sim.pedals import Longitudinal
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.lab.compare.runs import Comparison
     from popsteer.sim import Metrics, Plant
-    from popsteer.sim.closed_loop import Pose
+    from popsteer.sim.geometry import Pose
 
 
 @dataclass(frozen=True, eq=False)
