@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.ranges import check_known
-from popsteer.tracks.geometry import (
-    Sampled,
-    build,
-    equal_steps,
-    lemniscate,
-    sample,
-    straight,
-    turn,
-)
+from popsteer.tracks.geometry import Sampled, build, equal_steps, lemniscate, sample, straight, turn
 from popsteer.tracks.manoeuvres import double_lane_change, obstacle_avoidance, step_steer
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,8 +59,7 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
         scope = "LOCALHOST" if local else "SUBNET"
     elif environment.get("ROS_LOCALHOST_ONLY") == "1":
         scope = "LOCALHOST"
-    if scope not in _RANGES:
-        raise ConfigError.unknown(name, scope, _RANGES)
+    check_known(name, scope, _RANGES)
     uri = environment.get("CYCLONEDDS_URI", "")
     if scope == "SYSTEM_DEFAULT":
         return uri
@@ -73,9 +73,7 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
     if scope == "OFF":
         index = "<ParticipantIndex>none</ParticipantIndex>"
         index += f"<Tag>ros_discovery_off_{os.getpid()}</Tag>"
-    general = ""
-    if scope != "SUBNET":
-        general = "<AllowMulticast>false</AllowMulticast>"
+    general = "" if scope == "SUBNET" else "<AllowMulticast>false</AllowMulticast>"
     told = uri
     if uri.startswith("file:"):
         with suppress(OSError):  # where there is none, Cyclone DDS says so

@@ -8,11 +8,7 @@ import time
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-from popsteer.adapters.ros2.conversions import (
-    ackermann_message,
-    odometry_message,
-    path_message,
-)
+from popsteer.adapters.ros2 import conversions
 from popsteer.adapters.ros2.diagnostics import run_message
 from popsteer.adapters.ros2.messages import encode, store
 from popsteer.adapters.ros2.topics import Topics
@@ -198,14 +194,14 @@ def record_run(run: Run, file: str | os.PathLike[str]) -> int:
     steps = list(zip(x[:-1], y[:-1], x[1:], y[1:], strict=True))
     headings = [math.atan2(d - b, c - a) for a, b, c, d in steps]
     with Recording(file) as recording:
-        course = path_message(x, y, [*headings, headings[-1]], _time(0.0), _FRAME)
+        course = conversions.path_message(x, y, [*headings, headings[-1]], _time(0.0), _FRAME)
         recording.add(topics.path, course, _time(0.0))
         for k, time in enumerate(records["time"]):
             row = {name: values[k] for name, values in records.items()}
             at = _time(time)
             pose = row["x"], row["y"], row["yaw"], row["speed"]
-            recording.add(topics.odometry, odometry_message(*pose, at, _FRAME), at)
-            drive = ackermann_message(row["steer"], row["speed"], 0.0, at, "base_link")
+            recording.add(topics.odometry, conversions.odometry_message(*pose, at, _FRAME), at)
+            drive = conversions.ackermann_message(row["steer"], row["speed"], 0.0, at, "base_link")
             recording.add(topics.command, drive, at)
             recording.add(topics.diagnostics, run_message(row, at), at)
         return recording.count
