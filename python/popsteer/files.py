@@ -38,11 +38,7 @@ def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
 
 
 def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> None:
-    """Refuse a folder that cannot be written to, before the work whose results it is to hold.
-
-    `names`, what is to be written there, is checked as `check_files` does. A folder that is
-    missing is not made. Raises OSError.
-    """
+    """Refuse a folder, and files of some names in it, as `check_files`; none is made."""
     with _naming(folder):
         _try_out(Path(os.path.realpath(folder)))
     check_files(Path(folder) / name for name in names)

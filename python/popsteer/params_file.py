@@ -186,9 +186,8 @@ class _Shown:
 def spell_out(*classes: type[Any]) -> None:
     """Give classes of values a signature with the defaults that they have.
 
-    The extension module writes down a default only where it is a literal; what a value is made of
-    is told by one that was made of nothing. The `as_dict` of a class has its parameters in order:
-    ``vehicle`` first where there is one, and everything else by name alone.
+    The extension module writes down a default only where it is a literal; the others are those of
+    a value that was made of nothing. Of its fields ``vehicle`` alone is taken by place.
     """
     for kind in classes:
         kind.__signature__ = _Shown()

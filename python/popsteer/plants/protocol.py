@@ -137,11 +137,8 @@ def published(
 ) -> Vehicle:
     """Give a vehicle whose pose is that of the middle of its rear axle, from published numbers.
 
-    It has the lag `STEER_LAG`, and for its lateral acceleration `GRIP_SHARE` of `grip`, the largest
-    of the tyres [m/s²], but at most `OVERTURNING_SHARE` of `overturning`, the least at which the
-    vehicle would lift its inner wheels if it were rigid [m/s²]. `dead_time` and `steer_offset` are
-    what the closed loop adds [s, rad].
-    Raises ConfigError where a number is out of its range.
+    Its lateral acceleration [m/s²] is `GRIP_SHARE` of the tyres' `grip`, but at most
+    `OVERTURNING_SHARE` of that which lifts the inner wheels of a rigid vehicle.
     """
     return Vehicle(
         wheelbase=wheelbase,

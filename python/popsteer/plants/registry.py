@@ -22,9 +22,8 @@ ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 class OwnPlant(Varied):
     """A plant that `popsteer.own.load` finds, with parameters and steering that can vary.
 
-    `dead_time` and `steer_offset` are what the closed loop adds [s, rad]; that of its vehicle by
-    default. Raises ConfigError where there is nothing of this name, or it is no plant, and
-    OwnCodeError where its code raises.
+    Raises ConfigError where there is nothing of this name, or it is no plant, and OwnCodeError
+    where its code raises.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class OwnPlant(Varied):
         self.advance: Any = plant.advance
 
 
-_NAMES = (
+_ELSEWHERE = (
     *(f"commonroad-{model}-{vehicle}" for model in ("st", "std", "mb") for vehicle in (1, 2, 3)),
     "mujoco-car",
 )
@@ -72,7 +71,7 @@ def names() -> tuple[str, ...]:
     >>> names()[-1]
     'mujoco-car'
     """
-    return _NAMES
+    return _ELSEWHERE
 
 
 def is_known(name: str) -> bool:
@@ -83,7 +82,7 @@ def is_known(name: str) -> bool:
     >>> is_known("mujoco-car"), is_known("mine.py:Car"), is_known("bicycle")
     (True, True, False)
     """
-    return name in _NAMES or own.is_named("plant", name)
+    return name in _ELSEWHERE or own.is_named("plant", name)
 
 
 def get(name: str) -> CommonRoad | MujocoCar | OwnPlant:
@@ -114,9 +113,9 @@ def get(name: str) -> CommonRoad | MujocoCar | OwnPlant:
 commonroad-st-2, commonroad-st-3, commonroad-std-1, commonroad-std-2, commonroad-std-3, \
 commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
     """
-    if name not in _NAMES and own.is_named("plant", name):
+    if name not in _ELSEWHERE and own.is_named("plant", name):
         return OwnPlant(name)
-    check_known("plant", name, _NAMES)
+    check_known("plant", name, _ELSEWHERE)
     require(f"plant {name}", "plants")
     if name != "mujoco-car":
         from popsteer.plants.commonroad import CommonRoad

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.status import Status
@@ -108,5 +108,4 @@ class Metrics:
             Its metrics at this moment.
         """
         measured = simulation.metrics()
-        named = {field.name: measured[field.name] for field in fields(cls)}
-        return cls(**{**named, "faults": Status(measured["faults"])})
+        return cls(**measured | {"faults": Status(measured["faults"])})

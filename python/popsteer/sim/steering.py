@@ -62,10 +62,9 @@ _C = TypeVar("_C", bound="controllers.Controller | OwnController")
 def informed(controller: _C, plant: Vehicle) -> _C:
     """Give the plant's vehicle to a controller that was given none.
 
-    That is another of its kind, in a fresh state, on the same path. A controller that was given a
-    vehicle, or knows of none, is returned itself. Raises ConfigError where the vehicle that it was
-    given has its rear axle elsewhere: a pose would mean one position to the plant and another to
-    the controller.
+    That is another of its kind, in a fresh state, on the same path; else it is returned itself.
+    Raises ConfigError where the vehicle that it was given has its rear axle elsewhere: a pose would
+    mean one position to the plant and another to the controller.
     """
     if getattr(controller, "vehicle_given", True) is False:
         given: Any = controller

@@ -191,11 +191,7 @@ class Steering:
 
 
 def curve_of(points: Iterable[carla.Vector2D]) -> tuple[tuple[float, float], ...]:
-    """Give the curve of `Steering` from ``physics_control.steering_curve``: speed [km/h], factor.
-
-    It is empty where some servers report points out of order or repeated: nothing says then what
-    they do.
-    """
+    """Give the curve of `Steering` from a physics control; empty where its points do not rise."""
     curve = tuple((float(point.x), float(point.y)) for point in points)
     rises = all(a[0] < b[0] for a, b in pairwise(curve))
     sound = all(math.isfinite(speed) and 0.0 < factor <= 1.0 for speed, factor in curve)

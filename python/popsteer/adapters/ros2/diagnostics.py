@@ -44,11 +44,7 @@ class Loop:
     _since: int = 0
 
     def count(self, period: float, taken: float, missed: int) -> None:
-        """Count a cycle.
-
-        `period` is the time since the one before, `taken` how long it took itself [s]; `missed` is
-        how many were missed before it.
-        """
+        """Count a cycle: time since the one before, time taken [s], and how many were missed."""
         self.cycles += 1
         self.missed += missed
         self.missed_lately += missed
@@ -92,8 +88,8 @@ def message(
 ) -> Any:  # noqa: ANN401
     """Make the node's message, of four statuses: steering, inputs, outputs, loop.
 
-    `pilot` and `drive` are None before there is a path; `waits` says what it then waits for.
-    `deviation` is the largest distance from the path since the last message [m].
+    `waits` says what it waits for, before there is a path. `deviation` is the largest distance from
+    it since the last message [m].
     """
     refused = intake.odometry.lately + intake.courses.lately
     troubles = [f"{refused} messages refused"] if refused else []

@@ -12,10 +12,7 @@ if TYPE_CHECKING:
 def why_none_is_usable(
     count: Counted, topic: str, kind: str, reader: Reader, participant: Participant
 ) -> str:
-    """Say why no message of a topic and type can be used.
-
-    That is why the last one was refused; without one, what is known about the publishers.
-    """
+    """Say why the last message was refused; without one, what is known about the publishers."""
     if not count.refused:
         return why_silent(topic, kind, reader, participant)
     hint = ""
