@@ -89,9 +89,8 @@ def read_csv(
             raise LogError(f"{name}: {names.count(called)} columns are called {called!r}")
         places[key] = names.index(called)
     values = _numbers(name, lines[first + 1 :], first + 2, separator, places)
-    scaled = (values[:, k] * factors.get(key, 1.0) for k, key in enumerate(COLUMNS))
-    t, x, y, yaw, speed, steer = scaled
-    return Log(t, x, y, yaw, speed, steer, name=Path(name).name)
+    scaled = [values[:, k] * factors.get(key, 1.0) for k, key in enumerate(COLUMNS)]
+    return Log(*scaled, name=Path(name).name)
 
 
 def _text(name: str) -> str:

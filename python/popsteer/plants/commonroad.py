@@ -138,9 +138,8 @@ class CommonRoad(Varied):
         """
         least = self._model.least_speed
         if not speed >= least:
-            raise InputError(
-                "speed", speed, f"at least {least:g} m/s for {self.name} to start (--speed)"
-            )
+            wanted = f"at least {least:g} m/s for {self.name} to start (--speed)"
+            raise InputError("speed", speed, wanted)
         rear = self._p.b
         core = [x + rear * math.cos(yaw), y + rear * math.sin(yaw), 0.0, speed, yaw, 0.0, 0.0]
         self._x = [float(value) for value in self._model.initial(core, self._p)]
@@ -204,23 +203,19 @@ class CommonRoad(Varied):
             x[3] = max(x[3], 0.0)  # what rounding leaves of a stop
         if x[3] < least:
             raise PlantLimit(f"speed {x[3]:.3f} m/s is below the model's {least:g} m/s")
-        if self._kind == "st":
-            pull = abs(x[3] * x[5])
-            if pull > self._grip:
-                raise PlantLimit(
-                    f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"
-                    f" {self._grip:.1f} m/s²"
-                )
+        if self._kind == "st" and abs(x[3] * x[5]) > self._grip:
+            raise PlantLimit(
+                f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"
+                f" {self._grip:.1f} m/s²"
+            )
         if self._kind == "mb" and (wheel := self._lifted()) is not None:
             raise PlantLimit(f"the {wheel} wheel leaves the road at {x[3]:.1f} m/s")
 
     def _lifted(self) -> str | None:
         """Name a wheel without load: as the multi-body model computes F_z, less its stiffness."""
         x, p = self._x, self._p
-        for axle, roll, height, track in (
-            ("front", x[13], x[16], p.T_f),
-            ("rear", x[18], x[21], p.T_r),
-        ):
+        axles = ("front", x[13], x[16], p.T_f), ("rear", x[18], x[21], p.T_r)
+        for axle, roll, height, track in axles:
             middle = height + p.R_w * (math.cos(roll) - 1.0)
             lean = 0.5 * track * math.sin(roll)
             if middle - lean < 0.0:
@@ -230,11 +225,9 @@ class CommonRoad(Varied):
         return None
 
     def _lost_grip(self, speed: float, what: str) -> PlantLimit:
-        return PlantLimit(
-            f"grip at {speed:.1f} m/s and wheels at {math.degrees(self._x[2]):.1f}°: {what}"
-            if math.isfinite(self._x[2])
-            else f"grip at {speed:.1f} m/s: {what}"
-        )
+        wheel = self._x[2]
+        wheels = f" and wheels at {math.degrees(wheel):.1f}°" if math.isfinite(wheel) else ""
+        return PlantLimit(f"grip at {speed:.1f} m/s{wheels}: {what}")
 
     def _state(self) -> PlantState:
         """Report the rear axle, from the centre of mass that the models speak of."""

@@ -161,13 +161,10 @@ class MujocoCar(Varied):
     def _check(self) -> None:
         """Raise where the car is no longer one that drives."""
         data = self._data
-        for kind in (
-            mujoco.mjtWarning.mjWARN_BADQPOS,
-            mujoco.mjtWarning.mjWARN_BADQVEL,
-            mujoco.mjtWarning.mjWARN_BADQACC,
-        ):
-            if data.warning[kind].number:
-                raise PlantLimit("MuJoCo's solver gave up: its state is no longer finite")
+        kinds = mujoco.mjtWarning
+        bad = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
+        if any(data.warning[kind].number for kind in bad):
+            raise PlantLimit("MuJoCo's solver gave up: its state is no longer finite")
         if not data.xmat[self._body][8] >= _UPRIGHT:  # of the body's z axis, the part that is up
             raise PlantLimit("the car tilts by more than 30°")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -144,7 +144,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     each_plant, each_drive = each("plant", plant), each("longitudinal", longitudinal)
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
-    known: dict[tuple[int, int], _Prepared] = {}
+    known: dict[tuple[int, int], tuple[controllers.Controller, Vehicle, Pose]] = {}
     checked: set[tuple[int, int]] = set()
     drivers = []
     for index, (driver, moved, drive) in enumerate(
@@ -155,24 +155,24 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
             known[key] = _prepared(index, driver, moved)
         # The vehicles that vary have the same axles, as controllers are refused where not.
         if (id(driver), id(drive)) not in checked:
-            path, itself = known[key].controller.path, known[key].vehicle
-            check_longitudinal(drive, path, itself, f" of controller {index}")
+            itself, vehicle, _ = known[key]
+            check_longitudinal(drive, itself.path, vehicle, f" of controller {index}")
             checked.add((id(driver), id(drive)))
         drivers.append(known[key])
     if starts is None:
-        poses = [driver.start for driver in drivers]
+        poses = [begin for _, _, begin in drivers]
     else:
         given_poses = np.broadcast_to(starts, (count, 3)).tolist()
         poses = [
-            pose_of(tuple(pose), start_at, driver.vehicle)
-            for pose, driver in zip(given_poses, drivers, strict=True)
+            pose_of(tuple(pose), start_at, vehicle)
+            for pose, (_, vehicle, _) in zip(given_poses, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
     streams = [(seed, k) for k in range(count)] if seeds is None else [(each, 0) for each in seeds]
     return _core.run_many(
         [
-            (driver.controller, moved, state, (through, *stream), drive)
-            for driver, moved, state, through, stream, drive in zip(
+            (itself, moved, state, (through, *stream), drive)
+            for (itself, _, _), moved, state, through, stream, drive in zip(
                 *(drivers, each_plant, states.tolist(), each("noise", noise), streams, each_drive),
                 strict=True,
             )
@@ -206,15 +206,9 @@ def _common_length(several: dict[str, Any]) -> int:
     return next(iter(lengths.values()), 1)
 
 
-class _Prepared(NamedTuple):
-    """What is the same for all runs of a controller on a plant."""
-
-    controller: controllers.Controller
-    vehicle: Vehicle
-    start: Pose
-
-
-def _prepared(index: int, controller: object, plant: CorePlant) -> _Prepared:
+def _prepared(
+    index: int, controller: object, plant: CorePlant
+) -> tuple[controllers.Controller, Vehicle, Pose]:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
         kind = type(controller).__name__
@@ -223,4 +217,4 @@ def _prepared(index: int, controller: object, plant: CorePlant) -> _Prepared:
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     vehicle = vehicle_of(plant)
     start = default_start(controller.path, vehicle=vehicle)
-    return _Prepared(informed(controller, vehicle), vehicle, start)
+    return informed(controller, vehicle), vehicle, start

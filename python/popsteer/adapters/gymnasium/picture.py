@@ -92,15 +92,11 @@ def _dots(image: Image, points: Floats, radius: float, colour: Colour) -> None:
     inside = (rows >= 0) & (rows < edge) & (columns >= 0) & (columns < edge)
     centres[rows[inside], columns[inside]] = True
     drawn = np.zeros((_SIZE, _SIZE), dtype=np.bool_)
-    # A disc is a stack of bars: each spreads the centres along a row, by running sums.
-    sums = np.zeros((edge, edge + 1), dtype=np.int32)
-    np.cumsum(centres, axis=1, out=sums[:, 1:])
     for up in range(-reach, reach + 1):
         wide = int(math.sqrt(max(0.0, radius * radius - up * up)))
-        high = np.arange(_SIZE) + reach + wide + 1
-        low = np.arange(_SIZE) + reach - wide
-        bar = sums[reach + up : reach + up + _SIZE]
-        drawn |= bar[:, high] > bar[:, low]
+        rows_of = centres[reach + up : reach + up + _SIZE]
+        for aside in range(reach - wide, reach + wide + 1):
+            drawn |= rows_of[:, aside : aside + _SIZE]
     image[drawn] = colour
 
 

@@ -13,7 +13,7 @@ from popsteer.adapters.gymnasium.env import TrackEnv
 from popsteer.adapters.gymnasium.picture import Picture
 from popsteer.adapters.gymnasium.task import INFO, actions_of
 from popsteer.errors import ConfigError, InputError
-from popsteer.ranges import check_count
+from popsteer.ranges import check_count, check_known
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,7 +83,10 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         single = TrackEnv(**options)
         self._options = {"num_envs": num_envs, "autoreset_mode": autoreset_mode, **options}
         self._task = single.task
-        self._mode = _mode_of(autoreset_mode)
+        if not isinstance(autoreset_mode, AutoresetMode):
+            known = [each.value for each in AutoresetMode]
+            check_known("autoreset_mode", str(autoreset_mode), known)
+        self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**single.metadata, "autoreset_mode": self._mode}
         self.render_mode = single.render_mode
         self.num_envs = num_envs
@@ -262,14 +265,6 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
             required = f"an array of bool of shape ({self.num_envs},)"
             raise ConfigError("reset_mask", f"{mask.dtype} of shape {mask.shape}", required)
         return mask
-
-
-def _mode_of(mode: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError as error:
-        known = [each.value for each in AutoresetMode]
-        raise ConfigError.unknown("autoreset_mode", str(mode), known) from error
 
 
 def _refuse_wild(actions: NDArray[np.float64], rest: NDArray[np.bool_]) -> None:
