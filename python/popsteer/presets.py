@@ -57,14 +57,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from popsteer import controllers
-from popsteer._core import (
-    PidParams,
-    PopParams,
-    PreviewPopParams,
-    PurePursuitParams,
-    StanleyParams,
-)
+from popsteer import _core, controllers
 from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
@@ -84,7 +77,7 @@ _SEARCH: dict[str, Any] = {
 }
 _PLACE: dict[str, Any] = {"search_distance": 6.0, "lost_distance": 30.0}
 
-_PID = PidParams(
+_PID = _core.PidParams(
     kp=0.25,
     ki=0.01,
     kd=0.2,
@@ -93,10 +86,10 @@ _PID = PidParams(
     smoothing_length=0.0,
     **_PLACE,
 )
-_PURE_PURSUIT = PurePursuitParams(
+_PURE_PURSUIT = _core.PurePursuitParams(
     lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True, **_SEARCH, **_PLACE
 )
-_STANLEY = StanleyParams(
+_STANLEY = _core.StanleyParams(
     cross_track_gain=1.5,
     speed_gain=1.3,
     softening=1e-5,
@@ -104,7 +97,7 @@ _STANLEY = StanleyParams(
     smoothing_length=0.0,
     **_PLACE,
 )
-_POP = PopParams(
+_POP = _core.PopParams(
     lookahead_gain=0.2,
     min_lookahead=6.0,
     steer_span=math.radians(3.0),
@@ -117,20 +110,20 @@ _NAMES = ("default", "paper", "published-code", REPRODUCTION)
 # Of each controller in the order of the names.
 _PRESETS: dict[str, tuple[Params, ...]] = {
     "pid": (
-        PidParams(),
+        _core.PidParams(),
         _PID.replace(integral_with_dt=False),
         _PID.replace(kp=0.12, kd=0.48),
         _PID,
     ),
     "pure-pursuit": (
-        PurePursuitParams(),
+        _core.PurePursuitParams(),
         _PURE_PURSUIT.replace(min_lookahead=0.0, alpha_by_arccos=False),
         _PURE_PURSUIT,
         _PURE_PURSUIT,
     ),
-    "stanley": (StanleyParams(), _STANLEY.replace(heading_behind=False), _STANLEY, _STANLEY),
-    "pop": (PopParams(), _POP, _POP, _POP),
-    "preview-pop": (PreviewPopParams(),) * 4,
+    "stanley": (_core.StanleyParams(), _STANLEY.replace(heading_behind=False), _STANLEY, _STANLEY),
+    "pop": (_core.PopParams(), _POP, _POP, _POP),
+    "preview-pop": (_core.PreviewPopParams(),) * 4,
 }
 
 

@@ -6,14 +6,7 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from popsteer import InputError, PreviewPop, SpeedPid, Status
-from popsteer.adapters.carla.conversions import (
-    ackermann_control,
-    client_library,
-    pose_of,
-    speed_from_kmh,
-    speed_of,
-    vehicle_control,
-)
+from popsteer.adapters.carla import conversions
 from popsteer.adapters.carla.route import RoadOption, Route
 from popsteer.adapters.carla.vehicle import steering_of, vehicle_of
 from popsteer.errors import PopsteerError
@@ -98,7 +91,7 @@ class LocalPlanner:
         controller: Callable[[Path, Vehicle], Controller] = PreviewPop,
         longitudinal: SpeedPid | None = None,
     ) -> None:
-        client_library()  # names the extra where it is missing
+        conversions.client_library()  # names the extra where it is missing
         options = dict(opt_dict or {})
         if unused := [name for name in _GAINS if name in options]:
             warnings.warn(
@@ -205,7 +198,7 @@ class LocalPlanner:
         """
         speed, steer = self._advance(debug=debug)
         throttle, brake = self._control
-        return vehicle_control(
+        return conversions.vehicle_control(
             steer,
             min(throttle, self._max_throttle),
             brake if self._stops() else min(brake, self._max_brake),
@@ -219,8 +212,8 @@ class LocalPlanner:
         The answer is for ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
         """
         _, steer = self._advance(debug=debug)
-        wanted = speed_from_kmh(self._target_speed)
-        return ackermann_control(steer, 0.0 if self._stops() else wanted)
+        wanted = conversions.speed_from_kmh(self._target_speed)
+        return conversions.ackermann_control(steer, 0.0 if self._stops() else wanted)
 
     def done(self) -> bool:
         """Say whether the plan is driven to its end: no waypoint remains."""
@@ -284,14 +277,14 @@ class LocalPlanner:
             self._route.grow(_ROAMING, self._spacing)
             self._renew_path()
         transform = self._driven.get_transform()
-        speed = speed_of(self._driven.get_velocity(), transform)
+        speed = conversions.speed_of(self._driven.get_velocity(), transform)
         dt = self._passed()
         if self._controller is None:
             self._control = 0.0, 1.0
         elif dt > 0.0 or self._command is None:
-            self._step(self._controller, pose_of(transform), speed, dt)
+            self._step(self._controller, conversions.pose_of(transform), speed, dt)
         if debug:
-            carla = client_library()
+            carla = conversions.client_library()
             place = self.target_waypoint.transform.location + carla.Location(z=1.0)
             self._world.debug.draw_point(place, life_time=1.0)
         return speed, self._command.steer if self._command is not None else 0.0
@@ -311,7 +304,7 @@ class LocalPlanner:
             self._control = 0.0, 1.0
         elif not held:
             try:
-                wanted = speed_from_kmh(self._target_speed)
+                wanted = conversions.speed_from_kmh(self._target_speed)
                 self._control = self._pedals.step(speed, wanted, dt)
             except InputError:  # a target speed that is no number: coast
                 self._control = 0.0, 0.0
