@@ -22,7 +22,7 @@ import re
 import sys
 import traceback
 import zlib
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, make_dataclass
+from dataclasses import MISSING, field, fields, is_dataclass, make_dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -49,11 +49,6 @@ class OwnCodeError(PopsteerError):
     def __init__(self, name: str, error: BaseException) -> None:
         super().__init__(f"{name} raised {type(error).__name__}: {error}")
         self.traceback = raised(error)
-
-
-@dataclass(frozen=True)
-class NoParams(Parameters):
-    """Parameters of what has none."""
 
 
 def is_reference(name: object) -> bool:
@@ -122,7 +117,7 @@ def params_of(kind: Any) -> type[Parameters]:  # noqa: ANN401 - a class or a fun
     """
     given: Any = getattr(kind, "Params", None)
     if given is None:
-        return NoParams
+        return Parameters
     wanted = "a dataclass whose fields have defaults"
     if not isinstance(given, type) or not is_dataclass(given):
         raise ConfigError(f"Params of {kind.__name__}", given, wanted)
@@ -156,13 +151,10 @@ def raised(error: BaseException) -> str:
     """Give the traceback of an error, from the first line that is not popsteer's own."""
     first: TracebackType | None = error.__traceback__
     here = first
-    while here is not None and _is_ours(here.tb_frame.f_code.co_filename):
+    ours = (_PACKAGE, "<frozen importlib", importlib.__file__)
+    while here is not None and here.tb_frame.f_code.co_filename.startswith(ours):
         here = here.tb_next
     return "".join(traceback.format_exception(type(error), error, here or first))
-
-
-def _is_ours(file: str) -> bool:
-    return file.startswith((_PACKAGE, "<frozen importlib", importlib.__file__))
 
 
 def _file(place: str) -> Path | None:

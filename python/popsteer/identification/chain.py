@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -85,23 +85,9 @@ class Chain:
     lag_of: LagOf = "yaw rate"
     _wheels: dict[tuple[float, float | None], Wheels] = field(default_factory=dict)
 
-    def yaw(
-        self,
-        length: float,
-        understeer: float,
-        offset: float,
-        lag: float,
-        dead_time: float,
-        shift: float = 0.0,
-        rate: float | None = None,
-    ) -> Array:
-        """Simulate the heading at the log's samples, 0 at the first [rad].
-
-        `length` [m] and `understeer` [s²/m] make the turning wheelbase, to which each m/s² of
-        acceleration adds `shift` v² [s⁴/m²]. `offset` [rad], `lag`, `dead_time` [s] and `rate`
-        [rad/s] are those of the wheels.
-        """
-        turned = np.cumsum(self.rate(length, understeer, offset, lag, dead_time, shift, rate))
+    def yaw(self, *values: Any, **more: float) -> Array:  # noqa: ANN401 - as `rate` takes them
+        """Simulate the heading [rad] at the log's samples, 0 at the first, as `rate` does."""
+        turned = np.cumsum(self.rate(*values, **more))
         heading = np.concatenate(([0.0], turned)) * self.drive.cell
         return np.interp(self.drive.t, self.drive.edges, heading)
 
@@ -115,8 +101,14 @@ class Chain:
         shift: float = 0.0,
         rate: float | None = None,
     ) -> Array:
-        """Simulate the mean yaw rate of each cell [rad/s]; arguments as for `yaw`."""
-        wheel = np.clip(self.wheel(lag, dead_time, rate) + offset, -_MOST_ANGLE, _MOST_ANGLE)
+        """Simulate the mean yaw rate of each cell [rad/s].
+
+        `length` [m] and `understeer` [s²/m] make the turning wheelbase, to which each m/s² of
+        acceleration adds `shift` v² [s⁴/m²]. `offset` [rad], `lag`, `dead_time` [s] and `rate`
+        [rad/s] are those of the wheels.
+        """
+        shifted = self.wheels(lag, rate).integral(self.drive.edges - dead_time)
+        wheel = np.clip(np.diff(shifted) / self.drive.cell + offset, -_MOST_ANGLE, _MOST_ANGLE)
         speed = self.drive.speed
         slope = understeer + shift * self.drive.acceleration
         # Far from the answer the length may cross zero; it is kept from there.
@@ -125,11 +117,6 @@ class Chain:
             return turning
         relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
         return _lagged(turning, lag * relative, self.drive.cell)
-
-    def wheel(self, lag: float, dead_time: float, rate: float | None = None) -> Array:
-        """Simulate the mean angle of the wheels in each cell, without the offset [rad]."""
-        shifted = self.wheels(lag, rate).integral(self.drive.edges - dead_time)
-        return np.diff(shifted) / self.drive.cell
 
     def wheels(self, lag: float, rate: float | None = None) -> Wheels:
         """Give the wheels without dead time and offset."""

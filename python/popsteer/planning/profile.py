@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -63,16 +63,8 @@ class SpeedProfile:
     """What drives."""
 
     @classmethod
-    def of(
-        cls,
-        path: Path,
-        speed: NDArray[np.float64],
-        curvature: NDArray[np.float64],
-        limit: NDArray[np.uint8],
-        limits: SpeedLimits,
-        vehicle: Vehicle,
-    ) -> SpeedProfile:
-        """Put the speeds to a path; the arguments are as the attributes."""
+    def of(cls, path: Path, speed: NDArray[np.float64], *others: Any) -> SpeedProfile:  # noqa: ANN401
+        """Put the speeds to a path; the others are the attributes that follow `acceleration`."""
         reverse = path.reverse
         signed = speed if reverse is None else np.where(reverse, -speed, speed)
         if reverse is not None and not path.closed:
@@ -83,8 +75,7 @@ class SpeedProfile:
         acceleration = np.diff(acceleration, append=after)
         acceleration *= 0.5
         acceleration /= spacing_of(path)
-        course = _with_speed(path, signed)
-        return cls(course, speed, acceleration, curvature, limit, limits, vehicle)
+        return cls(_with_speed(path, signed), speed, acceleration, *others)
 
     @property
     def time(self) -> float:
