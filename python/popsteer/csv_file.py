@@ -20,11 +20,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-# Names of columns, without units: of a position, and of a speed.
-_PLACES = ("{}", "{}_m", "pos_{}", "position_{}", "{}_pos")
-_SPEEDS = ("speed", "v", "vx", "velocity", "speed_mps", "v_mps", "vx_mps", "speed_m_s", "v_ref")
-_YAWS = ("yaw", "yaw_rad")
-_CURVATURES = ("curvature", "curvature_1_m", "kappa", "kappa_radpm", "kappa_1_m")
+# Names of columns, without units; x and y are needed.
+_COLUMNS = {
+    "x": ("x", "x_m", "pos_x", "position_x", "x_pos"),
+    "y": ("y", "y_m", "pos_y", "position_y", "y_pos"),
+    "speed": ("speed", "v", "vx", "velocity", "speed_mps", "v_mps", "vx_mps", "speed_m_s", "v_ref"),
+    "yaw": ("yaw", "yaw_rad"),
+    "curvature": ("curvature", "curvature_1_m", "kappa", "kappa_radpm", "kappa_1_m"),
+}
 _MANY = 100  # columns: numpy is not asked to read more
 _SHOWN = 12  # names of columns in a message
 _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
@@ -186,12 +189,10 @@ def _used(where: str, columns: int, names: list[str] | None) -> dict[str, int]:
         return {name: k for k, name in enumerate(("x", "y", "speed")) if k < columns}
     plain = ["_".join(re.split(r"[\[(]", name)[0].lower().split()) for name in names]
     found: dict[str, int] = {}
-    places = {axis: tuple(form.format(axis) for form in _PLACES) for axis in "xy"}
-    others = {"speed": _SPEEDS, "yaw": _YAWS, "curvature": _CURVATURES}
-    for what, wanted in (places | others).items():
+    for what, wanted in _COLUMNS.items():
         there = [plain.index(name) for name in wanted if name in plain]
         shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
-        if not there and what in places:
+        if not there and what in ("x", "y"):
             raise PathError(f"{where}: no column is named {wanted[0]}; there are: {shown[:200]}")
         if there and plain.count(plain[there[0]]) > 1:
             raise PathError(f"{where}: two columns are named {names[there[0]][:200]}")
