@@ -204,11 +204,8 @@ def _without_outliers(t: Array, values: Array, moving: NDArray[np.bool_]) -> tup
     around = values[:-4] + share * (values[4:] - values[:-4])
     near = np.median(np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0)
     # The line through the neighbours is pulled by an outlier among them, their median is not.
-    off = np.where(
-        np.abs(values[2:-2] - around) < np.abs(values[2:-2] - near),
-        values[2:-2] - around,
-        values[2:-2] - near,
-    )
+    from_line, from_median = values[2:-2] - around, values[2:-2] - near
+    off = np.where(np.abs(from_line) < np.abs(from_median), from_line, from_median)
     spread = 1.4826 * float(np.median(np.abs(off[scale[2:-2]])))
     step = float(np.median(np.abs(np.diff(values)[scale[1:]])))
     found = 2 + np.flatnonzero(np.abs(off) > OUTLIER * max(spread, step, 1e-9))

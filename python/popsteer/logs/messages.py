@@ -57,6 +57,7 @@ class Steering(NamedTuple):
     commanded: bool
 
 
+_MEASURED = Steering(("steering_tire_angle",), ("stamp",), commanded=False)
 STEERING = {
     "ackermann_msgs/msg/AckermannDriveStamped": Steering(
         ("drive", "steering_angle"), ("header", "stamp"), commanded=True
@@ -65,12 +66,8 @@ STEERING = {
     "autoware_control_msgs/msg/Control": Steering(
         ("lateral", "steering_tire_angle"), ("stamp",), commanded=True
     ),
-    "autoware_vehicle_msgs/msg/SteeringReport": Steering(
-        ("steering_tire_angle",), ("stamp",), commanded=False
-    ),
-    "autoware_auto_vehicle_msgs/msg/SteeringReport": Steering(
-        ("steering_tire_angle",), ("stamp",), commanded=False
-    ),
+    "autoware_vehicle_msgs/msg/SteeringReport": _MEASURED,
+    "autoware_auto_vehicle_msgs/msg/SteeringReport": _MEASURED,
 }
 """The types of angles, those that are preferred first: a command tells dead time and lag."""
 

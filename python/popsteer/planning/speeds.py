@@ -176,9 +176,8 @@ def speeds_along(
     lengths = np.full(count, lengths) if lengths.ndim == 0 else np.ascontiguousarray(lengths)
     if lengths.shape != (count,):
         raise PathError(f"spacing must have shape ({count},), got {lengths.shape}")
-    if not (np.isfinite(lengths) & (lengths > 0.0)).all():
-        broken = int(np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0.0)))[0])
-        raise PathError(f"spacing after waypoint {broken} must be above 0", broken)
+    if (broken := np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0.0)))).size:
+        raise PathError(f"spacing after waypoint {broken[0]} must be above 0", int(broken[0]))
     ends = (start_speed, end_speed)
     return _plan((bends, bends), lengths, limits, vehicle, closed, None, (None, None), ends)[0]
 
@@ -187,9 +186,8 @@ def _given(curvature: ArrayLike) -> Floats:
     bends = np.ascontiguousarray(curvature, dtype=np.float64)
     if bends.ndim != 1 or bends.size < 2:
         raise PathError(f"curvature must have shape (N,) with N >= 2, got {bends.shape}")
-    if not np.isfinite(bends).all():
-        broken = int(np.flatnonzero(~np.isfinite(bends))[0])
-        raise PathError(f"curvature of waypoint {broken} is not finite", broken)
+    if (broken := np.flatnonzero(~np.isfinite(bends))).size:
+        raise PathError(f"curvature of waypoint {broken[0]} is not finite", int(broken[0]))
     return bends
 
 

@@ -110,8 +110,7 @@ class Pilot:
         The wheels' angle is the commanded one and the steering offset.
         """
         car, speed = self.vehicle, drive.speed
-        length = (car.turning_wheelbase or car.wheelbase) + car.understeer * speed * speed
-        return speed * math.tan(drive.steer + car.steer_offset) / length
+        return speed * math.tan(drive.steer + car.steer_offset) / car.turning_length(speed)
 
     def set_path(self, path: Path) -> None:
         """Go on along another path, without a jump."""

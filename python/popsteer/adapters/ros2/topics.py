@@ -102,10 +102,9 @@ class Topics:
         for what in names:
             if what not in (*known, "mode"):
                 raise ConfigError.unknown("topic", what, [*known])
-        own = {"odometry": "odom", "path": "path", "command": "drive"}
+        twists = self.command_type in (messages.TWIST, messages.TWIST_STAMPED)
+        own = {"odometry": "odom", "path": "path", "command": "cmd_vel" if twists else "drive"}
         own["predicted"] = "~/predicted_path"
-        if self.command_type in (messages.TWIST, messages.TWIST_STAMPED):
-            own["command"] = "cmd_vel"
         relative = {what: name for what, name in own.items() if known[what] == getattr(plain, what)}
         within = node, namespace
         full = {what: expanded(name, *within) for what, name in {**relative, **names}.items()}
