@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 # Names of columns, without units; x and y are needed.
-_COLUMNS = {
+_KNOWN_AS = {
     "x": ("x", "x_m", "pos_x", "position_x", "x_pos"),
     "y": ("y", "y_m", "pos_y", "position_y", "y_pos"),
     "speed": ("speed", "v", "vx", "velocity", "speed_mps", "v_mps", "vx_mps", "speed_m_s", "v_ref"),
@@ -189,7 +189,7 @@ def _used(where: str, columns: int, names: list[str] | None) -> dict[str, int]:
         return {name: k for k, name in enumerate(("x", "y", "speed")) if k < columns}
     plain = ["_".join(re.split(r"[\[(]", name)[0].lower().split()) for name in names]
     found: dict[str, int] = {}
-    for what, wanted in _COLUMNS.items():
+    for what, wanted in _KNOWN_AS.items():
         there = [plain.index(name) for name in wanted if name in plain]
         shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
         if not there and what in ("x", "y"):
