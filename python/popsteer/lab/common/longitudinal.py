@@ -14,12 +14,10 @@ from popsteer._core import (
     SpeedTrackerParams,
 )
 from popsteer.errors import ConfigError
-from popsteer.sim.closed_loop import at_constant_speed, start_speed
-from popsteer.sim.pedals import PedalMap
+from popsteer.sim.closed_loop import start_speed
 
 if TYPE_CHECKING:
     from popsteer._core import Path, Vehicle
-    from popsteer.sim import Plant
     from popsteer.sim.geometry import Pose
     from popsteer.sim.pedals import Longitudinal
 
@@ -59,23 +57,6 @@ def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Lon
     if isinstance(params, SpeedTrackerParams):
         return SpeedTracker(path, vehicle, params)
     return SpeedPid(params) if isinstance(params, SpeedPidParams) else CoupledLongitudinal(params)
-
-
-def road(
-    params: LongitudinalParams | None, path: Path, vehicle: Vehicle, constant_speed: float | None
-) -> tuple[Path, Longitudinal | None]:
-    """Give the path that is driven, and what works the pedals: None for those of the paper."""
-    if constant_speed is None:
-        return path, made(params, path, vehicle)
-    return at_constant_speed(path, constant_speed)
-
-
-def pedals(
-    params: LongitudinalParams | None, plant: Plant, constant_speed: float | None
-) -> PedalMap | None:
-    """Give the pedals for accelerations where they are commanded: of the plant, unvaried."""
-    planned = isinstance(params, SpeedTrackerParams) and constant_speed is None
-    return PedalMap.of(plant) if planned else None
 
 
 def beginning(

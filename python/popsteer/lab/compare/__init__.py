@@ -4,8 +4,9 @@
 command prints, `files` what it writes, with `figures`.
 """
 
+from popsteer.lab.common.experiment import controller
 from popsteer.lab.compare import files, paper, table
-from popsteer.lab.compare.runs import Comparison, controller, parameters, run, time_steps
+from popsteer.lab.compare.runs import Comparison, parameters, run, time_steps
 
 __all__ = [
     "Comparison",

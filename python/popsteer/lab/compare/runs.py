@@ -13,6 +13,7 @@ from popsteer import controllers, presets, sim
 from popsteer._core import build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
+from popsteer.lab.common.experiment import controller
 from popsteer.lab.common.longitudinal import beginning
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.timing import Drive, Driver, time_calls
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from popsteer._core import AdaptParams, Path, Settings, Vehicle
-    from popsteer.controllers import Controller, Params
+    from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
-    from popsteer.sim import OwnSimpleController, Plant, Run
+    from popsteer.sim import Plant, Run
     from popsteer.sim.geometry import Pose, StartAt
     from popsteer.sim.pedals import Longitudinal
 
@@ -125,54 +126,6 @@ def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParam
         else:
             raise ConfigError.unknown("controller", name, controller_names())
     return chosen
-
-
-def controller(
-    name: str,
-    path: Path,
-    vehicle: Vehicle,
-    params: Params | MpcParams,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-) -> Controller | OwnSimpleController:
-    """Make what steers.
-
-    Parameters
-    ----------
-    name : str
-        One of `popsteer.lab.common.names.controller_names`, or one of your own as `popsteer.own`
-        has it.
-    path : Path
-        What it follows.
-    vehicle : Vehicle
-        The vehicle that it is given.
-    params : parameters of that controller
-        As `parameters` gives them.
-    adapt : AdaptParams or None, optional
-        How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
-
-    Returns
-    -------
-    Controller or OwnSimpleController
-        In a fresh state.
-
-    Raises
-    ------
-    PopsteerError
-        The controller needs an extra that is not installed.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> pop = controller("pop", path, popsteer.Vehicle(), popsteer.PopParams())
-    >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
-    0.0
-    """
-    # The registries pair each controller with its parameters.
-    known: Any = params
-    if name in controllers.names():
-        return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
-    return baselines.get(name).controller(path, vehicle, known)
 
 
 def run(  # noqa: PLR0913 - as `popsteer.sim.run`

@@ -5,11 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from popsteer import sim
-from popsteer._core import Settings
-from popsteer.lab.compare.runs import controller
 from popsteer.lab.sweep.job import Job, from_text
-from popsteer.sim.closed_loop import start_speed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -51,13 +47,17 @@ def drive(
     [True, True]
     """
     if job.is_of_core:
-        figures = _by_core(job, runs, threads, progress)
+        made = [(job.road, job.made(run), job.seed_of(run)) for run in runs]
+        columns = job.drive_many(job.params, made, threads, progress)
+        figures = [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ]
     else:
         figures = []
-        for done, run in enumerate(runs):
+        for done, run in enumerate(runs, start=1):
             figures.append(vars(repeat(job, run, keep_records=False).metrics))
             if progress is not None:
-                progress((done + 1) / len(runs))
+                progress(done / len(runs))
     return [_row(job, run, each) for run, each in zip(runs, figures, strict=True)]
 
 
@@ -91,20 +91,12 @@ def repeat(
     Run
         To the bit what the sweep drove.
     """
-    made = job.made(run)
-    path, pedals = job.road
-    settings = Settings() if job.settings is None else job.settings
-    return sim.run(
-        controller(job.controller, path, job.given, job.params, job.adapt),
-        made.plant,
-        path=path,
-        start=made.start,
-        speed=_speed(job, made.speed),
-        longitudinal=pedals,
-        pedals=job.pedals,
-        settings=settings.replace(keep_records=keep_records),
-        noise=made.noise,
+    return job.drive_one(
+        job.params,
+        job.road,
+        job.made(run),
         seed=job.seed_of(run),
+        keep_records=keep_records,
         progress=progress,
         keep_going=True,
     )
@@ -116,40 +108,6 @@ def _job(text: str) -> Job:
     return from_text(text)
 
 
-def _by_core(
-    job: Job,
-    runs: Sequence[int],
-    threads: int | None,
-    progress: Callable[[float], object] | None,
-) -> list[dict[str, Any]]:
-    made = [job.made(run) for run in runs]
-    path, pedals = job.road
-    driver: Any = controller(job.controller, path, job.given, job.params, job.adapt)
-    columns = sim.run_many(
-        driver,
-        [each.plant for each in made],
-        start=[each.start for each in made],
-        speed=[_speed(job, each.speed) for each in made],
-        longitudinal=pedals,
-        pedals=job.pedals,
-        settings=job.settings,
-        noise=[each.noise or sim.Noise() for each in made],
-        seed=[job.seed_of(run) for run in runs],
-        threads=threads,
-        progress=progress,
-    )
-    lists = {name: column.tolist() for name, column in columns.items()}
-    return [{name: column[k] for name, column in lists.items()} for k in range(len(runs))]
-
-
-def _speed(job: Job, drawn: float | None) -> float:
-    if drawn is not None:
-        return drawn
-    if job.speed is not None:
-        return job.speed
-    return start_speed(job.path, job.constant_speed)
-
-
 def _row(job: Job, run: int, figures: dict[str, Any]) -> dict[str, Any]:
     faults = int(figures["faults"])
     good = (
@@ -157,12 +115,11 @@ def _row(job: Job, run: int, figures: dict[str, Any]) -> dict[str, Any]:
         and faults == 0
         and figures["settled_max_abs_cross_track_error"] <= job.deviation
     )
-    drawn = job.drawn(run)
     return {
         "run": run,
         "seed": job.seed_of(run),
         "success": bool(good),
-        **drawn,
+        **job.drawn(run),
         **{name: value for name, value in figures.items() if name != "faults"},
         "faults": faults,
     }

@@ -9,24 +9,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from popsteer import controllers, own, sim
-from popsteer._core import (
-    AdaptParams,
-    CarlaIdentified,
-    KinematicBicycle,
-    Path,
-    Settings,
-    Vehicle,
-    __version__,
-)
+from popsteer._core import AdaptParams, Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields, path_of, plant_of
+from popsteer.lab.common.experiment import Experiment
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.ranges import check_count, check_in_range
-from popsteer.sim.geometry import object_of, plant_name
-from popsteer.sim.pedals import PedalMap, check_longitudinal
+from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,9 +28,9 @@ if TYPE_CHECKING:
 
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
+    from popsteer.lab.common.experiment import Road
     from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.sim import Plant
-    from popsteer.sim.pedals import Longitudinal
 
 SCHEMA = "popsteer-sweep/3"
 """What a file of a sweep says it is."""
@@ -46,7 +38,7 @@ _MAX_RUNS = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class Job(Experiment):
     """A sweep: one controller, one plant and one path, and what varies from run to run.
 
     Run k is the same wherever and whenever it is driven: its draw is row k of a Latin hypercube of
@@ -124,24 +116,7 @@ class Job:
         sim.closed_loop.check_seed(self.seed)
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
-        path, pedals = self.road
-        check_longitudinal(pedals, path, sim.vehicle_of(self.whole))
-
-    @cached_property
-    def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
-        """The plant before it varies, as an object; by default parameters where it was a name."""
-        return object_of(self.plant)
-
-    @cached_property
-    def given(self) -> Vehicle:
-        """What the controller is given of the vehicle: the same in all runs."""
-        return sim.vehicle_of(self.whole) if self.vehicle is None else self.vehicle
-
-    @property
-    def is_of_core(self) -> bool:
-        """Whether the Rust core drives it alone: neither plant nor controller is in Python."""
-        core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
-        return core and self.controller in controllers.names()
+        _ = self.road  # refuses pedals that do not fit
 
     @cached_property
     def draws(self) -> dict[str, NDArray[np.float64]]:
@@ -168,14 +143,9 @@ class Job:
             raise
 
     @cached_property
-    def road(self) -> tuple[Path, Longitudinal | None]:
+    def road(self) -> Road:
         """The path that is driven, and what works the pedals: None for those of the paper."""
-        return longitudinal.road(self.longitudinal, self.path, self.given, self.constant_speed)
-
-    @property
-    def pedals(self) -> PedalMap | None:
-        """The pedals for accelerations where they are commanded: of the plant before it varies."""
-        return longitudinal.pedals(self.longitudinal, self.whole, self.constant_speed)
+        return self.road_of(self.path)
 
     @cached_property
     def text(self) -> str:

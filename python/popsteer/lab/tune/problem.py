@@ -11,26 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from popsteer import controllers, own, sim
-from popsteer._core import (
-    AdaptParams,
-    CarlaIdentified,
-    KinematicBicycle,
-    Settings,
-    __version__,
-)
+from popsteer import controllers, own
+from popsteer._core import AdaptParams, Settings, __version__
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
-from popsteer.lab.common.varied import Varied, draws, run_seed, varied
-from popsteer.lab.compare.runs import controller
+from popsteer.lab.common.experiment import Experiment
+from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.ranges import check_count
-from popsteer.sim.closed_loop import start_speed
-from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from popsteer._core import Path, Vehicle
     from popsteer.controllers import Params
@@ -40,6 +31,7 @@ SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
 _FAILED = 100.0  # m, rad/s: worse than any figure of a run that finished
 _MAX_CARS = 1000
+_JUDGED = ("finished", "settled_mean_abs_cross_track_error", "rms_steer_rate")
 _SEARCHED = {
     "pid": ("kp", "ki", "kd"),
     "pure-pursuit": ("lookahead_gain", "min_lookahead"),
@@ -88,7 +80,7 @@ class Score(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Experiment):
     """A controller, its vehicle, tracks, cars that differ from it, and what is searched.
 
     Parameters
@@ -158,28 +150,17 @@ class Problem:
         _ = self.scenarios
 
     @cached_property
-    def given(self) -> Vehicle:
-        """What the controller is given of the vehicle."""
-        return sim.vehicle_of(self.plant) if self.vehicle is None else self.vehicle
-
-    @cached_property
     def scenarios(self) -> list[tuple[str, Any, Any, int]]:
         """Track, path with pedals, car and seed of each run."""
         drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
         found: list[tuple[str, Any, Any, int]] = []
         for name, path in self.paths.items():
-            road = longitudinal.road(self.longitudinal, path, self.given, self.constant_speed)
-            check_longitudinal(road[1], road[0], sim.vehicle_of(self.plant))
+            road = self.road_of(path)
             for car in range(self.cars + 1):
                 values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
                 made = varied(self.plant, path, values)
                 found.append((name, road, made, run_seed(self.seed, car)))
         return found
-
-    @property
-    def pedals(self) -> PedalMap | None:
-        """The pedals for accelerations where they are commanded: of the plant before it varies."""
-        return longitudinal.pedals(self.longitudinal, self.plant, self.constant_speed)
 
     def changed(self, values: Mapping[str, float]) -> Params:
         """Give the tuning with other values of what is searched; whole numbers stay whole."""
@@ -206,32 +187,11 @@ class Problem:
     def _driven(
         self, params: Params, progress: Callable[[float], object] | None
     ) -> list[tuple[str, float, float]]:
-        columns: Iterable[tuple[bool, float, float]]
-        core = isinstance(self.plant, CarlaIdentified | KinematicBicycle)
-        if core and self.controller in controllers.names():
-            drivers = {
-                name: controller(self.controller, road[0], self.given, params, self.adapt)
-                for name, road, _, _ in self.scenarios
-            }
-            many: Any = [drivers[name] for name, _, _, _ in self.scenarios]
-            figures = sim.run_many(
-                many,
-                [made.plant for _, _, made, _ in self.scenarios],
-                start=[made.start for _, _, made, _ in self.scenarios],
-                speed=[self._speed(road, made) for _, road, made, _ in self.scenarios],
-                longitudinal=[road[1] for _, road, _, _ in self.scenarios],
-                pedals=self.pedals,
-                settings=self.settings,
-                noise=[made.noise or sim.Noise() for _, _, made, _ in self.scenarios],
-                seed=[seed for _, _, _, seed in self.scenarios],
-                progress=progress,
-            )
-            columns = zip(
-                figures["finished"].tolist(),
-                figures["settled_mean_abs_cross_track_error"].tolist(),
-                figures["rms_steer_rate"].tolist(),
-                strict=True,
-            )
+        columns: Iterable[Sequence[Any]]
+        if self.is_of_core:
+            runs = [scenario[1:] for scenario in self.scenarios]
+            figures = self.drive_many(params, runs, progress=progress)
+            columns = zip(*(figures[name] for name in _JUDGED), strict=True)
         else:
             columns = self._one_by_one(params, progress)
         found = []
@@ -245,30 +205,14 @@ class Problem:
             found.append((name, error if ended else _FAILED, moved))
         return found
 
-    def _speed(self, road: tuple[Path, Any], made: Varied) -> float:
-        return start_speed(road[0], self.constant_speed) if made.speed is None else made.speed
-
     def _one_by_one(
         self, params: Params, progress: Callable[[float], object] | None
-    ) -> Iterator[tuple[bool, float, float]]:
-        settings = Settings() if self.settings is None else self.settings
-        for done, (_, road, made, seed) in enumerate(self.scenarios):
-            metrics = sim.run(
-                controller(self.controller, road[0], self.given, params, self.adapt),
-                made.plant,
-                path=road[0],
-                start=made.start,
-                speed=self._speed(road, made),
-                longitudinal=road[1],
-                pedals=self.pedals,
-                settings=settings.replace(keep_records=False),
-                noise=made.noise,
-                seed=seed,
-            ).metrics
-            error = metrics.settled_mean_abs_cross_track_error
-            yield metrics.finished, error, metrics.rms_steer_rate
+    ) -> Iterator[Sequence[Any]]:
+        for done, (_, road, made, seed) in enumerate(self.scenarios, start=1):
+            metrics = self.drive_one(params, road, made, seed=seed).metrics
+            yield [getattr(metrics, name) for name in _JUDGED]
             if progress is not None:
-                progress((done + 1) / len(self.scenarios))
+                progress(done / len(self.scenarios))
 
     @cached_property
     def document(self) -> dict[str, Any]:

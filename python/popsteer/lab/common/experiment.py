@@ -1,0 +1,179 @@
+"""What steers in an experiment, and what a sweep and a tuning share: runs that differ."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from popsteer import controllers, sim
+from popsteer._core import CarlaIdentified, KinematicBicycle, Settings, SpeedTrackerParams
+from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import made as pedals_of
+from popsteer.sim.closed_loop import at_constant_speed, start_speed
+from popsteer.sim.geometry import object_of
+from popsteer.sim.pedals import PedalMap, check_longitudinal
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer._core import AdaptParams, Path, Vehicle
+    from popsteer.controllers import Controller, Params
+    from popsteer.lab.baselines import MpcParams
+    from popsteer.lab.common.longitudinal import LongitudinalParams
+    from popsteer.lab.common.varied import Varied
+    from popsteer.sim import OwnSimpleController, Run
+    from popsteer.sim.pedals import Longitudinal
+
+    Road: TypeAlias = tuple[Path, Longitudinal | None]
+
+
+def controller(
+    name: str,
+    path: Path,
+    vehicle: Vehicle,
+    params: Params | MpcParams,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Controller | OwnSimpleController:
+    """Make what steers.
+
+    Parameters
+    ----------
+    name : str
+        One of `popsteer.lab.common.names.controller_names`, or one of your own as `popsteer.own`
+        has it.
+    path : Path
+        What it follows.
+    vehicle : Vehicle
+        The vehicle that it is given.
+    params : parameters of that controller
+        As `popsteer.lab.compare.parameters` gives them.
+    adapt : AdaptParams or None, optional
+        How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
+
+    Returns
+    -------
+    Controller or OwnSimpleController
+        In a fresh state.
+
+    Raises
+    ------
+    PopsteerError
+        The controller needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> pop = controller("pop", path, popsteer.Vehicle(), popsteer.PopParams())
+    >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
+    0.0
+    """
+    # The registries pair each controller with its parameters.
+    known: Any = params
+    if name in controllers.names():
+        return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
+    return baselines.get(name).controller(path, vehicle, known)
+
+
+class Experiment:
+    """One controller, and a plant that varies from run to run.
+
+    Its fields are those of `popsteer.lab.sweep.Job` and `popsteer.lab.tune.Problem`.
+    """
+
+    controller: str
+    plant: Any
+    vehicle: Vehicle | None
+    adapt: AdaptParams | Literal["auto"] | None
+    speed: float | None = None
+    constant_speed: float | None
+    longitudinal: LongitudinalParams | None
+    settings: Settings | None
+
+    @cached_property
+    def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
+        """The plant before it varies, as an object; by default parameters where it was a name."""
+        return object_of(self.plant)
+
+    @cached_property
+    def given(self) -> Vehicle:
+        """What the controller is given of the vehicle: the same in all runs."""
+        return sim.vehicle_of(self.whole) if self.vehicle is None else self.vehicle
+
+    @property
+    def is_of_core(self) -> bool:
+        """Whether the Rust core drives it alone: neither plant nor controller is in Python."""
+        core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
+        return core and self.controller in controllers.names()
+
+    @property
+    def pedals(self) -> PedalMap | None:
+        """The pedals for accelerations where they are commanded: of the plant before it varies."""
+        planned = isinstance(self.longitudinal, SpeedTrackerParams) and self.constant_speed is None
+        return PedalMap.of(self.whole) if planned else None
+
+    def road_of(self, path: Path) -> Road:
+        """Give the path that is driven, and what works the pedals: None for those of the paper."""
+        if self.constant_speed is None:
+            road: Road = path, pedals_of(self.longitudinal, path, self.given)
+        else:
+            road = at_constant_speed(path, self.constant_speed)
+        check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))
+        return road
+
+    def drive_one(
+        self,
+        params: Params | MpcParams,
+        road: Road,
+        made: Varied,
+        *,
+        keep_records: bool = False,
+        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
+    ) -> Run:
+        """Drive one run, from its plant, start and noise."""
+        settings = Settings() if self.settings is None else self.settings
+        return sim.run(
+            self._driver(params, road),
+            made.plant,
+            path=road[0],
+            start=made.start,
+            speed=self._speed(road, made),
+            longitudinal=road[1],
+            pedals=self.pedals,
+            settings=settings.replace(keep_records=keep_records),
+            noise=made.noise,
+            **how,
+        )
+
+    def drive_many(
+        self,
+        params: Params | MpcParams,
+        runs: Sequence[tuple[Road, Varied, int]],
+        threads: int | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> dict[str, list[Any]]:
+        """Drive runs by the core; give the figures of `popsteer.sim.Metrics`, a column each."""
+        roads = {id(road): road for road, _, _ in runs}
+        drivers: Any = {key: self._driver(params, road) for key, road in roads.items()}
+        columns = sim.run_many(
+            [drivers[id(road)] for road, _, _ in runs],
+            [made.plant for _, made, _ in runs],
+            start=[made.start for _, made, _ in runs],
+            speed=[self._speed(road, made) for road, made, _ in runs],
+            longitudinal=[road[1] for road, _, _ in runs],
+            pedals=self.pedals,
+            settings=self.settings,
+            noise=[made.noise or sim.Noise() for _, made, _ in runs],
+            seed=[seed for _, _, seed in runs],
+            threads=threads,
+            progress=progress,
+        )
+        return {name: column.tolist() for name, column in columns.items()}
+
+    def _driver(self, params: Params | MpcParams, road: Road) -> Controller | OwnSimpleController:
+        return controller(self.controller, road[0], self.given, params, self.adapt)
+
+    def _speed(self, road: Road, made: Varied) -> float:
+        """Give the speed at the start [m/s]: the one drawn, the one given, or the path's."""
+        usual = start_speed(road[0], self.constant_speed) if self.speed is None else self.speed
+        return usual if made.speed is None else made.speed
