@@ -24,23 +24,18 @@ class _Params(Protocol):
 _P = TypeVar("_P", bound=_Params)
 
 
-def assigned(params: _P, assignments: Sequence[str], owner: str) -> _P:
-    """Give a copy of parameters, changed as assignments say.
-
-    The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
-    counts. `owner` says in messages whose parameters they are. Raises ConfigError where a name is
-    not known, or a value is not of its kind or out of its range.
-    """
-    (changed,) = assigned_each([params], assignments, owner)
-    found: _P = changed
-    return found
+def assigned(params: _P, assignments: Sequence[str] | None, owner: str) -> _P:
+    """Give a copy of parameters, changed as `assigned_each` has it."""
+    changed: _P = assigned_each([params], assignments, owner)[0]
+    return changed
 
 
-def assigned_each(parts: Sequence[Any], assignments: Sequence[str], owner: str) -> list[Any]:
+def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner: str) -> list[Any]:
     """Give copies of several sets of parameters: each assignment changes those that have its name.
 
-    Assignments, owner and errors are those of `assigned`. Only what is a number, a truth value or
-    None can be set. Sets of which nothing was named are the same objects.
+    The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
+    counts. `owner` says in messages whose parameters they are. Only what is a number, a truth value
+    or None can be set. Sets of which nothing was named are the same objects.
 
     Examples
     --------
@@ -54,7 +49,7 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str], owner: str) 
     known = [_settable(params) for params in parts]
     names = list(dict.fromkeys(name for fields in known for name in fields))
     changes: list[dict[str, Any]] = [{} for _ in parts]
-    for assignment in assignments:
+    for assignment in assignments or []:
         name, equals, text = (part.strip() for part in assignment.partition("="))
         if not equals:
             raise ConfigError(f"a parameter of {owner}", assignment, "written NAME=VALUE")
@@ -101,10 +96,7 @@ def _value(name: str, text: str, default: object) -> object:
 
 
 def listed(kind: type[object], without: Sequence[str] = ()) -> str:
-    """List the parameters of a class, as its documentation has them, but for those of `without`.
-
-    There are two lines or more for each: name and default, and what it means.
-    """
+    """List the parameters of a class, as its documentation has them, but for those of `without`."""
     document = inspect.getdoc(kind) or ""
     _, _, rest = document.partition("Parameters\n----------\n")
     entries = re.split(r"\n\n", rest, maxsplit=1)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -139,35 +140,36 @@ def compare(
         return
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    settings = assigned(Settings(dt=dt), set_run or [], "the run")
+    settings = assigned(Settings(dt=dt), set_run, "the run")
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
-        usual = inputs.usual_longitudinal([course], [mover])
-        if is_authors_path(course.path):
-            usual = "coupled"  # as the paper drove there
-        chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, usual)
+        # There the paper's drove.
+        own = [] if is_authors_path(course.path) else [course]
+        chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, own, [mover])
         itself = sim.vehicle_of(mover)
         given = inputs.believed(vehicle, set_vehicle, itself)
-        begin = inputs.start(course.path, start, start_at, start_offset, itself)
+        pose, at = inputs.start(course.path, start, start_at, start_offset, itself)
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
         _check_record(record, names)
         outputs.check_page(report)
-        comparison = outputs.driven(
-            course,
-            tuning,
+        comparison = lab.compare.run(
+            course.path,
+            tuning.params,
             mover,
-            inputs.plant_label(plant),
-            progress,
             vehicle=given,
-            start=begin.pose,
-            start_at=begin.at,
+            adapt=tuning.adapt,
+            preset=tuning.preset,
+            start=pose,
+            start_at=at,
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=made(chosen, course.path, given),
             settings=settings,
+            progress=progress.update,
         )
+        comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
             comparison = lab.compare.time_steps(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt

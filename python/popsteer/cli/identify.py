@@ -11,7 +11,6 @@ import typer
 from popsteer import lab, vehicles
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options, outputs
-from popsteer.cli.assignments import assigned
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
@@ -72,8 +71,7 @@ def identify(
 
     given: Vehicle | None = None
     if vehicle is not None or set_vehicle:
-        base = Vehicle() if vehicle is None else inputs.named_vehicle(vehicle)
-        given = assigned(base, set_vehicle or [], "the vehicle")
+        given = inputs.believed(vehicle, set_vehicle)
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")

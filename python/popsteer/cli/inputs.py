@@ -48,13 +48,6 @@ class Course(NamedTuple):
     shipped: bool = False
 
 
-class Start(NamedTuple):
-    """A pose at the start, and whose it is."""
-
-    pose: Pose | None
-    at: StartAt
-
-
 class Tuning(NamedTuple):
     """What the controllers of a run are tuned by."""
 
@@ -67,11 +60,9 @@ class Tuning(NamedTuple):
 
 
 def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Course:
-    """Give the path of a file of waypoints or of a shipped track; by default of `DEFAULT_TRACK`.
+    """Give the path of a file of waypoints or of a track, by default of `DEFAULT_TRACK`.
 
-    `closed` says that the last waypoint of the file joins its first. Raises ConfigError where no
-    track has this name or the options exclude each other, and PathError where the file makes no
-    path.
+    ConfigError where no track has this name or the options exclude each other.
     """
     if waypoints is not None:
         if track is not None:
@@ -102,10 +93,7 @@ def _own_path(name: str) -> Path:
 def courses(
     waypoints: Sequence[FilePath] | None, tracks: str | None, *, closed: bool
 ) -> list[Course]:
-    """Give the paths of the shipped tracks that are named, then those of files of waypoints.
-
-    Defaults and errors are those of `course`; `closed` counts for each of the files.
-    """
+    """Give the paths of the tracks that are named, then those of files of waypoints."""
     if closed and not waypoints:
         raise ConfigError("--closed", closed, _CLOSED)
     shipped = [] if tracks is None else names("--tracks", tracks)
@@ -120,10 +108,7 @@ def courses(
 
 
 def names(option: str, text: str) -> list[str]:
-    """Split a list of names at its commas: each once, in the order given.
-
-    Empty names are left out. Raises ConfigError, which names the option, where there is none.
-    """
+    """Split a list of names at its commas: each once, in the order given; ConfigError if none."""
     found = list(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
     if not found:
         raise ConfigError(option, text, "names, separated by commas")
@@ -141,11 +126,9 @@ def tuned(
 ) -> Tuning:
     """Give what the controllers are tuned by.
 
-    `assignments` are ``NAME=VALUE`` each, for every controller that has the parameter, and for how
-    they adapt; `no_adapt`: they estimate nothing. A file of tuning, `params`, takes the place of
-    the preset for the controllers that it has. `known` are the controllers that the command takes,
-    all by default. Raises ConfigError where a controller, the preset or a parameter is not known, a
-    value is refused, or the file has a controller that is not among them.
+    A file of tuning, `params`, takes the place of the preset for the controllers that it has; the
+    assignments count for every controller that has the parameter, and for how they adapt. `known`
+    are the controllers that the command takes, all by default.
     """
     own_too, known = known is None, controller_names() if known is None else known
     for name in controllers:
@@ -164,7 +147,7 @@ def tuned(
     # The baselines do not adapt, so alone they have no such parameters.
     adapting = [usual] if set(controllers) & set(own_controllers.names()) else []
     owner = " or ".join(controllers)
-    changed = assigned_each([*begun.values(), *adapting], assignments or [], owner)
+    changed = assigned_each([*begun.values(), *adapting], assignments, owner)
     adapt: AdaptParams | Literal["auto"] | None = "auto"
     if no_adapt:
         adapt = None
@@ -174,13 +157,13 @@ def tuned(
     return Tuning(dict(zip(begun, changed, strict=False)), adapt, said)
 
 
-def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle) -> Start:
+def start(
+    path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle
+) -> tuple[Pose | None, StartAt]:
     """Give the pose at the start, and whose it is; the pose is None where no option gives it.
 
-    `text` is ``X,Y,YAW`` [m, m, rad], the pose of the vehicle's point or of the axle that `at`
-    names: "pose", "rear" or "front". `offset` is how far to the left of the first waypoint the
-    vehicle starts instead [m], as `popsteer.sim.default_start` has it. Raises ConfigError where
-    `text` is not three numbers, the offset is out of its range, or both are given.
+    `text` is ``X,Y,YAW`` [m, m, rad], `at` "pose", "rear" or "front"; `offset` [m] is as
+    `popsteer.sim.default_start` has it.
     """
     place = next((known for known in get_args(StartAt) if known == at), None)
     if place is None:
@@ -188,66 +171,51 @@ def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: 
     if text is None:
         if place != "pose":
             raise ConfigError("--start-at", at, "given with --start")
-        return Start(None if offset is None else default_start(path, offset, vehicle), place)
+        return None if offset is None else default_start(path, offset, vehicle), place
     if offset is not None:
         raise ConfigError("--start-offset", offset, "left out where --start is given")
     try:
         x, y, yaw = (float(part) for part in text.split(","))
     except ValueError:
         raise ConfigError("--start", text, "three numbers X,Y,YAW [m, m, rad]") from None
-    return Start((x, y, yaw), place)
+    return (x, y, yaw), place
 
 
 def longitudinal(
     name: str | None,
     assignments: Sequence[str] | None,
     constant_speed: float | None,
-    usual: str = "coupled",
+    courses: Iterable[Course],
+    plants: Iterable[Plant],
 ) -> LongitudinalParams | None:
     """Give the parameters of the controller of the pedals; None where a constant speed is kept.
 
-    `name` is the controller's, by default `usual`; the assignments, ``NAME=VALUE`` each, change its
-    parameters. Raises ConfigError where a name is not known, a value is refused, or a constant
-    speed is given as well.
+    Where no option names one, it is ``speed-tracker`` if one of the user's own paths has speeds, as
+    `popsteer plan` writes them: they are there to be kept; ``speed-pid`` if besides a plant does
+    not say what its pedals do. Without speeds, and on shipped tracks, it is the paper's.
     """
     if constant_speed is not None:
         if name or assignments:
             raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
         return None
-    name = usual if name is None else name
-    return assigned(params_of(name), assignments or [], name)
-
-
-def usual_longitudinal(courses: Iterable[Course], plants: Iterable[Plant]) -> str:
-    """Name the controller of the pedals where no option does, from the user's own paths.
-
-    It is ``speed-tracker`` where one of them has speeds, as `popsteer plan` writes them: they are
-    there to be kept; ``speed-pid`` where a plant does not say what its pedals do. Without speeds,
-    and on shipped tracks, it is the paper's, ``coupled``.
-    """
-    if all(course.shipped or course.path.speed is None for course in courses):
-        return "coupled"
-    return "speed-tracker" if all(map(PedalMap.is_known, plants)) else "speed-pid"
+    if name is None:
+        name = "coupled"
+        if any(not course.shipped and course.path.speed is not None for course in courses):
+            name = "speed-tracker" if all(map(PedalMap.is_known, plants)) else "speed-pid"
+    return assigned(params_of(name), assignments, name)
 
 
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
-    """Give the plant that an option names.
+    """Give the plant that an option names; of a file ``*.toml`` it is a kinematic bicycle.
 
-    `text` is the name of a plant, or a file ``*.toml`` of a vehicle, of which a kinematic bicycle
-    is made. `assignments` are ``NAME=VALUE`` each: parameters of the plant and fields of its
-    vehicle. Raises ConfigError where no plant has this name, the file holds no vehicle or a
-    parameter is refused, and PopsteerError where the plant needs an extra that is not installed.
+    The assignments change its parameters and the fields of its vehicle.
     """
     found = KinematicBicycle(Vehicle.load(text)) if _is_file(text) else object_of(text)
-    return changed_plant(found, plant_label(text), assignments)
+    return _changed(found, plant_label(text), assignments)
 
 
-def changed_plant(plant: Mover, name: str, assignments: Sequence[str] | None) -> Mover:
-    """Give a copy of a plant, changed as assignments say; messages call it `name`.
-
-    The assignments are those of `plant`. Raises ConfigError where a name is not known or a value is
-    refused.
-    """
+def _changed(plant: Mover, name: str, assignments: Sequence[str] | None) -> Mover:
+    """Give a copy of a plant, changed as assignments say; messages call it `name`."""
     if not assignments:
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
@@ -264,11 +232,7 @@ def plant_label(text: str) -> str:
 
 
 def named_vehicle(text: str) -> Vehicle:
-    """Give the vehicle that an option names.
-
-    `text` is a file ``*.toml`` of a vehicle, a name of `popsteer.vehicles.names`, or that of a
-    plant. Raises ConfigError where no vehicle has this name or the file holds none.
-    """
+    """Give the vehicle of a file ``*.toml``, one of `popsteer.vehicles.names`, or a plant's."""
     if _is_file(text):
         return Vehicle.load(text)
     if text in vehicles.names():
@@ -279,15 +243,12 @@ def named_vehicle(text: str) -> Vehicle:
     raise ConfigError.unknown("vehicle", text, known)
 
 
-def believed(text: str | None, changes: Sequence[str] | None, itself: Vehicle) -> Vehicle:
-    """Give the vehicle that the controllers are given.
-
-    It is the one that `text` names, or without it that of the plant, `itself`; with the fields
-    changed that `changes` name, ``NAME=VALUE`` each. Raises ConfigError as `named_vehicle`, and
-    where a field is not known or its value refused.
-    """
-    vehicle = itself if text is None else named_vehicle(text)
-    return assigned(vehicle, changes or [], "the vehicle")
+def believed(
+    text: str | None, changes: Sequence[str] | None, itself: Vehicle | None = None
+) -> Vehicle:
+    """Give the vehicle that the controllers are given: by default that of the plant, `itself`."""
+    usual = itself or Vehicle()
+    return assigned(usual if text is None else named_vehicle(text), changes, "the vehicle")
 
 
 def varied(
@@ -298,12 +259,11 @@ def varied(
 ) -> tuple[Any, Vehicle, str]:
     """Give a plant before it varies, the vehicle that the controller is given, and a label.
 
-    The arguments are those of `plant` and `believed`. Without a plant it is a kinematic bicycle of
-    the vehicle, and without both the identified one. Raises ConfigError as those do.
+    Without a plant it is a kinematic bicycle of the vehicle, and without both the identified one.
     """
     if plant_text is None and vehicle is not None:
         label = plant_label(vehicle)
-        made = changed_plant(KinematicBicycle(named_vehicle(vehicle)), label, set_plant)
+        made = _changed(KinematicBicycle(named_vehicle(vehicle)), label, set_plant)
     else:
         named = "carla-identified" if plant_text is None else plant_text
         made, label = plant(named, set_plant), plant_label(named)
@@ -326,10 +286,7 @@ def tuning(
     *,
     no_adapt: bool,
 ) -> tuple[str, Tuning]:
-    """Give the name of the controller, by default the one that the file is of, and its tuning.
-
-    The arguments are those of `tuned`. Raises ConfigError as that does.
-    """
+    """Give the name of the controller, by default the one that the file is of, and its tuning."""
     if controller is None:
         controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
     if baselines.is_known(controller) and preset == "default":
@@ -342,9 +299,7 @@ def distributions(
 ) -> dict[str, Distribution]:
     """Give what varies, by name: that of a file, or else what usually does, changed by `vary`.
 
-    `vary` is ``NAME=DISTRIBUTION`` each; ``NAME=none`` takes one out, and anything else leaves
-    what usually varies with the plant out. Raises ConfigError where the file is no TOML file of
-    ``NAME = "DISTRIBUTION"``, or a text is no distribution.
+    ``NAME=none`` takes one out; anything else leaves what usually varies with the plant out.
     """
     texts: dict[str, Any] = {}
     if file is not None:

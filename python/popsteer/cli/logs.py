@@ -52,11 +52,7 @@ def read(
     units: list[str] | None,
     progress: Progress,
 ) -> logs.Log:
-    """Read the log that the options name, ``NAME=VALUE`` each.
-
-    Raises ConfigError where an option is written otherwise, and LogError where the log cannot be
-    read.
-    """
+    """Read the log that the options name; LogError where it cannot be read."""
     return logs.read(
         file,
         columns=pairs("--column", columns),
@@ -67,10 +63,7 @@ def read(
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read what an option sets by name, ``NAME=VALUE`` each.
-
-    Raises ConfigError, which names the option, where one is written otherwise.
-    """
+    """Read what an option sets by name, ``NAME=VALUE`` each; ConfigError where it is not."""
     found = {}
     for entry in given or []:
         name, equals, value = (part.strip() for part in entry.partition("="))

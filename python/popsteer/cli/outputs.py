@@ -8,8 +8,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager, suppress
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from rich.table import Table
     from typing_extensions import Self
 
-    from popsteer.cli.inputs import Course, Mover, Tuning
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
@@ -175,27 +173,6 @@ def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
         if index == 0:
             at.print()
         say(note, "dim")
-
-
-def driven(
-    course: Course,
-    tuning: Tuning,
-    plant: Mover,
-    label: str,
-    progress: Progress,
-    **settings: Any,  # noqa: ANN401 - as `popsteer.lab.compare.run` takes them
-) -> Comparison:
-    """Let tuned controllers drive a plant along a path, and name both."""
-    comparison = lab.compare.run(
-        course.path,
-        tuning.params,
-        plant,
-        adapt=tuning.adapt,
-        preset=tuning.preset,
-        progress=progress.update,
-        **settings,
-    )
-    return replace(comparison, track=course.name, plant=label)
 
 
 def deliver(

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from popsteer import planning
-from popsteer._core import Path, Vehicle
+from popsteer._core import Path
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.outputs import Progress
@@ -98,8 +98,8 @@ def plan(
     """Find the fastest speeds along a path."""
     from popsteer.lab.plan.table import plan_caption, plan_table
 
-    car = inputs.believed(vehicle, set_vehicle, Vehicle())
-    limits = assigned(SpeedLimits(), set_ or [], "the limits")
+    car = inputs.believed(vehicle, set_vehicle)
+    limits = assigned(SpeedLimits(), set_, "the limits")
     if driving is not None:
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:

@@ -82,8 +82,8 @@ def replay(
     from popsteer.lab.replay import run as replayed
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
-    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
-    chosen = _chosen(controllers, params, preset, set_ or [])
+    given = inputs.believed(vehicle, set_vehicle)
+    chosen = _chosen(controllers, params, preset, set_)
     course = None
     if waypoints is not None or track is not None or closed:
         course = inputs.course(waypoints, track, closed=closed)
@@ -119,7 +119,7 @@ def replay(
 
 
 def _chosen(
-    controllers: str | None, file: Path | None, preset: str, assignments: list[str]
+    controllers: str | None, file: Path | None, preset: str, assignments: list[str] | None
 ) -> dict[str, Params]:
     tuned = {} if file is None else load_all(file)
     names = inputs.names("--controllers", controllers or ",".join(tuned) or _DEFAULT)

@@ -125,7 +125,7 @@ def ros2(
     from popsteer.adapters.ros2.pacing import spin
     from popsteer.adapters.ros2.recording import Recording
 
-    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
+    given = inputs.believed(vehicle, set_vehicle)
     tuning = inputs.tuned(
         [controller], preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )

@@ -8,7 +8,6 @@ import typer
 
 from popsteer import lab, vehicles
 from popsteer.cli import inputs, options, outputs
-from popsteer.cli.assignments import assigned
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
@@ -75,9 +74,8 @@ def stability(
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
-    given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
-    itself = given if plant is None else inputs.named_vehicle(plant)
-    itself = assigned(itself, set_plant or [], "the vehicle")
+    given = inputs.believed(vehicle, set_vehicle)
+    itself = inputs.believed(plant, set_plant, given)
     tuning = inputs.tuned(
         names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )

@@ -154,7 +154,8 @@ def tune(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            inputs.usual_longitudinal(courses, [moved]),
+            courses,
+            [moved],
         ),
         settings=Settings(dt=dt),
     )
