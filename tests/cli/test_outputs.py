@@ -174,10 +174,7 @@ def test_each_name_that_is_written_was_checked(
     name: str,
 ) -> None:
     checked: list[str] = []
-    monkeypatch.setattr(
-        f"popsteer.cli.{name}.check_folder",
-        lambda folder, names: checked.extend(names),
-    )
+    monkeypatch.setattr("popsteer.files.check_folder", lambda folder, names: checked.extend(names))
     # Coarse figures of stability have the same names.
     monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -23,8 +23,8 @@ from popsteer.cli import (
     tune,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+# In the order of the list: each has a function of its name, whose docstring is its line there.
+_PAGES = (compare, new, plan, identify, replay, stability, matrix, tune, sweep, ros2, record, bench)
 
 _HELP = """\
 Path-tracking controllers, driven along a track and measured.
@@ -113,21 +113,8 @@ def _popsteer(
         print(context.get_help())
 
 
-def _add(name: str, command: Callable[..., None], page: str) -> None:
-    """Add a command: its docstring is its line in the list, `page` its own help."""
-    app.command(name, help=page, short_help=command.__doc__)(command)
-
-
-_add("compare", compare.compare, compare.HELP)
-_add("new", new.new, new.HELP)
-_add("plan", plan.plan, plan.HELP)
-_add("identify", identify.identify, identify.HELP)
-_add("replay", replay.replay, replay.HELP)
-_add("stability", stability.stability, stability.HELP)
-_add("matrix", matrix.matrix, matrix.HELP)
-_add("tune", tune.tune, tune.HELP)
-_add("sweep", sweep.sweep, sweep.HELP)
-_add("ros2", ros2.ros2, ros2.HELP)
-_add("record", record.record, record.HELP)
-_add("bench", bench.bench, bench.HELP)
+for _page in _PAGES:
+    _name = _page.__name__.rpartition(".")[2]
+    _command = getattr(_page, _name)
+    app.command(_name, help=_page.HELP, short_help=_command.__doc__)(_command)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

@@ -15,7 +15,7 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, check_folder
+from popsteer.files import check_files
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import KINDS, made
 from popsteer.lab.compare.paper import is_authors_path
@@ -150,10 +150,8 @@ def compare(
         given = inputs.believed(vehicle, set_vehicle, itself)
         pose, at = inputs.start(course.path, start, start_at, start_offset, itself)
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
-        if out is not None:
-            check_folder(out, lab.compare.files.file_names(tuning.params))
+        outputs.check_folder(out, lab.compare.files.file_names(tuning.params), report)
         _check_record(record, names)
-        outputs.check_page(report)
         comparison = lab.compare.run(
             course.path,
             tuning.params,
@@ -194,19 +192,14 @@ def _check_record(file: Path | None, controllers: list[str]) -> None:
 
 
 def _replay_run(text: str, out: Path | None, report: Path | None, context: typer.Context) -> None:
-    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row.
-
-    Raises ConfigError where other options would change the run, or there is no such run.
-    """
+    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row."""
     options.check_alone(context, "--replay-run", _WITH_IT)
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
         raise ConfigError("--replay-run", text, "written FILE:RUN")
     run = int(number)
     job, row = lab.sweep.rows.read_row(Path(file), run)
-    if out is not None:
-        check_folder(out, lab.compare.files.file_names([job.controller]))
-    outputs.check_page(report)
+    outputs.check_folder(out, lab.compare.files.file_names([job.controller]), report)
     with Progress() as progress:
         found = lab.sweep.repeat(
             job, run, progress=lambda share: progress.update(job.controller, share)
@@ -218,12 +211,11 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
             plant=job.label,
             track=job.course,
         )
-        varied = job.made(run).plant
         origin = lab.report.Origin(
             outputs.command_line(context),
             {job.controller: job.params},
             job.adapt,
-            {job.label: varied},
+            {job.label: job.made(run).plant},
         )
         outputs.deliver(comparison, out, progress, report, origin)
     figures = vars(found.metrics)

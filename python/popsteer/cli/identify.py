@@ -12,8 +12,7 @@ from popsteer import lab, vehicles
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.outputs import Progress
-from popsteer.errors import ConfigError
-from popsteer.files import check_files, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.identification import Identification
 
 HELP = """\
@@ -72,26 +71,21 @@ def identify(
     given: Vehicle | None = None
     if vehicle is not None or set_vehicle:
         given = inputs.believed(vehicle, set_vehicle)
-    if out is not None:
-        if out.suffix.lower() != ".toml":
-            raise ConfigError("--out", str(out), "a file *.toml")
-        check_files([out, *outputs.figure_paths(out)])
+    outputs.check_file(out, ".toml")
     outputs.check_page(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, given, progress=lambda share: progress.update("identify", share))
         content = {} if out is None else _files(found, out, progress)
-    page = {}
+    nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
+    said = outputs.written(out, (file for file in content if file != out), nothing)
     if report is not None:
         origin = lab.report.Origin(outputs.command_line(context))
-        page[report] = lab.report.of_identification(found, given, origin)
-    write_files_atomic({**content, **page})
-    table = identified_table(found, given)
-    outputs.show(caption(found), [table], (found.verdict, *(f"- {note}" for note in found.notes)))
-    nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
-    outputs.written(out, (file for file in content if file != out), nothing)
-    if report is not None:
-        print(f"Written to {report}")
+        content[report] = lab.report.of_identification(found, given, origin)
+        said += f"\nWritten to {report}"
+    write_files_atomic(content)
+    below = (found.verdict, *(f"- {note}" for note in found.notes))
+    outputs.show(caption(found), [identified_table(found, given)], below, said)
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:

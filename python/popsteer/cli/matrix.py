@@ -13,7 +13,6 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress
 from popsteer.controllers import names as own_names
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder
 from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.lab.suite.conditions import CONDITIONS
@@ -90,19 +89,16 @@ def matrix(
     context: typer.Context,
 ) -> None:
     """Drive controllers on plants along tracks."""
-    if suite is None:
-        for option, chosen in (("--scenarios", scenarios), ("--conditions", conditions)):
-            if chosen is not None:
-                raise ConfigError(option, chosen, "given with --suite")
-    else:
-        options.check_alone(context, "--suite", _WITH_SUITE)
-        _suite(suite, controllers, (params, set_), plants, (scenarios, conditions), out, context)
-        return
     names = inputs.names("--controllers", controllers)
+    if suite is not None:
+        options.check_alone(context, "--suite", _WITH_SUITE)
+        _suite(suite, names, (params, set_), plants, (scenarios, conditions), out, context)
+        return
+    for option, chosen in (("--scenarios", scenarios), ("--conditions", conditions)):
+        if chosen is not None:
+            raise ConfigError(option, chosen, "given with --suite")
     courses = inputs.courses(waypoints, tracks, closed=closed)
-    if out is not None:
-        check_folder(out, lab.matrix.table.FILES)
-    outputs.check_page(report)
+    outputs.check_folder(out, lab.matrix.table.FILES, report)
     with Progress() as progress:
         movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
         given = {
@@ -143,14 +139,13 @@ def matrix(
         if otherwise := differences(believed, vehicle_of(movers[name])):
             notes.append(f"{name}{otherwise}")
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
-    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes)
-    print(said)
+    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said)
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())
 
 
 def _suite(
     name: str,
-    controllers: str,
+    chosen: list[str],
     tuning: tuple[Path | None, list[str] | None],
     plants: str,
     parts: tuple[str | None, str | None],
@@ -160,14 +155,12 @@ def _suite(
     """Drive a suite: all popsteer's own controllers on its own plants by default."""
     if name not in lab.suite.names():
         raise ConfigError.unknown("suite", name, lab.suite.names())
-    chosen = inputs.names("--controllers", controllers)
-    if _is_default(context, "controllers"):
+    if not options.is_given(context, "controllers"):
         chosen = list(own_names())
-    if out is not None:
-        check_folder(out, lab.suite.table.FILES)
-    movers = inputs.names("--plants", plants)
-    if _is_default(context, "plants"):
-        movers = list(lab.suite.runs.PLANTS)
+    outputs.check_folder(out, lab.suite.table.FILES)
+    movers = list(lab.suite.runs.PLANTS)
+    if options.is_given(context, "plants"):
+        movers = inputs.names("--plants", plants)
     params, set_ = tuning
     usual = "default" if set(chosen) & set(own_names()) else presets.REPRODUCTION
     given = inputs.tuned(chosen, usual, set_, no_adapt=False, params=params)
@@ -189,12 +182,7 @@ def _suite(
         )
         content = {} if out is None else lab.suite.table.suite_files(found)
     said = outputs.write(content, out, "--out DIR writes the table, all cells and a figure.")
-    outputs.show(lab.suite.table.suite_caption(found), lab.suite.table.suite_tables(found), [])
-    print(said)
+    table = lab.suite.table
+    outputs.show(table.suite_caption(found), table.suite_tables(found), said=said)
     for trace in found.tracebacks:
         print(trace, file=sys.stderr)
-
-
-def _is_default(context: typer.Context, name: str) -> bool:
-    source = context.get_parameter_source(name)
-    return source is None or source.name == "DEFAULT"

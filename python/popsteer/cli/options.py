@@ -229,10 +229,15 @@ Report: TypeAlias = Annotated[
 ]
 
 
+def is_given(context: typer.Context, name: str) -> bool:
+    """Whether the command line has an option, by the name of its parameter."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"
+
+
 def check_alone(context: typer.Context, option: str, beside: Collection[str]) -> None:
     """Refuse by ConfigError what is given beside an option that only goes with some parameters."""
     for name, value in context.params.items():
-        source = context.get_parameter_source(name)
-        if name not in beside and source is not None and source.name != "DEFAULT":
+        if name not in beside and is_given(context, name):
             given = f"--{name.rstrip('_').replace('_', '-')}"
             raise ConfigError(given, value, f"left out where {option} is given")

@@ -15,17 +15,15 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.text import Text
 
-from popsteer import lab
+from popsteer import files, lab
 from popsteer._core import build_profile
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, write_bytes_atomic, write_files_atomic
 from popsteer.lab.common.layout import figure_names
 from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
-    from types import TracebackType
 
     import typer
     from matplotlib.figure import Figure
@@ -57,12 +55,7 @@ class Progress:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
     def update(self, what: str, share: float) -> None:
@@ -108,17 +101,13 @@ class Progress:
 
 @contextmanager
 def kept_in(where: object) -> Iterator[None]:
-    """Say, where Ctrl-C stops a command, that what is done is kept.
-
-    `where` is the file or the storage that has it; None where it is lost. KeyboardInterrupt goes on
-    as it came.
-    """
+    """Say, where Ctrl-C stops a command, that what is done is kept in `where`, unless None."""
     try:
         yield
     except KeyboardInterrupt:
         if where is not None:
+            said = f"popsteer: stopped; the same command goes on with what is in {where}"
             with suppress(OSError):
-                said = f"popsteer: stopped; the same command goes on with what is in {where}"
                 print(said, file=sys.stderr)
         raise
 
@@ -128,17 +117,14 @@ _KINDS = (".html", ".htm")
 
 
 def figure_paths(out: Path) -> list[Path]:
-    """Name the figures that are drawn beside a file, for a light and a dark background.
-
-    There are no figures if its name has no suffix, as ``/dev/stdout``.
-    """
+    """Name the figures beside a file; none if its name has no suffix, as ``/dev/stdout``."""
     return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
 
 
 def draw_figures(
     out: Path, draw: Callable[[Theme], Figure], progress: Progress
 ) -> dict[Path, bytes]:
-    """Draw a figure into the files that `beside` names; nothing where it names none."""
+    """Draw a figure into the files that `figure_paths` names; nothing where it names none."""
     from popsteer.lab.common.draw import files_of
 
     if not figure_paths(out):
@@ -148,10 +134,7 @@ def draw_figures(
 
 
 def console() -> Console:
-    """Give the standard output as the tables are laid out for it.
-
-    It is as wide as the terminal. A file or a pipe has room for all columns.
-    """
+    """Give the standard output, as wide as the terminal; a file has room for all columns."""
     found = Console()
     return found if found.is_terminal else Console(width=_PIPED)
 
@@ -162,8 +145,11 @@ def say(text: str, style: str = "") -> None:
     at.print(Text(text, style=style), soft_wrap=not at.is_terminal)
 
 
-def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
-    """Print tables, made for the width of `console`, with a heading above and notes below."""
+def show(head: str, tables: Iterable[Table], below: Iterable[str] = (), said: str = "") -> None:
+    """Print tables, made for the width of `console`, with a heading above and notes below.
+
+    `said`, what was written, is the last line.
+    """
     at = console()
     say(head, "bold")
     for table in tables:
@@ -173,6 +159,8 @@ def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
         if index == 0:
             at.print()
         say(note, "dim")
+    if said:
+        print(said)
 
 
 def deliver(
@@ -185,8 +173,6 @@ def deliver(
     """Write the files of a comparison that are wanted, then print its table.
 
     In this order, so that the files are there also for one who reads only the head of the output.
-    `out` is the folder to write to, `report` the page. Raises OSError where a file cannot be
-    written; nothing was printed then.
     """
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
@@ -200,8 +186,7 @@ def deliver(
         said += "\n" + write_page(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
-    show(caption(comparison), tables, notes(comparison))
-    print(said)
+    show(caption(comparison), tables, notes(comparison), said)
     say_raised(comparison.runs.values())
 
 
@@ -224,36 +209,47 @@ def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
 
 
 def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:
-    """Write files by their names into a folder, all or none.
+    """Write files by their names into a folder, all or none, and say so.
 
-    Gives what was done, for a line at the end of the output; `otherwise` where there is no folder.
-    Raises OSError where a file cannot be written; then none is.
+    Where there is no folder, say `otherwise`.
     """
     if out is None:
         return otherwise
-    write_files_atomic({out / name: data for name, data in content.items()})
+    files.write_files_atomic({out / name: data for name, data in content.items()})
     return f"Written to {out}{os.sep}: {', '.join(sorted(content))}"
 
 
-def written(out: Path | None, others: Iterable[Path], otherwise: str) -> None:
+def written(out: Path | None, others: Iterable[Path], otherwise: str) -> str:
     """Say which file was written, and which beside it; `otherwise` where none was."""
     if out is None:
-        print(otherwise)
-    else:
-        print(f"Written to {', '.join([str(out), *(each.name for each in others)])}")
+        return otherwise
+    return f"Written to {', '.join([str(out), *(each.name for each in others)])}"
+
+
+def check_folder(out: Path | None, names: Iterable[str], report: Path | None = None) -> None:
+    """Refuse a folder of files and a page that cannot be written, before the work for them."""
+    if out is not None:
+        files.check_folder(out, names)
+    check_page(report)
+
+
+def check_file(out: Path | None, kind: str = "") -> list[Path]:
+    """Refuse a file that cannot be written, or is not of its kind; give its figures' files."""
+    if out is None:
+        return []
+    if not out.suffix.lower().endswith(kind):
+        raise ConfigError("--out", str(out), f"a file *{kind}")
+    pictures = figure_paths(out)
+    files.check_files([out, *pictures])
+    return pictures
 
 
 def check_page(file: Path | None) -> None:
-    """Refuse the page of --report where it cannot be written, before the work that it is to show.
-
-    Raises ConfigError where it is no HTML file by its name, and OSError where the file cannot be
-    written.
-    """
-    if file is None:
-        return
-    if file.suffix.lower() not in _KINDS:
-        raise ConfigError("--report", str(file), "a file *.html")
-    check_files([file])
+    """Refuse the page of --report where it cannot be written, before the work for it."""
+    if file is not None:
+        if file.suffix.lower() not in _KINDS:
+            raise ConfigError("--report", str(file), "a file *.html")
+        files.check_files([file])
 
 
 def command_line(context: typer.Context) -> str:
@@ -263,6 +259,6 @@ def command_line(context: typer.Context) -> str:
 
 
 def write_page(file: Path, page: bytes) -> str:
-    """Write a page, whole or not at all, and say so; raises OSError where it cannot be written."""
-    write_bytes_atomic(file, page)
+    """Write a page, whole or not at all, and say so."""
+    files.write_bytes_atomic(file, page)
     return f"Written to {file}"

@@ -16,7 +16,7 @@ from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.outputs import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.planning import SpeedLimits
 
 HELP = f"""\
@@ -104,10 +104,9 @@ def plan(
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
-    pictures = [] if out is None else outputs.figure_paths(out)
+    pictures = outputs.check_file(out)
     if out in pictures or out == waypoints:
         raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
-    check_files([*([] if out is None else [out]), *pictures])
     if smooth is not None and keep_speeds:
         raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
     with Progress() as progress:
@@ -132,7 +131,7 @@ def plan(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
             " more sharply than the wheels turn (max_steer)."
         )
-    outputs.written(out, pictures, "--out FILE writes the course, and a figure of it.")
+    print(outputs.written(out, pictures, "--out FILE writes the course, and a figure of it."))
 
 
 def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:

@@ -15,7 +15,7 @@ from popsteer.cli.outputs import Progress
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.lab import baselines
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
@@ -87,9 +87,7 @@ def replay(
     course = None
     if waypoints is not None or track is not None or closed:
         course = inputs.course(waypoints, track, closed=closed)
-    if out is not None:
-        check_folder(out, FILES)
-    outputs.check_page(report)
+    outputs.check_folder(out, FILES, report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -103,19 +101,16 @@ def replay(
             progress=progress.update,
         )
         files = {} if out is None else _files(found, out, progress)
-    written = list(files)
+    said = "--out DIR writes a row for each row of the log, the table, and a figure."
+    if out is not None:
+        said = f"Written to {out}: {', '.join(file.name for file in files)}"
     if report is not None:
         origin = lab.report.Origin(outputs.command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, origin)
+        said += f"\nWritten to {report}"
     write_files_atomic(files)
     below = (*statuses(found), *drive.remarks, NOTE)
-    outputs.show(caption(found), [replay_table(found)], below)
-    if out is None:
-        print("--out DIR writes a row for each row of the log, the table, and a figure.")
-    else:
-        print(f"Written to {out}: {', '.join(file.name for file in written)}")
-    if report is not None:
-        print(f"Written to {report}")
+    outputs.show(caption(found), [replay_table(found)], below, said)
 
 
 def _chosen(

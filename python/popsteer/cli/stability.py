@@ -10,7 +10,6 @@ from popsteer import lab, vehicles
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder
 from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
 _CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
@@ -80,8 +79,7 @@ def stability(
         names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )
     at = _speeds(speeds)
-    if out is not None:
-        check_folder(out, _FILES)
+    outputs.check_folder(out, _FILES)
     with Progress() as progress:
         result = lab.stability.run(
             tuning.params,
@@ -99,12 +97,10 @@ def stability(
             content = stability_figures(result, progress.update)
             content["stability.json"] = lab.stability.table.stability_json(result).encode()
     said = outputs.write(content, out, "--out DIR writes stability.json and figures.")
+    table = lab.stability.table
     outputs.show(
-        lab.stability.table.stability_caption(result),
-        [lab.stability.table.stability_table(result)],
-        [lab.stability.table.NOTE],
+        table.stability_caption(result), [table.stability_table(result)], [table.NOTE], said
     )
-    print(said)
 
 
 def _speeds(text: str) -> list[float]:

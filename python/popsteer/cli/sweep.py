@@ -11,7 +11,7 @@ import typer
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress, kept_in
-from popsteer.files import check_files, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
@@ -137,10 +137,7 @@ def sweep(
         course=course.name,
         label=label,
     )
-    pictures: list[Path] = []
-    if out is not None:
-        pictures = outputs.figure_paths(out)
-        check_files([out, *pictures])
+    pictures = outputs.check_file(out)
     outputs.check_page(report)
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
@@ -157,16 +154,17 @@ def sweep(
                 lab.report.Origin(outputs.command_line(context)),
                 progress.update,
             )
-            said = outputs.write_page(report, page)
+            outputs.write_page(report, page)
     summary = lab.sweep.summary
-    outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
     nothing = "--out FILE writes the rows, to repeat any run, and a figure of where it fails."
-    outputs.written(out, pictures, nothing)
+    said = outputs.written(out, pictures, nothing)
     if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
-        print(f"The worst run again: popsteer compare --replay-run {out}:{worst}")
+        said += f"\nThe worst run again: popsteer compare --replay-run {out}:{worst}"
     if report is not None:
-        print(said)
+        said += f"\nWritten to {report}"
+    below = summary.notes(job, rows)
+    outputs.show(summary.caption(job, rows), summary.tables(job, rows), below, said)
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import tracks
-from popsteer.cli import inputs, options
-from popsteer.files import check_folder
+from popsteer.cli import inputs, options, outputs
 
 _HELP = """\
 List the tracks that come with popsteer, or write them as files.
@@ -46,7 +45,7 @@ def list_tracks(
         for track in shown:
             _show(track)
         return
-    check_folder(out, [f"{track.name}.csv" for track in shown])
+    outputs.check_folder(out, [f"{track.name}.csv" for track in shown])
     for track in shown:
         export(track.name, out / f"{track.name}.csv")
 

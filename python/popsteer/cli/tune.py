@@ -12,7 +12,7 @@ from popsteer import controllers, lab, own
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.lab.common.distributions import distribution
 from popsteer.params_file import as_toml
 from popsteer.sim import Settings, vehicle_of
@@ -160,13 +160,9 @@ def tune(
         settings=Settings(dt=dt),
     )
     kept: str | Path | None = storage
-    pictures: list[Path] = []
-    if out is not None:
-        if out.suffix.lower() != ".toml":
-            raise ConfigError("--out", str(out), "a file *.toml")
-        pictures = outputs.figure_paths(out)
-        check_files([out, *pictures])
-        kept = out.with_suffix(".journal") if storage is None else storage
+    pictures = outputs.check_file(out, ".toml")
+    if out is not None and storage is None:
+        kept = out.with_suffix(".journal")
     with kept_in(kept), Progress() as progress:
         tuned = lab.tune.run(
             problem,
@@ -183,7 +179,9 @@ def tune(
             drawn = outputs.draw_figures(out, partial(tune_figure, tuned), progress)
             write_files_atomic({**drawn, out: as_toml(tuned.params, name).encode()})
     report = lab.tune.report
-    outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))
-    outputs.written(out, pictures, "--out FILE writes the tuning, and a figure of the trials.")
+    nothing = "--out FILE writes the tuning, and a figure of the trials."
+    said = outputs.written(out, pictures, nothing)
     if out is not None:
-        print(f"The trials are in {kept}.")
+        said += f"\nThe trials are in {kept}."
+    below = report.notes(tuned, judged)
+    outputs.show(report.caption(tuned), report.tables(judged), below, said)

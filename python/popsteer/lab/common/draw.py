@@ -11,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from popsteer.lab.common.layout import figure_name
 from popsteer.lab.common.theme import THEMES
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def files_of(
         if progress is not None:
             progress("figures", done / len(THEMES))
         for kind, data in drawn(draw, theme).items():
-            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
+            content[figure_name(stem, name, kind)] = data
     return content
 
 

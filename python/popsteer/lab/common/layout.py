@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,14 +13,13 @@ if TYPE_CHECKING:
 
 WIDE = 118
 """Characters that all columns need side by side."""
+FIGURE_KINDS = ("png", "svg")
+"""What each figure is written as."""
 _LONG = 20  # characters of a name that every table has room for
 
 
 def blank_table(gap: int = 2) -> Table:
-    """Begin a table with a rule under its heads and nothing else around it.
-
-    `gap` is the number of characters between columns.
-    """
+    """Begin a table with a rule under its heads alone, and so many characters between columns."""
     from rich import box
     from rich.table import Table
 
@@ -39,10 +39,7 @@ def add_names(table: Table, head: str, names: Iterable[str]) -> None:
 
 
 def add_numbers(table: Table, *heads: str) -> None:
-    """Add columns of numbers, aligned to the right and never folded.
-
-    The heads are shown as they are: what stands in brackets is no markup.
-    """
+    """Add columns of numbers; what stands in brackets in a head is no markup."""
     from rich.text import Text
 
     for head in heads:
@@ -56,9 +53,19 @@ def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Itera
     return "\n".join(lines) + "\n"
 
 
+def figure_name(stem: str, theme: str, kind: str) -> str:
+    """Name a file of a figure, by the name of its theme."""
+    return f"{stem}{'' if theme == 'light' else f'-{theme}'}.{kind}"
+
+
 def figure_names(stem: str) -> list[str]:
     """Name the files of a figure, for a light and a dark background."""
-    return [f"{stem}{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")]
+    return [figure_name(stem, theme, kind) for theme in ("light", "dark") for kind in FIGURE_KINDS]
+
+
+def finite(value: object) -> object:
+    """Give None for what JSON has no number for."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def json_text(document: dict[str, Any]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from popsteer._core import __version__
 from popsteer.errors import ConfigError
-from popsteer.lab.common.layout import csv_text, json_text
+from popsteer.lab.common.layout import csv_text, figure_name, figure_names, finite, json_text
 from popsteer.lab.compare.paper import PAPER
 from popsteer.status import Status
 
@@ -22,29 +21,28 @@ if TYPE_CHECKING:
     from popsteer.sim import Metrics, Run
 
 _METRICS = "metrics.json"
+_DRAWN = ("results", "overview")
 
 
 def files(
     comparison: Comparison, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
-    """Compute the files of a comparison, by name.
+    """Compute the files of a comparison, by the names of `file_names`.
 
-    They are ``runs/LAW.csv`` for each controller, ``results`` and ``overview`` as ``.png`` and
-    ``.svg``, each for a light and, as ``-dark``, for a dark background, and ``metrics.json``.
     `progress` is called with what is being done and the share of it that is done, 0 to 1. Raises
     ConfigError where the runs kept no records.
     """
-    from popsteer.lab.compare.figures import FIGURES, THEMES, render
+    from popsteer.lab.compare.figures import THEMES, render
 
     if not comparison.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where files are wanted")
     content = {_record_name(name): run_csv(run).encode() for name, run in comparison.runs.items()}
-    wanted = [(figure, theme) for figure in FIGURES for theme in THEMES]
+    wanted = [(figure, theme) for figure in _DRAWN for theme in THEMES]
     for done, (figure, theme) in enumerate(wanted):
         if progress is not None:
             progress("figures", done / len(wanted))
-        for kind, data in render(comparison, figure, theme).items():
-            content[_figure_name(figure, theme, kind)] = data
+        drawn = render(comparison, figure, theme)
+        content |= {figure_name(figure, theme, kind): data for kind, data in drawn.items()}
     if progress is not None:
         progress("figures", 1.0)
     # Written last: where it exists, the others do too.
@@ -53,24 +51,13 @@ def files(
 
 
 def file_names(laws: Iterable[str]) -> list[str]:
-    """Give the names that `files` will give, before there is a comparison."""
-    from popsteer.lab.compare.figures import FIGURES, THEMES
-
-    figures = [
-        _figure_name(figure, theme, kind)
-        for figure in FIGURES
-        for theme in THEMES
-        for kind in ("png", "svg")
-    ]
+    """Name the files: records of each controller, the figures for both backgrounds, the metrics."""
+    figures = [name for figure in _DRAWN for name in figure_names(figure)]
     return [*map(_record_name, laws), *figures, _METRICS]
 
 
 def _record_name(law: str) -> str:
     return f"runs/{re.sub(r'[^A-Za-z0-9._-]+', '-', law)}.csv"
-
-
-def _figure_name(figure: str, theme: str, kind: str) -> str:
-    return f"{figure}{'' if theme == 'light' else f'-{theme}'}.{kind}"
 
 
 _UNITS = {
@@ -95,11 +82,7 @@ _UNITS = {
 
 
 def run_csv(run: Run) -> str:
-    """Write the records of a run as CSV, a row for each control step.
-
-    Two comments above say what was run, and the units. The numbers read back to the same bits; one
-    that is not finite is ``nan``.
-    """
+    """Write the records of a run as CSV, a row for each control step, to the last bit."""
     units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
     head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"
     columns = [np.asarray(column).tolist() for column in run.records.values()]
@@ -117,14 +100,9 @@ _REAR = "rear_axle_"
 
 
 def metrics_document(comparison: Comparison) -> dict[str, Any]:
-    """Lay out the figures of a comparison.
+    """Lay out the figures of a comparison, in SI units and radians.
 
-    The document has `schema`, `dt` [s], `plant`, `plant_vehicle` (what it is), `path` with
-    `waypoints` and `length` [m], `start` (pose of the vehicle's point), `controllers` with the
-    metrics of each controller in SI units and radians (those of the rear axle under `rear_axle`,
-    the vehicle that it believed under `vehicle`, the median time of a step under `step_time` [s]
-    where that was measured; `faults` lists by name what the controller said), and `paper` with the
-    paper's figures. A number that is not finite is None.
+    `faults` lists by name what the controller said. A number that is not finite is None.
     """
     path = comparison.path
     return {
@@ -153,21 +131,17 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
 
 def metrics_json(comparison: Comparison) -> str:
     """Write `metrics_document` as JSON."""
-    document = metrics_document(comparison)
-    return json_text(document)
+    return json_text(metrics_document(comparison))
 
 
 def _controller(run: Run) -> dict[str, Any]:
     """Lay out one run: its metrics, and the controller's tuning and vehicle."""
-    params = {name: _finite(value) for name, value in run.params.items()}
-    vehicle = None if run.vehicle is None else run.vehicle.as_dict()
-    raised = {"traceback": run.traceback} if run.traceback else {}
     return {
         **_metrics(run.metrics),
         "ending": run.ending,
-        **raised,
-        "params": params,
-        "vehicle": vehicle,
+        **({"traceback": run.traceback} if run.traceback else {}),
+        "params": {name: finite(value) for name, value in run.params.items()},
+        "vehicle": None if run.vehicle is None else run.vehicle.as_dict(),
     }
 
 
@@ -176,14 +150,7 @@ def _metrics(metrics: Metrics) -> dict[str, Any]:
     rear: dict[str, Any] = {}
     for name, value in asdict(metrics).items():
         if name.startswith(_REAR):
-            rear[name.removeprefix(_REAR)] = _finite(value)
-        elif isinstance(value, Status):
-            plain[name] = list(value.names)
+            rear[name.removeprefix(_REAR)] = finite(value)
         else:
-            plain[name] = _finite(value)
+            plain[name] = list(value.names) if isinstance(value, Status) else finite(value)
     return {**plain, "rear_axle": rear}
-
-
-def _finite(value: object) -> object:
-    """Give None for what JSON has no number for."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value

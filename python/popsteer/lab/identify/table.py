@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, json_text
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, finite, json_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +24,12 @@ _LAGS = {
     "yaw rate": "of the yaw rate behind the wheels",
     "tyres": "of the yaw rate, growing with the speed",
 }
+
+
+_DOCUMENT = (
+    *("unknown", "verdict", "delay", "delay_error", "turning_length", "turning_length_error"),
+    *("speed", "lag_of", "yaw_rate_residual", "yaw_rate_rms", "position_residual", "noise"),
+)
 
 
 class _Row(NamedTuple):
@@ -119,24 +125,15 @@ def with_error(value: float, error: float) -> tuple[str, str]:
 
 def identified_json(found: Identification) -> str:
     """Write what was found as JSON, in SI units and radians."""
+    shown = {name: getattr(found, name) for name in _DOCUMENT}
+    errors = {name: finite(error) for name, error in found.errors.items()}
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "version": __version__,
         "log": found.log.name,
         "vehicle": found.vehicle.as_dict(),
-        "errors": {name: _finite(error) for name, error in found.errors.items()},
-        "unknown": found.unknown,
-        "verdict": found.verdict,
-        "delay": found.delay,
-        "delay_error": _finite(found.delay_error),
-        "turning_length": found.turning_length,
-        "turning_length_error": _finite(found.turning_length_error),
-        "speed": found.speed,
-        "lag_of": found.lag_of,
-        "yaw_rate_residual": found.yaw_rate_residual,
-        "yaw_rate_rms": found.yaw_rate_rms,
-        "position_residual": found.position_residual,
-        "noise": found.noise,
+        "errors": errors,
+        **{name: finite(value) for name, value in shown.items()},
         "notes": list(found.notes),
     }
     return json_text(document)
@@ -148,11 +145,6 @@ def identified_csv(found: Identification) -> str:
     columns = [values.tolist() for values in records.values()]
     rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
     return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
-
-
-def _finite(error: float) -> float | None:
-    """JSON has no infinity: None is an error that nobody knows."""
-    return error if math.isfinite(error) else None
 
 
 _WIDTH = 0.25  # s
