@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 from popsteer.lab.common.names import title_of
@@ -10,7 +11,7 @@ from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
 from popsteer.lab.report.colours import colours_of, log_axis, rounded
 from popsteer.lab.report.compare import scene_of
-from popsteer.lab.report.markup import escape, paragraphs, table
+from popsteer.lab.report.markup import escape, html_table, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.verdict import of_runs
@@ -73,35 +74,24 @@ def _pivot(found: Matrix) -> str:
     """Set out the errors after settling: a row for each plant and track, which leads to its map."""
     names = list(found.comparisons[0].runs)
     settling = found.comparisons[0].first.settings.settling_time
-    lines = []
+    rows = []
     for place, each in enumerate(found.comparisons):
-        errors = {
-            name: run.metrics.settled_mean_abs_cross_track_error for name, run in each.runs.items()
-        }
-        best = min(
-            (errors[name] for name, run in each.runs.items() if run.metrics.finished), default=None
-        )
+        errors = [run.metrics.settled_mean_abs_cross_track_error for run in each.runs.values()]
+        ended = [run.metrics.finished for run in each.runs.values()]
+        best = min((error for error, good in zip(errors, ended, strict=True) if good), default=None)
         cells = []
-        for name, run in each.runs.items():
-            text = f"{errors[name]:.4f}" if math.isfinite(errors[name]) else "–"
-            text = text if run.metrics.finished else f"({text})"
-            strong = f"<strong>{text}</strong>" if errors[name] == best else text
-            cells.append(f'<td class="number">{strong}</td>')
+        for error, good in zip(errors, ended, strict=True):
+            text = f"{error:.4f}" if math.isfinite(error) else "–"
+            text = text if good else f"({text})"
+            cells.append(f"<strong>{text}</strong>" if error == best else text)
         link = f'<a href="#drive" data-scene="{place}">{escape(each.track)}</a>'
-        lines.append(
-            f'<tr><th scope="row">{escape(each.plant)}</th><td>{link}</td>{"".join(cells)}</tr>'
-        )
-    heads = "".join(
-        f'<th scope="col" class="number">{escape(title_of(name))}</th>' for name in names
-    )
-    label = f"Mean |cross-track error| after {settling:g} s [m]"
-    return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}"><table>'
-        f"<caption>{escape(label)}</caption><thead><tr>"
-        f'<th scope="col">plant</th><th scope="col">track</th>{heads}</tr></thead>'
-        f"<tbody>{''.join(lines)}</tbody></table></div>"
-        + paragraphs(["In brackets: did not finish. A track leads to its map."])
-    )
+        rows.append([escape(each.plant), link, *cells])
+    return html_table(
+        f"Mean |cross-track error| after {settling:g} s [m]",
+        ["plant", "track", *map(title_of, names)],
+        rows,
+        [False, False, *[True] * len(names)],
+    ) + paragraphs(["In brackets: did not finish. A track leads to its map."])
 
 
 def _count(number: int, what: str) -> str:
@@ -111,50 +101,45 @@ def _count(number: int, what: str) -> str:
 def _figure(found: Matrix, plant: str) -> dict[str, Any]:
     """Draw the error over the time of a step on one plant; a marker for each track."""
     shown = [row for row in rows(found) if row.plant == plant]
-    tracks = list(dict.fromkeys(row.track for row in shown))
+    tracks = dict.fromkeys(row.track for row in shown)
+    symbols = dict(zip(tracks, cycle(_MARKERS), strict=False))
     traces = []
     for law in dict.fromkeys(row.law for row in shown):
         own = [
-            row
+            (row, row.metrics.settled_mean_abs_cross_track_error, row.metrics.finished)
             for row in shown
             if row.law == law and row.metrics.settled_mean_abs_cross_track_error > 0.0
         ]
-        symbols = [_MARKERS[tracks.index(row.track) % len(_MARKERS)] for row in own]
         traces.append(
             {
                 "type": "scatter",
                 "mode": "markers",
                 "name": title_of(law),
-                "x": rounded(1e6 * row.step_time for row in own),
-                "y": rounded(row.metrics.settled_mean_abs_cross_track_error for row in own),
+                "x": rounded(1e6 * row.step_time for row, _, _ in own),
+                "y": rounded(error for _, error, _ in own),
                 "text": [
-                    f"{row.track}{'' if row.metrics.finished else ', did not finish'}"
-                    for row in own
+                    f"{row.track}{'' if good else ', did not finish'}" for row, _, good in own
                 ],
                 "marker": {
                     "color": f"@{law}",
                     "size": 11,
                     "symbol": [
-                        symbol if row.metrics.finished else f"{symbol}-open"
-                        for symbol, row in zip(symbols, own, strict=True)
+                        f"{symbols[row.track]}{'' if good else '-open'}" for row, _, good in own
                     ],
                 },
                 "hovertemplate": "%{text}: %{y:.4f} m, %{x:.2f} µs",
             }
         )
-    marks = ", ".join(
-        f"{track}: {_MARKERS[place % len(_MARKERS)]}" for place, track in enumerate(tracks)
-    )
+    marks = ", ".join(f"{track}: {symbol}" for track, symbol in symbols.items())
     settling = found.comparisons[0].first.settings.settling_time
+    title = f"mean |cross-track error| after {settling:g} s [m]"
     return {
         "title": f"Error over the time of a step, {plant}",
         "note": f"Marks by track: {marks}; open where the run did not finish.",
         "traces": traces,
         "layout": {
             "xaxis": log_axis("step, median [µs]", *_ends(traces, "x")),
-            "yaxis": log_axis(
-                f"mean |cross-track error| after {settling:g} s [m]", *_ends(traces, "y")
-            ),
+            "yaxis": log_axis(title, *_ends(traces, "y")),
             "hovermode": "closest",
         },
     }

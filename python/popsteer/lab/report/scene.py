@@ -30,9 +30,8 @@ _MOST = 2.0**30
 class Pack:
     """Columns of numbers that a page carries.
 
-    A column is rounded to a resolution and stored as 32-bit integers, each the difference to the
-    one before. The bytes of all are sorted by their place in the integer, which compresses to one
-    or two bytes a number, and deflated.
+    A column is rounded and stored as 32-bit integers, each the difference to the one before. The
+    bytes of all are sorted by their place in the integer, which compresses well, and deflated.
 
     Examples
     --------
@@ -51,10 +50,9 @@ class Pack:
         self._known: dict[tuple[bytes, float], list[float]] = {}
 
     def add(self, values: ArrayLike, resolution: float) -> list[float]:
-        """Add a column of numbers, rounded to `resolution`.
+        """Add a column of numbers, rounded to `resolution`, or to 2⁻³⁰ of what it spans.
 
-        A column that spans more than 2³⁰ of it is rounded to more. Gives where it is and how to
-        read it: first number, count, resolution, offset.
+        Gives where it is and how to read it: first number, count, resolution, offset.
         """
         column = np.ascontiguousarray(values, dtype=np.float64)
         key = (column.tobytes(), resolution)
@@ -152,15 +150,12 @@ class Scene:
         """How many points its plots have, before any is left out."""
         drawn = [panel.column for panel in self.panels]
         return sum(
-            len(actor.columns["time"]) * (1 + sum(name in actor.columns for name in drawn))
-            for actor in self.actors
+            len(each.columns["time"]) * (1 + sum(name in each.columns for name in drawn))
+            for each in self.actors
         )
 
     def document(self, pack: Pack, stride: int = 1) -> dict[str, Any]:
-        """Give the scene for JSON, as a page carries it; its numbers go into `pack`.
-
-        Of `stride` samples one is kept.
-        """
+        """Give the scene for JSON, one of `stride` samples; its numbers go into `pack`."""
         statuses: set[int] = set()
         actors = []
         for actor in self.actors:
@@ -172,29 +167,11 @@ class Scene:
                 fine = _FINE if name.endswith("_deg") else _OTHERS
                 kept = np.asarray(values, dtype=np.float64)[keep]
                 columns[name] = pack.add(kept, _RESOLUTION.get(name, fine))
-            actors.append(
-                {
-                    "name": actor.name,
-                    "title": actor.title,
-                    "colour": actor.colour,
-                    "width": actor.width,
-                    "body": actor.body,
-                    "columns": columns,
-                }
-            )
+            actors.append(vars(actor) | {"columns": columns})
         return {
             "title": self.title,
             "actors": actors,
-            "panels": [
-                {
-                    "column": panel.column,
-                    "title": panel.title,
-                    "short": panel.short,
-                    "decimals": panel.decimals,
-                    "limit": panel.limit,
-                }
-                for panel in self.panels
-            ],
+            "panels": [vars(panel) for panel in self.panels],
             "paths": [_path(path, pack) for path in self.paths],
             "marks": [[float(x), float(y), text] for x, y, text in self.marks],
             "car": _car(self.vehicle),

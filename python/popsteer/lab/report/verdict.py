@@ -36,8 +36,7 @@ def of_runs(comparisons: Sequence[Comparison]) -> str:
 def of_rows(rows: Sequence[dict[str, Any]]) -> str:
     """Say how many runs of a sweep succeeded, with confidence, and why the others did not."""
     good = sum(bool(row["success"]) for row in rows)
-    rate = success_rate(good, len(rows))
-    share, low, high = (percent(each, len(rows)) for each in rate)
+    share, low, high = (percent(each, len(rows)) for each in success_rate(good, len(rows)))
     stopped = sum(not row["finished"] for row in rows)
     faults = [Status(row["faults"]) for row in rows if row["faults"]]
     names = ", ".join(dict.fromkeys(name for each in faults for name in each.names))
