@@ -1,10 +1,11 @@
-"""The colours of a page, each a pair for a light and for a dark background; numbers and axes."""
+"""The colours of a page, each a pair for a light and for a dark background; its figures."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
+from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
 
 if TYPE_CHECKING:
@@ -71,10 +72,7 @@ def rounded(values: Iterable[float], digits: int = 4) -> list[float]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Describe a logarithmic axis from `low` to `high` for plotly.
-
-    It has marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
-    """
+    """Describe a logarithmic axis for plotly: marks at 1, 2 and 5, or at 1 where there are many."""
     steps = (1,) if math.log10(high / low) > _MANY else (1, 2, 5)
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     marks = [step * 10.0**power for power in range(first, last + 1) for step in steps]
@@ -83,3 +81,32 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
     if len(marks) > 1:
         axis |= {"tickvals": marks, "ticktext": [f"{mark:g}" for mark in marks]}
     return axis
+
+
+def figure(
+    title: str,
+    note: str,
+    traces: list[dict[str, Any]],
+    x: str | dict[str, Any],
+    y: str | dict[str, Any],
+    **layout: Any,  # noqa: ANN401 - as plotly takes it
+) -> dict[str, Any]:
+    """Describe a figure for plotly; each axis is a title, or described already."""
+    across, up = ({"title": {"text": each}} if isinstance(each, str) else each for each in (x, y))
+    layout = {"xaxis": across, "yaxis": up, **layout}
+    return {"title": title, "note": note, "traces": traces, "layout": layout}
+
+
+def stairs(
+    law: str, edges: Iterable[float], shares: Iterable[float], width: float, hover: str
+) -> dict[str, Any]:
+    """Draw a controller's histogram as a line; a share [%] holds until the next edge."""
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": title_of(law),
+        "x": rounded(edges),
+        "y": [round(float(share), 3) for share in shares],
+        "line": {"color": f"@{law}", "shape": "hv", "width": width},
+        "hovertemplate": hover,
+    }

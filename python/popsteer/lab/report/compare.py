@@ -11,7 +11,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.table import caption, notes, tables
-from popsteer.lab.report.colours import colours_of, log_axis, rounded
+from popsteer.lab.report.colours import colours_of, figure, log_axis, stairs
 from popsteer.lab.report.markup import paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
@@ -119,9 +119,10 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
     """Draw how long the steps took, where they were timed; else nothing."""
     if not comparison.latencies:
         return []
-    times = {name: np.array(each) * 1e-3 for name, each in comparison.latencies.items()}
-    # A clock that is coarse may read 0.
-    times = {name: np.maximum(each, 1e-3) for name, each in times.items()}
+    times = {
+        name: np.maximum(np.array(each) * 1e-3, 1e-3)  # a clock that is coarse may read 0
+        for name, each in comparison.latencies.items()
+    }
     low = math.floor(_PER_DECADE * math.log10(min(each.min() for each in times.values())))
     high = math.ceil(_PER_DECADE * math.log10(max(each.max() for each in times.values())))
     edges = 10.0 ** (np.arange(low, high + 2) / _PER_DECADE)
@@ -135,29 +136,14 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
     for name, each in times.items():
         counts, _ = np.histogram(each, edges)
         shares = 100.0 * counts / len(each)
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": title_of(name),
-                # Up at the first edge; a step holds until the next one.
-                "x": rounded((edges[0], *edges)),
-                "y": [round(float(share), 3) for share in (0.0, *shares, 0.0)],
-                "line": {"color": f"@{name}", "shape": "hv", "width": 2},
-                "hovertemplate": "%{y:.1f} % of the steps from %{x:.3g} µs",
-            }
-        )
-    return [
-        {
-            "title": "Time of a control step",
-            "note": f"Share of the steps, as the clock read each; {_machine()}.{beyond}",
-            "traces": traces,
-            "layout": {
-                "xaxis": axis,
-                "yaxis": {"title": {"text": "steps [%]"}, "rangemode": "tozero"},
-            },
-        }
-    ]
+        hover = "%{y:.1f} % of the steps from %{x:.3g} µs"
+        # Up at the first edge.
+        traces.append(stairs(name, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover))
+    on = describe()
+    machine = f"{on['cpu']}, {on['cores']} cores, {on['python']}"
+    note = f"Share of the steps, as the clock read each; {machine}.{beyond}"
+    up = {"title": {"text": "steps [%]"}, "rangemode": "tozero"}
+    return [figure("Time of a control step", note, traces, axis, up)]
 
 
 def latency_table(comparison: Comparison) -> str:
@@ -167,18 +153,13 @@ def latency_table(comparison: Comparison) -> str:
     rows = []
     for name, each in comparison.latencies.items():
         values = np.percentile(np.array(each), _SHARES, method="higher")
-        net = 1e6 * comparison.step_times[name]
-        cells = (f"{net:.2f}", *(f"{1e-3 * value:.2f}" for value in values))
-        rows.append((title_of(name), *cells, f"{1e-3 * max(each):.1f}", str(len(each))))
-    heads = ("controller", "net median [µs]", *(f"p{share:g} [µs]" for share in _SHARES))
+        net = f"{1e6 * comparison.step_times[name]:.2f}"
+        shown = [f"{1e-3 * value:.2f}" for value in values]
+        rows.append((title_of(name), net, *shown, f"{1e-3 * max(each):.1f}", str(len(each))))
+    percentiles = [f"p{share:g} [µs]" for share in _SHARES]
+    heads = ("controller", "net median [µs]", *percentiles, "max [µs]", "calls")
     note = (
         "Steps of fresh controllers on the states of their own runs. p50 to max are of single"
         " calls and hold one reading of the clock each; the net median does not."
     )
-    shown = plain_table("Time of a control step, percentiles", (*heads, "max [µs]", "calls"), rows)
-    return shown + paragraphs([note])
-
-
-def _machine() -> str:
-    on = describe()
-    return f"{on['cpu']}, {on['cores']} cores, {on['python']}"
+    return plain_table("Time of a control step, percentiles", heads, rows) + paragraphs([note])

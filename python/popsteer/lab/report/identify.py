@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from popsteer import vehicle_file
 from popsteer.lab.identify.table import caption, identified_table, smoothed
-from popsteer.lab.report.colours import named, rounded
+from popsteer.lab.report.colours import figure, named, rounded
 from popsteer.lab.report.markup import block, paragraphs, table
 from popsteer.lab.report.origin import Origin
 from popsteer.lab.report.page import Page, Section, page_bytes
@@ -64,20 +65,21 @@ def of_identification(
 
 def _scene(found: Identification) -> Scene:
     log, records = found.log, found.records
+    cut = partial(broken, gaps=log.gaps)
     time = records["t"] - records["t"][0]
     counts = np.asarray(records["counts"], dtype=np.bool_)
     residual = np.where(counts, records["yaw_rate"] - records["simulated_yaw_rate"], np.nan)
     common = {"time": time, "distance": travelled(time, log.speed)}
     measured = {
         **common,
-        "x": broken(records["x"], log.gaps),
+        "x": cut(records["x"]),
         "y": records["y"],
         "yaw": log.yaw,
-        "speed": broken(log.speed, log.gaps),
-        "steer_deg": broken(np.degrees(log.steer), log.gaps),
-        "yaw_rate": smoothed(broken(records["yaw_rate"], log.gaps), log.period),
-        "yaw_rate_residual": smoothed(broken(residual, log.gaps), log.period),
-        "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
+        "speed": cut(log.speed),
+        "steer_deg": cut(np.degrees(log.steer)),
+        "yaw_rate": smoothed(cut(records["yaw_rate"]), log.period),
+        "yaw_rate_residual": smoothed(cut(residual), log.period),
+        "position_error": cut(np.where(counts, records["position_error"], np.nan)),
     }
     # The simulation restarts at intervals; the line breaks where it jumps.
     x, y = records["simulated_x"], records["simulated_y"]
@@ -86,7 +88,7 @@ def _scene(found: Identification) -> Scene:
         **common,
         "x": broken(x, [*log.gaps, *(np.flatnonzero(jumps) + 1).tolist()]),
         "y": y,
-        "yaw_rate": smoothed(broken(records["simulated_yaw_rate"], log.gaps), log.period),
+        "yaw_rate": smoothed(cut(records["simulated_yaw_rate"]), log.period),
     }
     return Scene(
         title=log.name,
@@ -102,40 +104,29 @@ def _scene(found: Identification) -> Scene:
 
 def _histograms(found: Identification) -> list[dict[str, Any]]:
     records = found.records
-    counts = np.asarray(records["counts"], dtype=np.bool_)
-    rate = (records["yaw_rate"] - records["simulated_yaw_rate"])[counts]
+    rate = records["yaw_rate"] - records["simulated_yaw_rate"]
+    aside = records["position_error"]
     return [
-        _histogram("Yaw rate, measured less simulated", "[rad/s]", rate),
-        _histogram(
-            "Position, measured less simulated, to the left",
-            "[m]",
-            records["position_error"][counts],
-        ),
+        _histogram(found, "Yaw rate, measured less simulated", "rad/s", rate),
+        _histogram(found, "Position, measured less simulated, to the left", "m", aside),
     ]
 
 
-def _histogram(title: str, unit: str, values: NDArray[Any]) -> dict[str, Any]:
-    values = np.asarray(values, dtype=np.float64)
+def _histogram(
+    found: Identification, title: str, unit: str, residual: NDArray[Any]
+) -> dict[str, Any]:
+    values = residual[np.asarray(found.records["counts"], dtype=np.bool_)].astype(np.float64)
     values = values[np.isfinite(values)]
     counts, edges = np.histogram(values, 60) if len(values) else (np.zeros(1), np.zeros(2))
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    return {
-        "title": title,
-        "note": f"{len(values)} samples, unsmoothed; root mean square"
-        f" {float(np.sqrt(np.mean(values**2))) if len(values) else 0.0:.4f} {unit[1:-1]}.",
-        "traces": [
-            {
-                "type": "bar",
-                "x": rounded(middles, 5),
-                "y": [int(count) for count in counts],
-                "marker": {"color": "@measured"},
-                "hovertemplate": "%{y} samples around %{x:.3g}<extra></extra>",
-            }
-        ],
-        "layout": {
-            "xaxis": {"title": {"text": f"residual {unit}"}},
-            "yaxis": {"title": {"text": "samples"}},
-            "bargap": 0.02,
-            "showlegend": False,
-        },
+    rms = float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    bars = {
+        "type": "bar",
+        "x": rounded(0.5 * (edges[1:] + edges[:-1]), 5),
+        "y": [int(count) for count in counts],
+        "marker": {"color": "@measured"},
+        "hovertemplate": "%{y} samples around %{x:.3g}<extra></extra>",
     }
+    note = f"{len(values)} samples, unsmoothed; root mean square {rms:.4f} {unit}."
+    return figure(
+        title, note, [bars], f"residual [{unit}]", "samples", bargap=0.02, showlegend=False
+    )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from popsteer.lab.common.names import title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
-from popsteer.lab.report.colours import colours_of, log_axis, rounded
+from popsteer.lab.report.colours import colours_of, figure, log_axis, rounded
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import escape, html_table, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
@@ -133,16 +133,14 @@ def _figure(found: Matrix, plant: str) -> dict[str, Any]:
     marks = ", ".join(f"{track}: {symbol}" for track, symbol in symbols.items())
     settling = found.comparisons[0].first.settings.settling_time
     title = f"mean |cross-track error| after {settling:g} s [m]"
-    return {
-        "title": f"Error over the time of a step, {plant}",
-        "note": f"Marks by track: {marks}; open where the run did not finish.",
-        "traces": traces,
-        "layout": {
-            "xaxis": log_axis("step, median [µs]", *_ends(traces, "x")),
-            "yaxis": log_axis(title, *_ends(traces, "y")),
-            "hovermode": "closest",
-        },
-    }
+    return figure(
+        f"Error over the time of a step, {plant}",
+        f"Marks by track: {marks}; open where the run did not finish.",
+        traces,
+        log_axis("step, median [µs]", *_ends(traces, "x")),
+        log_axis(title, *_ends(traces, "y")),
+        hovermode="closest",
+    )
 
 
 def _ends(traces: list[dict[str, Any]], axis: str) -> tuple[float, float]:

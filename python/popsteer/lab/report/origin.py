@@ -31,10 +31,7 @@ class Origin:
 
 
 def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> Section:
-    """Show each plant's vehicle, and where it differs what the controllers were given of it.
-
-    Both mappings are by name of the plant.
-    """
+    """Show each plant's vehicle, and where it differs what the controllers were given of it."""
     blocks = []
     for name, vehicle in whole.items():
         blocks.append(block(f"{name}: the vehicle", vehicle_file.as_toml(vehicle)))
@@ -47,23 +44,21 @@ def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> S
 
 
 def tuning(origin: Origin, *others: str) -> Section:
-    """Show the parameters, and other blocks after them.
-
-    They are the tuning of each controller as ``--params`` reads it, how they adapt, and of each
-    plant what is not of its vehicle.
-    """
+    """Show what the controllers and plants were made with, and other blocks after that."""
     blocks = []
     for name, params in origin.params.items():
-        if name in controllers.names():
-            blocks.append(block(f"{name}: parameters", params_file.as_toml(params)))
-        else:
-            blocks.append(block(f"{name}: parameters", _toml(name, params.as_dict())))
+        own = name in controllers.names()
+        text = params_file.as_toml(params) if own else _toml(name, params.as_dict())
+        blocks.append(block(f"{name}: parameters", text))
     if origin.adapt is None:
         blocks.append(paragraphs(["The controllers estimated nothing (--no-adapt)."]))
     elif hasattr(origin.adapt, "as_dict"):
         blocks.append(block("How the controllers adapt", _toml("adapt", origin.adapt.as_dict())))
     for name, plant in origin.plants.items():
-        blocks += _plant(name, plant)
+        owner = getattr(plant, "params", plant)
+        values = owner.as_dict() if hasattr(owner, "as_dict") else {}
+        if values := {key: value for key, value in values.items() if key != "vehicle"}:
+            blocks.append(block(f"{name}: parameters of the plant", _toml(name, values)))
     return Section("parameters", "Parameters", "".join([*blocks, *others]))
 
 
@@ -72,15 +67,6 @@ def settings_block(settings: Settings) -> str:
     values = settings.as_dict()
     values.pop("keep_records", None)
     return block("The run: settings, as --set-run takes them", _toml("run", values))
-
-
-def _plant(name: str, plant: Any) -> list[str]:  # noqa: ANN401 - any kind of plant
-    """Show the parameters of a plant, if it has any of its own."""
-    owner = getattr(plant, "params", plant)
-    if not hasattr(owner, "as_dict"):
-        return []
-    values = {key: value for key, value in owner.as_dict().items() if key != "vehicle"}
-    return [block(f"{name}: parameters of the plant", _toml(name, values))] if values else []
 
 
 def _toml(head: str, values: Mapping[str, Any]) -> str:

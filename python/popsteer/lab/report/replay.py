@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
-from popsteer.lab.report.colours import colours_of, named, rounded
+from popsteer.lab.report.colours import colours_of, figure, named, stairs
 from popsteer.lab.report.markup import paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
@@ -53,7 +54,6 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     """
     origin = Origin() if origin is None else origin
     titles = ", ".join(map(title_of, found.shadows))
-    said = [*statuses(found), *found.log.remarks, NOTE]
     return page_bytes(
         Page(
             title=f"{titles} beside the driver of {found.log.name}",
@@ -61,7 +61,7 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
             command=origin.command,
             results=of_shadows(found)
             + table(replay_table(found), "Angles beside the driver's")
-            + paragraphs(said),
+            + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
             scenes=[_scene(found)],
             roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
             figures=[_histogram(found)],
@@ -72,28 +72,25 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
 
 def _scene(found: Replay) -> Scene:
     log = found.log
+    cut = partial(broken, gaps=log.gaps)
     colours = colours_of(found.shadows)
     time = log.t - log.t[0]
     common: dict[str, NDArray[Any]] = {
         "time": time,
         "distance": travelled(time, log.speed),
-        "x": broken(log.x, log.gaps),
+        "x": cut(log.x),
         "y": log.y,
         "yaw": log.yaw,
     }
-    driven = {
-        **common,
-        "speed": broken(log.speed, log.gaps),
-        "steer_deg": broken(np.degrees(log.steer), log.gaps),
-    }
+    driven = {**common, "speed": cut(log.speed), "steer_deg": cut(np.degrees(log.steer))}
     actors = [Actor(_DRIVER, "driver", named("faint"), driven, width=3.0)]
     for name, shadow in found.shadows.items():
         columns = {
             **common,
-            "steer_deg": broken(np.degrees(shadow.steer), log.gaps),
-            "difference_deg": broken(np.degrees(shadow.steer - log.steer), log.gaps),
-            "cross_track_error": broken(shadow.cross_track_error, log.gaps),
-            "heading_error_deg": broken(np.degrees(shadow.heading_error), log.gaps),
+            "steer_deg": cut(np.degrees(shadow.steer)),
+            "difference_deg": cut(np.degrees(shadow.steer - log.steer)),
+            "cross_track_error": cut(shadow.cross_track_error),
+            "heading_error_deg": cut(np.degrees(shadow.heading_error)),
             "status": shadow.status,
         }
         actors.append(Actor(name, title_of(name), colours[name], columns, body="ray"))
@@ -119,27 +116,13 @@ def _histogram(found: Replay) -> dict[str, Any]:
         name: np.degrees(shadow.steer - found.log.steer) for name, shadow in found.shadows.items()
     }
     largest = max(float(np.max(np.abs(each))) for each in differences.values())
-    edges = np.linspace(-largest, largest, 62) if largest > 0.0 else np.linspace(-1.0, 1.0, 62)
+    end = largest if largest > 0.0 else 1.0
+    edges = np.linspace(-end, end, 62)
     traces = []
     for name, each in differences.items():
         counts, _ = np.histogram(each, edges)
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": title_of(name),
-                "x": rounded(edges),
-                "y": [round(100.0 * count / len(each), 3) for count in (*counts.tolist(), 0)],
-                "line": {"color": f"@{name}", "shape": "hv", "width": 1.6},
-                "hovertemplate": "%{y:.2f} % of the rows from %{x:.2f}°",
-            }
-        )
-    return {
-        "title": "Angle less the driver's",
-        "note": "Share of the log's rows.",
-        "traces": traces,
-        "layout": {
-            "xaxis": {"title": {"text": "difference [deg]"}},
-            "yaxis": {"title": {"text": "rows [%]"}, "rangemode": "tozero"},
-        },
-    }
+        shares = (*(100.0 * counts / len(each)), 0.0)
+        traces.append(stairs(name, edges, shares, 1.6, "%{y:.2f} % of the rows from %{x:.2f}°"))
+    up = {"title": {"text": "rows [%]"}, "rangemode": "tozero"}
+    note = "Share of the log's rows."
+    return figure("Angle less the driver's", note, traces, "difference [deg]", up)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.report.colours import log_axis, rounded
+from popsteer.lab.report.colours import figure, log_axis, rounded
 from popsteer.lab.report.scene import distances
 from popsteer.lab.sweep.driving import repeat
 from popsteer.lab.sweep.summary import axis_title, influence, outcomes, success_rates, worst
@@ -43,19 +43,17 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
                     "hovertemplate": "%{y} runs around %{x:.3g} m",
                 }
             )
-    return {
-        "title": "Greatest |cross-track error| of a run",
-        "note": f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
+    return figure(
+        "Greatest |cross-track error| of a run",
+        f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
         f" the limit is {job.deviation:g} m.",
-        "traces": traces,
-        "layout": {
-            "barmode": "stack",
-            "bargap": 0.0,
-            "xaxis": log_axis("greatest |cross-track error| [m]", edges[0], edges[-1]),
-            "yaxis": {"title": {"text": "runs"}},
-            "shapes": [_limit(job.deviation, "x")],
-        },
-    }
+        traces,
+        log_axis("greatest |cross-track error| [m]", edges[0], edges[-1]),
+        "runs",
+        barmode="stack",
+        bargap=0.0,
+        shapes=[_limit(job.deviation, "x")],
+    )
 
 
 def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -65,25 +63,13 @@ def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any
         return []
     across, up = (np.array([row[name] for row in rows]) for name in names)
     traces, note = _dots(rows, across, np.degrees(up))
-    return [
-        {
-            "title": "Where it starts",
-            "note": f"Offset to the left of the path, and heading against it.{note}",
-            "traces": traces,
-            "layout": {
-                "xaxis": {"title": {"text": "start_offset [m]"}},
-                "yaxis": {"title": {"text": "start_yaw [deg]"}},
-                "hovermode": "closest",
-            },
-        }
-    ]
+    said = f"Offset to the left of the path, and heading against it.{note}"
+    axes = "start_offset [m]", "start_yaw [deg]"
+    return [figure("Where it starts", said, traces, *axes, hovermode="closest")]
 
 
 def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Draw the error over each quantity that varies, and the share that succeeds.
-
-    Those that failing has most to do with come first; there are at most nine.
-    """
+    """Draw the error over up to nine quantities that vary, those first that failing depends on."""
     good, _, error = outcomes(rows)
     figures = []
     for name, weight in list(influence(job, rows).items())[:_MOST]:
@@ -91,22 +77,18 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
         traces, note = _dots(rows, values, error)
         axis = log_axis("greatest error [m]", error.min(), error.max())
         axis["domain"] = [0.38, 1.0]
-        figures.append(
-            {
-                "title": name,
-                "note": f"Influence on failing, 0 to 1: {weight:.2f}. Below: the share that"
-                f" succeeds over tenths of the runs, with 95 % confidence.{note}",
-                "traces": [*traces, *_rates(values, good)],
-                "layout": {
-                    "xaxis": {"title": {"text": axis_title(name)}, "anchor": "y2"},
-                    "yaxis": axis,
-                    "yaxis2": {"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
-                    "shapes": [_limit(job.deviation, "y")],
-                    "hovermode": "closest",
-                },
-                "height": 1.25,
-            }
+        drawn = figure(
+            name,
+            f"Influence on failing, 0 to 1: {weight:.2f}. Below: the share that succeeds over"
+            f" tenths of the runs, with 95 % confidence.{note}",
+            [*traces, _rates(values, good)],
+            {"title": {"text": axis_title(name)}, "anchor": "y2"},
+            axis,
+            yaxis2={"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
+            shapes=[_limit(job.deviation, "y")],
+            hovermode="closest",
         )
+        figures.append(drawn | {"height": 1.25})
     return figures
 
 
@@ -145,27 +127,28 @@ def _dots(
     return traces, note
 
 
-def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> list[dict[str, Any]]:
-    x, share, up, down = [], [], [], []
-    for low, high, rate in success_rates(values, good):
-        x += rounded([0.5 * (low + high)])
-        share.append(round(100.0 * rate.share, 3))
-        up.append(round(100.0 * (rate.high - rate.share), 3))
-        down.append(round(100.0 * (rate.share - rate.low), 3))
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines+markers",
-            "showlegend": False,
-            "x": x,
-            "y": share,
-            "yaxis": "y2",
-            "error_y": {"type": "data", "symmetric": False, "array": up, "arrayminus": down},
-            "line": {"color": "@good", "width": 1.4},
-            "marker": {"color": "@good", "size": 5},
-            "hovertemplate": "%{y:.1f} % succeed around %{x:.3g}<extra></extra>",
-        }
-    ]
+def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> dict[str, Any]:
+    tenths = list(success_rates(values, good))
+    up, share, down = (
+        [round(100.0 * each, 3) for each in column]
+        for column in (
+            [rate.high - rate.share for _, _, rate in tenths],
+            [rate.share for _, _, rate in tenths],
+            [rate.share - rate.low for _, _, rate in tenths],
+        )
+    )
+    return {
+        "type": "scatter",
+        "mode": "lines+markers",
+        "showlegend": False,
+        "x": rounded(0.5 * (low + high) for low, high, _ in tenths),
+        "y": share,
+        "yaxis": "y2",
+        "error_y": {"type": "data", "symmetric": False, "array": up, "arrayminus": down},
+        "line": {"color": "@good", "width": 1.4},
+        "marker": {"color": "@good", "size": 5},
+        "hovertemplate": "%{y:.1f} % succeed around %{x:.3g}<extra></extra>",
+    }
 
 
 def _limit(value: float, axis: str) -> dict[str, Any]:
@@ -182,10 +165,8 @@ def _limit(value: float, axis: str) -> dict[str, Any]:
 
 
 _POINTS = 400
-_MOST_DRIVEN = {
-    True: 100,
-    False: 12,
-}  # runs driven again, by whether the core drives them: about 2 s
+# Runs driven again, by whether the core drives them: about 2 s.
+_MOST_DRIVEN = {True: 100, False: 12}
 
 
 def envelope_figure(
@@ -193,8 +174,7 @@ def envelope_figure(
 ) -> dict[str, Any]:
     """Draw the cross-track error of the worst run along the path, and what others span.
 
-    All runs are driven again for it, or an even choice where they are many. `progress` is called
-    with the share of them that is done.
+    All runs are driven again for it, or an even choice where they are many.
     """
     last = worst(rows, 1)[0]["run"]
     runs = [row["run"] for row in rows]
@@ -217,29 +197,24 @@ def envelope_figure(
     )
     low, high = np.fmin.reduce(values), np.fmax.reduce(values)
     which = "all runs" if len(runs) == len(rows) else f"{len(runs)} of {len(rows)} runs and it"
-    band = {"type": "scatter", "mode": "lines", "line": {"color": "@faint", "width": 0.5}}
-    return {
-        "title": "The worst run within the envelope",
-        "note": f"Cross-track error along the path; the envelope is of {which}, driven again.",
-        "traces": [
-            band | _points(grid, low) | {"showlegend": False, "hoverinfo": "skip"},
-            band
-            | _points(grid, high)
-            | {"name": "envelope", "fill": "tonexty", "hoverinfo": "skip"},
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": f"worst: run {last}",
-                "line": {"color": "@bad", "width": 1.6},
-                "hovertemplate": "%{y:.3g} m at %{x:.4g} m",
-                **_points(grid, values[0]),
-            },
-        ],
-        "layout": {
-            "xaxis": {"title": {"text": "distance along the path [m]"}},
-            "yaxis": {"title": {"text": "cross-track error [m]"}},
-        },
+    lines = {"type": "scatter", "mode": "lines"}
+    band = lines | {"line": {"color": "@faint", "width": 0.5}, "hoverinfo": "skip"}
+    shown = {
+        "name": f"worst: run {last}",
+        "line": {"color": "@bad", "width": 1.6},
+        "hovertemplate": "%{y:.3g} m at %{x:.4g} m",
     }
+    return figure(
+        "The worst run within the envelope",
+        f"Cross-track error along the path; the envelope is of {which}, driven again.",
+        [
+            band | _points(grid, low) | {"showlegend": False},
+            band | _points(grid, high) | {"name": "envelope", "fill": "tonexty"},
+            lines | _points(grid, values[0]) | shown,
+        ],
+        "distance along the path [m]",
+        "cross-track error [m]",
+    )
 
 
 def _points(x: Any, y: Any) -> dict[str, list[float]]:  # noqa: ANN401 - arrays

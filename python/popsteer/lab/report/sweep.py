@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,17 +16,11 @@ from popsteer.lab.report.compare import PANELS, actor_of
 from popsteer.lab.report.markup import block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, Section, page_bytes
-from popsteer.lab.report.scene import Panel, Scene
+from popsteer.lab.report.scene import Scene
 from popsteer.lab.report.shares import envelope_figure, error_figure, quantity_figures, start_figure
 from popsteer.lab.report.verdict import of_rows
 from popsteer.lab.sweep.driving import repeat
-from popsteer.lab.sweep.summary import (
-    caption,
-    error_of,
-    notes,
-    tables,
-    worst,
-)
+from popsteer.lab.sweep.summary import caption, error_of, notes, tables, worst
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -61,17 +56,21 @@ def of_sweep(
     >>> of_sweep(job, sweep.run(job)).startswith(b"<!doctype html>")
     True
     """
-    if origin is None:
-        origin = Origin()
-    chosen = worst(rows, _WORST)
-    runs = [row["run"] for row in chosen]
-    median = [worst(rows, len(rows))[len(rows) // 2]["run"]] if len(rows) > len(runs) else []
+    command = "" if origin is None else origin.command
+    ranked = [row["run"] for row in worst(rows, len(rows))]
+    runs = ranked[:_WORST]
+    median = [ranked[len(rows) // 2]] if len(rows) > len(runs) else []
     drawn = "".join(f'{name} = "{each}"\n' for name, each in job.vary.items())
+    varies = paragraphs(["Nothing varies."])
+    if drawn:
+        varies = block("Distributions, as --distributions reads them", drawn, is_open=True)
+    label = job.label or "plant"
+    made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole})
     return page_bytes(
         Page(
             title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
             lead=caption(job, rows),
-            command=origin.command,
+            command=command,
             results=of_rows(rows)
             + "".join(table(each, "Percentiles and worst runs") for each in tables(job, rows)[:1])
             + _worst_table(job, rows, file)
@@ -85,25 +84,9 @@ def of_sweep(
             ],
             roles={"good": named("pop"), "bad": named("pid")},
             sections=[
-                vehicles(
-                    {job.label or "plant": sim.vehicle_of(job.whole)},
-                    {job.label or "plant": job.given},
-                ),
-                tuning(
-                    Origin(
-                        params={job.controller: job.params},
-                        adapt=job.adapt,
-                        plants={job.label or "plant": job.whole},
-                    ),
-                    settings_block(sim.Settings() if job.settings is None else job.settings),
-                ),
-                Section(
-                    "drawn",
-                    "What varies",
-                    block("Distributions, as --distributions reads them", drawn, is_open=True)
-                    if drawn
-                    else paragraphs(["Nothing varies."]),
-                ),
+                vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
+                tuning(made, settings_block(job.settings or sim.Settings())),
+                Section("drawn", "What varies", varies),
             ],
         )
     )
@@ -111,25 +94,19 @@ def of_sweep(
 
 def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     """List the worst runs with their seeds, and how to drive each again."""
-    again = f"popsteer compare --replay-run {shlex.quote(file)}:" if file else ""
     heads = ["run", "finished", "faults", "greatest error [m]"]
     lines = []
     for row in worst(rows, _TABLE):
         cells = [str(row["run"]), "yes" if row["finished"] else "no"]
-        cells += [_fault_names(row["faults"]), f"{error_of(row):.3f}"]
+        cells += [str(Status(row["faults"])) if row["faults"] else "–", f"{error_of(row):.3f}"]
         cells += [*(f"{row[name]:.4g}" for name in job.vary), str(row["seed"])]
         lines.append(cells)
     shown = plain_table("The worst runs", [*heads, *job.vary, "seed"], lines, left=0)
-    if again:
-        first = worst(rows, 1)[0]["run"]
-        shown += block("Drive a run again, to the last bit", f"{again}{first}\n")
-    else:
-        shown += paragraphs(["--out FILE keeps the rows, so that any run can be driven again."])
-    return shown
-
-
-def _fault_names(bits: int) -> str:
-    return str(Status(bits)) if bits else "–"
+    if not file:
+        kept = "--out FILE keeps the rows, so that any run can be driven again."
+        return shown + paragraphs([kept])
+    again = f"popsteer compare --replay-run {shlex.quote(file)}:{worst(rows, 1)[0]['run']}\n"
+    return shown + block("Drive a run again, to the last bit", again)
 
 
 def _scene(
@@ -156,11 +133,10 @@ def _scene(
             where = (float(found.records["x"][at]), float(found.records["y"][at]))
             marks.append((*where, f"run {run}: {error[at]:.2f} m"))
     first, *others = PANELS
-    limited = Panel(first.column, first.title, first.short, first.decimals, limit=job.deviation)
     return Scene(
         title="the worst runs",
         actors=actors,
-        panels=[limited, *others],
+        panels=[replace(first, limit=job.deviation), *others],
         vehicle=sim.vehicle_of(job.whole),
         paths=[job.path],
         marks=marks,
