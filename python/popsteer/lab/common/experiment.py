@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from popsteer import controllers, sim
 from popsteer._core import CarlaIdentified, KinematicBicycle, Settings, SpeedTrackerParams
 from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
@@ -120,6 +121,13 @@ class Experiment:
             road = at_constant_speed(path, self.constant_speed)
         check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))
         return road
+
+    def begins(self, road: Road, plant: Any, offset: float | None = None) -> str:  # noqa: ANN401 - any kind
+        """Say in one line where the runs of a plant start, and how fast they then drive."""
+        path, pedals = road
+        car = sim.vehicle_of(plant)
+        start = sim.default_start(path, offset, car)
+        return beginning(start, path, car, self.speed, self.constant_speed, pedals)
 
     def drive_one(
         self,

@@ -132,10 +132,7 @@ class Job(Experiment):
         return run_seed(self.seed, run)
 
     def made(self, run: int) -> Varied:
-        """Make plant, start and noise of one run.
-
-        Raises ConfigError where a value is out of its range; it names the run.
-        """
+        """Make plant, start and noise of one run; ConfigError, which names the run, otherwise."""
         try:
             return varied(self.whole, self.path, self.drawn(run), self.start_offset)
         except ConfigError as error:
@@ -149,20 +146,17 @@ class Job(Experiment):
 
     @cached_property
     def text(self) -> str:
-        """The sweep as text: what its files begin with.
-
-        JSON in one line, with every field; waypoints to the last bit.
-        """
-        plant = self.whole
+        """The sweep as JSON in one line, with every field: what its files begin with."""
+        name = plant_name(self.whole)
         document = of_fields(
             self,
-            plant=plant,
+            plant=self.whole,
             vehicle=self.given,
-            label=self.label or plant_name(plant),
-            settings=Settings() if self.settings is None else self.settings,
+            label=self.label or name,
+            settings=self.settings or Settings(),
         )
         document = {"schema": SCHEMA, "version": __version__, **document}
-        named = {each: own.file_hash(each) for each in (self.controller, plant_name(plant))}
+        named = {each: own.file_hash(each) for each in (self.controller, name)}
         if files := {each: found for each, found in named.items() if found}:
             document["files"] = files  # a sweep of other code is another sweep
         return json.dumps(document, separators=(",", ":"))

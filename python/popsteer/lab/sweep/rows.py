@@ -21,14 +21,13 @@ if TYPE_CHECKING:
 
 _KINDS = (".parquet", ".csv")
 _META = b"popsteer"
+_CSV = "# popsteer sweep "
 
 
 def journal_of(file: Path) -> Path:
-    """Name the journal of a sweep's file.
+    """Name the journal of a sweep's file, beside it: it holds the rows until all are there.
 
-    It is the file beside it that holds the rows until all are there. Raises ConfigError where the
-    file is neither Parquet nor CSV by its name, and PopsteerError where Parquet needs an extra that
-    is not installed.
+    ConfigError where the file is neither Parquet nor CSV by its name.
     """
     if file.suffix.lower() not in _KINDS:
         raise ConfigError("--out", str(file), "a file *.parquet or *.csv")
@@ -65,32 +64,27 @@ class Journal:
         self.rows: dict[int, dict[str, Any]] = {}
         self._file = file
         self._job = job
-        self._stream: IO[bytes] | None = None
 
     def __enter__(self) -> Self:
         file = self._file
         file.parent.mkdir(parents=True, exist_ok=True)
         if file.exists() and not file.is_file():  # reading a device might never end
             raise PopsteerError(f"{file}: is no regular file")
-        stream = file.open("a+b", buffering=0)
+        self._stream: IO[bytes] = file.open("a+b", buffering=0)
         try:
-            self._resume(stream)
+            self._resume(self._stream)
         except BaseException:
-            stream.close()
+            self._stream.close()
             raise
-        self._stream = stream
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._stream is not None:
-            self._stream.close()
-            self._stream = None
+        self._stream.close()
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
         """Write rows to the disk; one that is there already is left alone.
 
-        The rows are as `popsteer.lab.sweep.drive` gives them. Raises OSError where they cannot be
-        written; all rows before them stand.
+        OSError where they cannot be written; all rows before them stand.
         """
         new = {row["run"]: row for row in rows if row["run"] not in self.rows}
         lines = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in new.values())
@@ -115,18 +109,15 @@ class Journal:
             if data and not self._job.text.encode().startswith(data):
                 raise PopsteerError(f"{self._file}: no sweep of popsteer")
             stream.truncate(0)
-            self._stream = stream
             self._write((self._job.text + "\n").encode())
             return
-        _check_same(self._file, head, self._job)
+        check_same(self._file, head, self._job)
         for line in lines:
             row = json.loads(line)
             self.rows.setdefault(row["run"], row)
         stream.truncate(whole)
 
     def _write(self, data: bytes) -> None:
-        if self._stream is None or not data:
-            return
         view = memoryview(data)
         try:
             while view:
@@ -137,15 +128,7 @@ class Journal:
 
 
 def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
-    """Write the file of a sweep, whole or not at all, sorted by run; it says the sweep too.
-
-    Raises OSError where it cannot be written; what stood there before still does.
-    """
-    write_bytes_atomic(file, content(file, job, rows))
-
-
-def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
-    """Give what the file of a sweep holds: Parquet or CSV, by its name.
+    """Write the file of a sweep, Parquet or CSV by its name, whole or not at all.
 
     It is the same for the same rows, in whatever order they came.
     """
@@ -153,11 +136,12 @@ def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
     columns = {name: [row[name] for row in ordered] for name in ordered[0]}
     if file.suffix.lower() == ".csv":
         text = io.StringIO(newline="")
-        text.write(f"# popsteer sweep {job.text}\n")
+        text.write(f"{_CSV}{job.text}\n")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(zip(*columns.values(), strict=True))
-        return text.getvalue().encode()
+        write_bytes_atomic(file, text.getvalue().encode())
+        return
     arrow, parquet = _pyarrow()
     kinds = {"run": arrow.int64(), "seed": arrow.uint64(), "faults": arrow.int64()}
     table = arrow.table(
@@ -165,14 +149,13 @@ def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
     ).replace_schema_metadata({_META: job.text.encode()})
     stream = io.BytesIO()
     parquet.write_table(table, stream)
-    return stream.getvalue()
+    write_bytes_atomic(file, stream.getvalue())
 
 
 def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
     """Read the sweep and its rows from a file that `write` wrote, or from a journal.
 
-    Raises PopsteerError, which names the file, where it is no sweep or one of another version, and
-    OSError where it cannot be read.
+    PopsteerError, which names the file, where it is no sweep or one of another version.
     """
     try:
         text, rows = _parsed(file)
@@ -182,10 +165,7 @@ def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
 
 
 def read_row(file: Path, run: int) -> tuple[Job, dict[str, Any]]:
-    """Read the sweep and the row of one run, from a file as `read` takes it.
-
-    Raises ConfigError where the file has no such run.
-    """
+    """Read the sweep and the row of one run, from a file as `read` takes it."""
     job, rows = read(file)
     found = next((row for row in rows if row["run"] == run), None)
     if found is None:
@@ -204,12 +184,12 @@ def _parsed(file: Path) -> tuple[str, list[dict[str, Any]]]:
         return (table.schema.metadata or {}).get(_META, b"").decode(), table.to_pylist()
     text = data.decode("utf-8", "replace")
     first, _, rest = text.partition("\n")
-    if not first.startswith("# popsteer sweep "):
+    if not first.startswith(_CSV):
         lines = rest[: rest.rfind("\n") + 1].splitlines()
         from_text(first)  # refuses what is no sweep before its lines are read
         return first, [json.loads(line) for line in lines]
     rows = [{k: _value(v) for k, v in row.items()} for row in csv.DictReader(io.StringIO(rest))]
-    return first.removeprefix("# popsteer sweep "), rows
+    return first.removeprefix(_CSV), rows
 
 
 def _value(text: str) -> Any:  # noqa: ANN401 - as the column is
@@ -221,8 +201,8 @@ def _value(text: str) -> Any:  # noqa: ANN401 - as the column is
         return float(text)
 
 
-def _check_same(file: Path, text: str, job: Job) -> None:
-    """Refuse to go on with the rows of another sweep."""
+def check_same(file: Path, text: str, job: Job) -> None:
+    """Refuse to go on with the rows of another sweep, by saying in what they differ."""
     if text == job.text:
         return
     try:
@@ -232,14 +212,6 @@ def _check_same(file: Path, text: str, job: Job) -> None:
     mine = json.loads(job.text)
     differs = ", ".join(name for name in mine if mine[name] != other.get(name))
     raise PopsteerError(f"{file}: holds another sweep, which differs in {differs}")
-
-
-def check_same(file: Path, other: Job, job: Job) -> None:
-    """Refuse a file of another sweep, `other`, where `job` was asked for.
-
-    Raises PopsteerError, which says in what they differ.
-    """
-    _check_same(file, other.text, job)
 
 
 def _pyarrow() -> tuple[Any, Any]:

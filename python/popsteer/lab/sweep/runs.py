@@ -13,7 +13,7 @@ import os
 import signal
 import threading
 import warnings
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
@@ -47,8 +47,7 @@ def on_core(
 ) -> Iterator[Rows]:
     """Drive runs on the core's threads, and give their rows as they come.
 
-    Plant and controller have to be in Rust. `threads` is as `popsteer.sim.run_many` has it;
-    `progress` is called with the number of runs that are done, in fractions.
+    `progress` is called with the number of runs that are done, here and below.
     """
     for begin in range(0, len(runs), _CORE_CHUNK):
         chunk = runs[begin : begin + _CORE_CHUNK]
@@ -62,11 +61,7 @@ def on_core(
 def on_processes(
     job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on processes of their own, as many as cores by default; give rows as they come.
-
-    `progress` is called with the number of runs that are done. Raises PopsteerError where the
-    processes die again and again.
-    """
+    """Drive runs on processes of their own, as many as cores by default; give rows as they come."""
     if workers is None:
         # Windows and macOS do not tell which cores a process may use.
         affinity = getattr(os, "sched_getaffinity", None)
@@ -102,9 +97,7 @@ def on_dask(
 ) -> Iterator[Rows]:
     """Drive runs on a Dask cluster, and give their rows as they come.
 
-    `where` is the address of a scheduler, or ``local:N`` for N processes of its own. `progress` is
-    called with the number of runs that are done. Raises PopsteerError where the scheduler does not
-    answer, its workers have another version of popsteer or none, or the extra is missing.
+    `where` is the address of a scheduler, or ``local:N`` for N processes of its own.
     """
     require("--dask", "dask")
     import dask
@@ -153,22 +146,19 @@ def on_dask(
 
 def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
     """Make something that starts processes in another thread: Ctrl-C reaches this one alone."""
-    made: list[Any] = []
+    made: Future[Any] = Future()
 
     def held() -> None:
         with _interrupts_held():
             try:
-                made.append(make())
-            except Exception as error:  # noqa: BLE001 - raised where it is waited for
-                made.append(error)
+                made.set_result(make())
+            except BaseException as error:  # noqa: BLE001 - raised where it is waited for
+                made.set_exception(error)
 
-    thread = threading.Thread(target=held, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(_LOOK)
-    if isinstance(made[0], Exception):
-        raise made[0]
-    return made[0]
+    threading.Thread(target=held, daemon=True).start()
+    while not made.done():
+        wait([made], timeout=_LOOK)
+    return made.result()
 
 
 def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
@@ -291,22 +281,17 @@ def run(
     if workers is not None:
         check_count("--workers", workers, 1, _MAX_WORKERS)
     if out is None:
-        found = _driven(job, {}, dask, workers, progress, lambda _: None)
-        return _ordered(found)
+        return _driven(job, {}, dask, workers, progress, lambda _: None)
     part = journal_of(out)
     if out.exists():
         other, rows = read(out)
-        check_same(out, other, job)
+        check_same(out, other.text, job)
         return rows
     with Journal(part, job) as journal:
-        found = _driven(job, journal.rows, dask, workers, progress, journal.add)
-        write(out, job, found.values())
+        rows = _driven(job, journal.rows, dask, workers, progress, journal.add)
+        write(out, job, rows)
         journal.remove()
-    return _ordered(found)
-
-
-def _ordered(found: dict[int, dict[str, Any]]) -> list[dict[str, Any]]:
-    return [found[k] for k in sorted(found)]
+    return rows
 
 
 def _driven(
@@ -315,8 +300,9 @@ def _driven(
     dask: str | None,
     count: int | None,
     progress: Callable[[str, float], object] | None,
-    keep: Callable[[list[dict[str, Any]]], object],
-) -> dict[int, dict[str, Any]]:
+    keep: Callable[[Rows], object],
+) -> Rows:
+    """Drive the runs that are not `known`; give all rows, in order."""
     found = dict(known)
     remaining = [k for k in range(job.runs) if k not in found]
     before = len(found)
@@ -325,26 +311,15 @@ def _driven(
         if progress is not None:
             progress(f"{int(before + done)} of {job.runs} runs", (before + done) / job.runs)
 
-    if not remaining:
-        return found
-    if job.is_of_core:
+    if remaining and job.is_of_core:
         for k in remaining:
             job.made(k)  # refuses a draw that is out of range before anything is driven
-    for rows in _who(job, remaining, dask, count, advance):
+    driven: Iterator[Rows] = iter(())
+    if remaining and dask is not None:
+        driven = on_dask(job, remaining, dask, advance)
+    elif remaining:
+        driven = (on_core if job.is_of_core else on_processes)(job, remaining, count, advance)
+    for rows in driven:
         keep(rows)
         found.update((row["run"], row) for row in rows)
-    return found
-
-
-def _who(
-    job: Job,
-    remaining: list[int],
-    dask: str | None,
-    count: int | None,
-    advance: Callable[[float], None],
-) -> Iterator[list[dict[str, Any]]]:
-    if dask is not None:
-        return on_dask(job, remaining, dask, advance)
-    if job.is_of_core:
-        return on_core(job, remaining, count, advance)
-    return on_processes(job, remaining, count, advance)
+    return [found[k] for k in sorted(found)]

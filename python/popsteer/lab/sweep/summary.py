@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from popsteer import sim
-from popsteer.lab.common.longitudinal import beginning
+from popsteer.lab.common.layout import add_numbers, blank_table
 from popsteer.sim import plant_name
 from popsteer.status import Status
 
@@ -122,10 +121,7 @@ def axis_title(name: str) -> str:
 
 
 def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
-    """Give the worst runs, at most `count`, the worst first.
-
-    First come those that did not finish, then those with faults, then by the greatest error.
-    """
+    """Give the worst runs: those that did not finish, those with faults, then by the error."""
 
     def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:
         # Smaller numbers first where all else is equal.
@@ -172,13 +168,12 @@ def percent(share: float, runs: int) -> str:
 def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
     """Say in one line what came out: the success rate and its interval."""
     good = sum(row["success"] for row in rows)
-    rate = success_rate(good, len(rows))
+    share, low, high = (percent(each, len(rows)) for each in success_rate(good, len(rows)))
     where = f" on {job.course}" if job.course else ""
     car = job.label or plant_name(job.whole)
     return (
         f"{job.controller}{where}, {car}: {good} of {len(rows)} runs succeeded,"
-        f" {percent(rate.share, len(rows))} % (95 % confidence: {percent(rate.low, len(rows))} to"
-        f" {percent(rate.high, len(rows))} %)"
+        f" {share} % (95 % confidence: {low} to {high} %)"
     )
 
 
@@ -215,10 +210,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         said.append(
             f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}."
         )
-    path, pedals = job.road
-    car = sim.vehicle_of(job.whole)
-    start = sim.default_start(job.path, job.start_offset, car)
-    said.append(beginning(start, path, car, job.speed, job.constant_speed, pedals))
+    said.append(job.begins(job.road, job.whole, job.start_offset))
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said
@@ -231,8 +223,6 @@ def _runs(count: int) -> str:
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
     """Set out the percentiles, and the worst runs."""
     from rich.text import Text
-
-    from popsteer.lab.common.layout import add_numbers, blank_table
 
     shares = blank_table()
     shares.add_column("of the runs that have it", no_wrap=True)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
 from popsteer._core import Path, SpeedPidParams
-from popsteer.lab.common.longitudinal import beginning
-from popsteer.sim import default_start, vehicle_of
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,15 +35,11 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
     """Judge what was chosen by what the search has seen, and by what it has not.
 
     There are the tracks and cars of the search; its own tracks with cars drawn from another seed;
-    and the shipped tracks that it did not have, with those cars. `progress` is called with what is
-    being done and the share of it that is done.
+    and the shipped tracks that it did not have, with those cars.
     """
     problem = tuned.problem
-    others = {
-        name: Path(track.xy, speed=track.speed, closed=track.closed)
-        for name, track in ((name, tracks.get(name)) for name in tracks.names())
-        if name not in problem.paths
-    }
+    shipped = [tracks.get(name) for name in tracks.names() if name not in problem.paths]
+    others = {each.name: Path(each.xy, speed=each.speed, closed=each.closed) for each in shipped}
     fresh = problem.seed + 1_000_003
     parts = [(problem, True)]
     if problem.cars:  # without them the same runs would be judged twice
@@ -76,8 +71,6 @@ def caption(tuned: Tuned) -> str:
 
 def tables(judged: list[Judged]) -> list[Table]:
     """Set out the tracks, a row each."""
-    from popsteer.lab.common.layout import add_names, add_numbers, blank_table
-
     table = blank_table(gap=1)
     add_names(table, "track", (name for part in judged for name in part.problem.paths))
     table.add_column("seen", no_wrap=True)
@@ -131,14 +124,8 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
             f" most {tuned.effort_limit:g} times the steering rate."
         ),
     ]
-    begins = [
-        beginning(
-            default_start(path, vehicle=car), path, car, None, tuned.problem.constant_speed, pedals
-        )
-        for _, (path, pedals), made, _ in tuned.problem.scenarios
-        for car in [vehicle_of(made.plant)]
-    ]
-    said += dict.fromkeys(begins)
+    scenarios = tuned.problem.scenarios
+    said += dict.fromkeys(tuned.problem.begins(road, made.plant) for _, road, made, _ in scenarios)
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():
             value = tuned.chosen.values[name]
