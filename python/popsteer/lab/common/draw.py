@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart
 _EM = 0.55  # mean width of a character, of the height of the font
+_HEAD = 10.0  # pt
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": None},
@@ -55,10 +56,7 @@ def files_of(
     stem: str,
     progress: Callable[[str, float], object] | None = None,
 ) -> dict[str, bytes]:
-    """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names.
-
-    `progress` is called with what is being done and the share of it that is done.
-    """
+    """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names."""
     content = {}
     for done, (name, theme) in enumerate(THEMES.items()):
         if progress is not None:
@@ -75,19 +73,17 @@ def plot_broken(
     breaks: Sequence[int],
     **style: Any,  # noqa: ANN401 - as matplotlib takes it
 ) -> None:
-    """Draw a line that breaks at the gaps of a log, with no more points than can be seen.
-
-    `breaks` has the first row after each gap.
-    """
+    """Draw a line that breaks before the rows `breaks`, with no more points than can be seen."""
     y = np.array(y, dtype=np.float64)
     y[list(breaks)] = np.nan
     every = max(1, len(x) // _MOST_POINTS)
     panel.plot(x[::every], y[::every], **style)
 
 
-def wrapped(text: str, figure: Figure, size: float) -> str:
-    """Break a line that is wider than a figure; `size` is that of the font [pt]."""
-    return textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * size)))
+def headline(figure: Figure, text: str, theme: Theme) -> None:
+    """Write a line above a figure, broken where it is wider."""
+    text = textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * _HEAD)))
+    figure.suptitle(text, fontsize=_HEAD, color=theme.faint)
 
 
 def logarithmic(panel: Axes) -> None:
@@ -100,11 +96,10 @@ def logarithmic(panel: Axes) -> None:
 
 
 def limit(run: Run, record: str) -> float:
-    """Bound what a record does once the start has died out.
+    """Bound a record: its largest value after settling, at least a fifth of the largest of all.
 
     The start, metres beside the path, would leave the rest a flat line; and a run that leaves the
-    road would do so to the other controllers. The bound is the largest absolute value after the
-    settling time, and at least a fifth of the largest of all; 0 of a run that did not finish.
+    road would do so to the other controllers: of one that did not finish it is 0.
     """
     if not run.metrics.finished:
         return 0.0
@@ -114,10 +109,7 @@ def limit(run: Run, record: str) -> float:
 
 
 def nice_limit(limits: Iterable[float]) -> float:
-    """Round the largest of some bounds up, with room for a note.
-
-    It is at least 1.35 times the largest, in steps of two digits; 1 where all are 0.
-    """
+    """Round the largest of some bounds up to two digits, with room for a note; 1 if all are 0."""
     largest = 1.35 * max(limits)
     if largest <= 0.0:
         return 1.0

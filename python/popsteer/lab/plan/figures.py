@@ -40,21 +40,12 @@ def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
     limit = _round(profile.limit, closed=path.closed)
     bends = np.abs(_round(profile.curvature, closed=path.closed))
     _draw_speeds(speeds, profile, (distance, speed, limit, bends), theme)
+    along = np.append(profile.acceleration, profile.acceleration[-1])
     pulls.step(
-        distance,
-        np.append(profile.acceleration, profile.acceleration[-1]),
-        where="post",
-        color=theme.text,
-        linewidth=1.1,
-        label="along the path",
+        distance, along, where="post", color=theme.text, linewidth=1.1, label="along the path"
     )
-    pulls.plot(
-        distance,
-        speed * speed * bends,
-        color=theme.laws["pop"],
-        linewidth=1.1,
-        label="to the side (magnitude)",
-    )
+    aside = {"color": theme.laws["pop"], "label": "to the side (magnitude)"}
+    pulls.plot(distance, speed * speed * bends, linewidth=1.1, **aside)
     pulls.axhline(0.0, color=theme.faint, linewidth=0.6)
     pulls.set_ylabel("acceleration [m/s²]")
     pulls.set_xlabel("distance along the path [m]")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import plot_broken, wrapped
+from popsteer.lab.common.draw import headline, plot_broken
 from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.table import caption
 from popsteer.status import Status
@@ -24,6 +25,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     """Draw where the log drove, the angles, their differences, the errors and the statuses."""
     log = found.log
     t = log.t - log.t[0]
+    line = partial(plot_broken, breaks=log.gaps)
     colours = theme.colours(found.shadows)
     figure = Figure(figsize=(12.0, 7.6), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.6), height_ratios=(1.0, 1.0, 1.0, 0.45))
@@ -32,33 +34,25 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     others = [figure.add_subplot(grid[k, 1], sharex=angles) for k in (1, 2, 3)]
     differences, errors, marks = others
     first = next(iter(found.shadows.values())).path
-    track.plot(
-        first.x, first.y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="to follow"
-    )
-    plot_broken(track, log.x, log.y, log.gaps, color=theme.text, linewidth=1.0, label="driven")
+    wide: dict[str, Any] = {"color": theme.path, "solid_capstyle": "round", "label": "to follow"}
+    track.plot(first.x, first.y, linewidth=5.0, **wide)
+    line(track, log.x, log.y, color=theme.text, linewidth=1.0, label="driven")
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
-    plot_broken(
-        angles, t, np.degrees(log.steer), log.gaps, color=theme.path, linewidth=3.5, label="driver"
-    )
+    line(angles, t, np.degrees(log.steer), color=theme.path, linewidth=3.5, label="driver")
     for place, shadow in enumerate(found.shadows.values()):
         style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
-        title = title_of(shadow.name)
-        plot_broken(angles, t, np.degrees(shadow.steer), log.gaps, label=title, **style)
-        plot_broken(differences, t, np.degrees(shadow.steer - log.steer), log.gaps, **style)
-        plot_broken(errors, t, shadow.cross_track_error, log.gaps, **style)
+        line(angles, t, np.degrees(shadow.steer), label=title_of(shadow.name), **style)
+        line(differences, t, np.degrees(shadow.steer - log.steer), **style)
+        line(errors, t, shadow.cross_track_error, **style)
         _draw_marks(marks, t, shadow.status, place, colours[shadow.name])
     angles.set(ylabel="angle [deg]", title="Angle of the wheels")
     angles.legend(loc="upper right", fontsize=8.5, ncols=3)
     differences.set(ylabel="less driver's [deg]")
     errors.set(ylabel="error [m]")
     marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
-    marks.set_yticks(
-        range(len(found.shadows)),
-        [title_of(name) for name in found.shadows],
-        fontsize=8.0,
-    )
+    marks.set_yticks(range(len(found.shadows)), map(title_of, found.shadows), fontsize=8.0)
     marks.invert_yaxis()
     marks.set_title(
         "thin: degraded, thick: fault", fontsize=8.5, fontweight="normal", color=theme.faint
@@ -68,8 +62,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
         panel.tick_params(labelbottom=False)
     angles.set_xlim(t[0], t[-1])
     figure.align_ylabels([angles, *others])
-    title = wrapped(caption(found), figure, 10.0)
-    figure.suptitle(title, fontsize=10, color=theme.faint)
+    headline(figure, caption(found), theme)
     return figure
 
 
@@ -81,12 +74,6 @@ def _draw_marks(
     for level, width in (("degraded", 2.0), ("fault", 8.0)):
         hit = np.isin(status, [bits for bits, found in levels.items() if found == level])
         edges = np.flatnonzero(np.diff(np.concatenate(([0], hit.astype(np.int8), [0]))))
-        last = len(t) - 1
+        style: dict[str, Any] = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
         for start, end in zip(edges[::2], edges[1::2], strict=True):
-            panel.plot(
-                [t[start], t[min(end, last)]],
-                [place, place],
-                color=colour,
-                linewidth=width,
-                solid_capstyle="butt",
-            )
+            panel.plot([t[start], t[min(end, len(t) - 1)]], [place, place], **style)

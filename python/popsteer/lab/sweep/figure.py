@@ -23,9 +23,9 @@ _MOST = 9
 
 
 def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
-    """Draw two panels for each quantity: the error of each run, and the share that succeeds.
+    """Draw the error over up to nine quantities that vary, and the share that succeeds.
 
-    Those that failing has most to do with come first; there are at most nine.
+    Those that failing has most to do with come first.
     """
     names = list(influence(job, rows))[:_MOST] or ["run"]
     across = min(len(names), 3)
@@ -34,6 +34,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
     grid = figure.subplots(
         2 * down, across, squeeze=False, height_ratios=[3.0, 1.0] * down, sharey="row"
     )
+    panels = list(zip(grid[0::2].flat, grid[1::2].flat, strict=True))
     good, ended, error = outcomes(rows)
     kinds = (
         ("succeeded", good, theme.laws["pop"], "o", 5.0, 0.35),
@@ -41,7 +42,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         ("did not finish", ~ended, theme.laws["pid"], "x", 22.0, 0.9),
     )
     for k, name in enumerate(names):
-        above, below = grid[2 * (k // across)][k % across], grid[2 * (k // across) + 1][k % across]
+        above, below = panels[k]
         values = np.array([row[name] for row in rows])
         for _, part, colour, marker, size, alpha in kinds:
             above.scatter(
@@ -66,9 +67,9 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")
     for panel in grid[1::2, 0]:
         panel.set_ylabel("success")
-    for spare in range(len(names), across * down):
-        grid[2 * (spare // across)][spare % across].set_visible(False)
-        grid[2 * (spare // across) + 1][spare % across].set_visible(False)
+    for spare in panels[len(names) :]:
+        for panel in spare:
+            panel.set_visible(False)
     handles = [
         Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
         for label, part, colour, marker, _, _ in kinds

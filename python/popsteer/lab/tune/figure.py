@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -10,8 +11,11 @@ from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import title_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from popsteer.lab.common.theme import Theme
-    from popsteer.lab.tune.study import Tuned
+    from popsteer.lab.tune.problem import Score
+    from popsteer.lab.tune.study import Trial, Tuned
 
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
@@ -22,38 +26,16 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     blue, red = theme.laws["pop"], theme.laws["pid"]
     shown = [each for each in tuned.trials if each.error < 50.0] or list(tuned.trials)
     panel.scatter(
-        [each.effort for each in shown],
-        [each.error for each in shown],
-        s=16,
-        color=theme.faint,
-        alpha=0.55,
-        linewidths=0.0,
-        label="trials",
+        *_points(shown), s=16, color=theme.faint, alpha=0.55, linewidths=0.0, label="trials"
     )
-    panel.step(
-        [each.effort for each in front],
-        [each.error for each in front],
-        where="post",
-        color=blue,
-        linewidth=1.4,
-        label="Pareto front",
-    )
+    panel.step(*_points(front), where="post", color=blue, linewidth=1.4, label="Pareto front")
     limit = tuned.effort_limit * usual.effort
     allowed = f"{tuned.effort_limit:g} × the effort before"
     panel.axvline(limit, color=theme.faint, linestyle="--", linewidth=1.0, label=allowed)
-    panel.plot(
-        usual.effort, usual.error, "s", color=red, markersize=8, linestyle="", label="before"
-    )
+    mark = partial(panel.plot, linestyle="")
+    mark(*_points([usual]), "s", color=red, markersize=8, label="before")
     if tuned.chosen is not None:
-        panel.plot(
-            tuned.chosen.effort,
-            tuned.chosen.error,
-            "D",
-            color=blue,
-            markersize=9,
-            linestyle="",
-            label="chosen",
-        )
+        mark(*_points([tuned.chosen]), "D", color=blue, markersize=9, label="chosen")
     logarithmic(panel)
     panel.yaxis.set_major_formatter("{x:g}")
     right = max([usual.effort, limit, *(each.effort for each in front)])
@@ -69,3 +51,7 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}"
     figure.suptitle(f"{title}, {cars} {'cars' if cars > 1 else 'car'}", fontsize=11)
     return figure
+
+
+def _points(tried: Sequence[Trial | Score]) -> tuple[list[float], list[float]]:
+    return [each.effort for each in tried], [each.error for each in tried]

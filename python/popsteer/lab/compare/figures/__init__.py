@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from popsteer.errors import ConfigError
-from popsteer.lab.common.draw import drawn, limit, nice_limit, wrapped
+from popsteer.lab.common.draw import drawn, headline, limit, nice_limit
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -52,14 +52,14 @@ _SERIES = (
     ),
     _Series("steer", "steering command [deg]", math.degrees(1.0), "max |δ| {max:.1f}°"),
 )
+_LABELS = tuple(each.label for each in _SERIES)
 
 
 def results_figure(comparison: Comparison, theme: Theme) -> Figure:
-    """Draw what each controller did: a column for each.
+    """Draw what each controller did: a column each, with the track and a row for each series.
 
-    The rows are the path driven against the path, and cross-track error, heading error and steering
-    command over time. The limits of a row are the same in all columns, and fit what the controllers
-    do once the start has died out; a note in each panel gives its extremes.
+    The limits of a row are the same in all columns, and fit what the controllers do once the start
+    has died out; a note in each panel gives its extremes.
     """
     runs = comparison.runs
     extent = _extent(comparison)
@@ -69,53 +69,37 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
         figsize=(max(_COLUMN * len(runs) + 0.4, 6.4), height),
         layout=ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.07),
     )
-    axes = figure.subplots(
-        1 + len(_SERIES),
-        len(runs),
-        squeeze=False,
-        height_ratios=[track_row, *[_ROW] * len(_SERIES)],
-    )
+    ratios = [track_row, *[_ROW] * len(_SERIES)]
+    axes = figure.subplots(len(ratios), len(runs), squeeze=False, height_ratios=ratios)
     colours = theme.colours(runs)
     end = max(run.metrics.time for run in runs.values())
     for column, (name, run) in enumerate(runs.items()):
-        _draw_track(axes[0, column], run, extent, colours[name], theme)
-        axes[0, column].set_title(title_of(name), color=colours[name], pad=10)
-        for row, series in enumerate(_SERIES, start=1):
-            panel = axes[row, column]
+        track, *panels = axes[:, column]
+        _draw_track(track, run, extent, colours[name], theme)
+        track.set_title(title_of(name), color=colours[name], pad=10)
+        track.set_xlabel("x [m]")
+        for panel, series in zip(panels, _SERIES, strict=True):
             _draw_series(panel, run, series, colours[name], theme)
-            panel.set_xlim(0.0, end)
-            bound = nice_limit(
-                [limit(other, series.record) * series.scale for other in runs.values()]
-            )
-            panel.set_ylim(-bound, bound)
+            bounds = [limit(other, series.record) * series.scale for other in runs.values()]
+            panel.set(xlim=(0.0, end), ylim=(-nice_limit(bounds), nice_limit(bounds)))
+            panel.tick_params(labelbottom=panel is panels[-1])
+        panels[-1].set_xlabel("time [s]")
+        for panel, label in zip(axes[:, column], ("y [m]", *_LABELS), strict=True):
             if column == 0:
-                panel.set_ylabel(series.label)
+                panel.set_ylabel(label)
             else:
                 panel.tick_params(labelleft=False)
-            if row < len(_SERIES):
-                panel.tick_params(labelbottom=False)
-            else:
-                panel.set_xlabel("time [s]")
-        axes[0, column].set_xlabel("x [m]")
-        if column == 0:
-            axes[0, column].set_ylabel("y [m]")
-        else:
-            axes[0, column].tick_params(labelleft=False)
     figure.align_ylabels(list(axes[:, 0]))
-    title = wrapped(caption(comparison), figure, 10.0)
-    figure.suptitle(title, fontsize=10, color=theme.faint)
+    headline(figure, caption(comparison), theme)
     return figure
 
 
 def _extent(comparison: Comparison) -> NDArray[np.float64]:
     """Lower left and upper right corner of all that is driven and to be followed [m]."""
-    path = comparison.path
-    tracks = [np.column_stack((path.x, path.y))]
-    for run in comparison.runs.values():
-        records = run.records
-        tracks.append(np.column_stack((records["reference_x"], records["reference_y"])))
-    points = np.concatenate(tracks)
-    return np.array([points.min(axis=0), points.max(axis=0)])
+    records = [run.records for run in comparison.runs.values()]
+    x = np.concatenate([comparison.path.x, *(each["reference_x"] for each in records)])
+    y = np.concatenate([comparison.path.y, *(each["reference_y"] for each in records)])
+    return np.array([[x.min(), y.min()], [x.max(), y.max()]])
 
 
 def _track_height(extent: NDArray[np.float64]) -> float:
@@ -180,11 +164,7 @@ _BAR = 0.42  # of the distance between controllers
 
 
 def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
-    """Draw the controllers together.
-
-    Above is the cross-track error of all controllers over the distance along the path; below are
-    the mean absolute cross-track and heading errors beside the paper's.
-    """
+    """Draw the cross-track errors of all along the path, and mean errors beside the paper's."""
     figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
     colours = theme.colours(comparison.runs)
@@ -197,8 +177,7 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
         panels[place].set_title(label, fontsize=10.5)
     if is_authors_path(comparison.path):
         figure.supxlabel("\n".join(notes(comparison)[2:]), fontsize=8.5, color=theme.faint)
-    title = wrapped(caption(comparison), figure, 10.0)
-    figure.suptitle(title, fontsize=10, color=theme.faint)
+    headline(figure, caption(comparison), theme)
     return figure
 
 
@@ -247,8 +226,7 @@ def _distance(run: Run) -> NDArray[np.float64]:
 def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme) -> None:
     """Draw a pair of bars for each controller: the whole run, and the paper's figure.
 
-    The paper's figures belong to its track; on another one the second bar is what remains after
-    the start.
+    The paper's belong to its track; on another one the second is what remains after the start.
     """
     runs = comparison.runs
     whole = [getattr(run.metrics, quantity) for run in runs.values()]
@@ -259,13 +237,13 @@ def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme)
         labels = ("whole run", f"after {comparison.first.settings.settling_time:g} s")
         second = [getattr(run.metrics, f"settled_{quantity}") for run in runs.values()]
     # A controller that left the road must not dwarf the others; its bars are cut off.
-    pairs = zip(runs.values(), whole, second, strict=True)
-    kept = [value for run, *pair in pairs if run.metrics.finished for value in pair]
+    pairs = list(zip(whole, second, strict=True))
+    ended = [run.metrics.finished for run in runs.values()]
+    kept = [value for good, pair in zip(ended, pairs, strict=True) if good for value in pair]
     top = max((value for value in kept or whole if math.isfinite(value)), default=0.0) or 1.0
 
-    for place, (colour, *pair) in enumerate(
-        zip(theme.colours(runs).values(), whole, second, strict=True)
-    ):
+    colours = theme.colours(runs).values()
+    for place, (colour, pair) in enumerate(zip(colours, pairs, strict=True)):
         shown = [value for value in pair if math.isfinite(value)]
         for number, value in enumerate(shown):
             _draw_bar(
@@ -277,23 +255,19 @@ def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme)
                 edgecolor=colour,
                 hatch="////" if number else "",
             )
-    panel.set_xticks(
-        range(len(runs)),
-        [
-            title_of(name) + ("" if run.metrics.finished else "\n(not finished)")
-            for name, run in runs.items()
-        ],
-    )
+    names = [
+        title_of(name) + ("" if good else "\n(not finished)")
+        for name, good in zip(runs, ended, strict=True)
+    ]
+    panel.set_xticks(range(len(runs)), names)
     panel.tick_params(axis="x", length=0, labelcolor=theme.text)
     panel.set_xlim(-0.6, len(runs) - 0.4)
     panel.set_ylim(0.0, 1.32 * top)
     panel.grid(visible=False, axis="x")
+    looks = (theme.faint, ""), (theme.background, "////")
     handles = [
         Patch(facecolor=fill, edgecolor=theme.faint, linewidth=1.2, hatch=hatch, label=text)
-        for text, fill, hatch in (
-            (labels[0], theme.faint, ""),
-            (labels[1], theme.background, "////"),
-        )
+        for text, (fill, hatch) in zip(labels, looks, strict=True)
     ]
     panel.legend(handles=handles, loc="upper right", ncols=2, fontsize=9)
 
@@ -320,12 +294,9 @@ FIGURES = {"results": results_figure, "overview": overview_figure}
 
 
 def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[str, bytes]:
-    """Draw a figure: the content of the file by its kind, ``png`` and ``svg``.
+    """Draw a figure of `FIGURES` in a theme: the content of the file by its kind.
 
-    ``results`` is as the paper's figure of results, a column for each controller with the path
-    driven, cross-track error, heading error and angle. ``overview`` has the controllers on one
-    axis, and their figures beside the paper's. The runs need their records. `theme` is "light" or
-    "dark". Raises ConfigError where no figure, or no theme, has this name.
+    The runs need their records. ConfigError where no figure, or no theme, has this name.
     """
     if figure not in FIGURES:
         raise ConfigError.unknown("figure", figure, FIGURES)
