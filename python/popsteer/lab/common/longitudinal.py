@@ -32,10 +32,7 @@ KINDS: dict[str, type[LongitudinalParams]] = {
 
 
 def params_of(name: str) -> LongitudinalParams:
-    """Give the default parameters of a longitudinal controller, one of `KINDS`.
-
-    Raises ConfigError where none has this name.
-    """
+    """Give the default parameters of a longitudinal controller, one of `KINDS`."""
     if name not in KINDS:
         raise ConfigError.unknown("longitudinal controller", name, KINDS)
     return KINDS[name]()
@@ -47,11 +44,7 @@ def name_of(params: LongitudinalParams) -> str:
 
 
 def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Longitudinal | None:
-    """Make the longitudinal controller of a run, as `popsteer.sim.run` takes it.
-
-    Without parameters it is None, which stands for the paper's. A `SpeedTracker` plans for the path
-    and the vehicle.
-    """
+    """Make the longitudinal controller of a run; without parameters None, for the paper's."""
     if params is None:
         return None
     if isinstance(params, SpeedTrackerParams):
@@ -67,10 +60,7 @@ def beginning(
     constant_speed: float | None,
     longitudinal: Longitudinal | None,
 ) -> str:
-    """Say in one line where a run starts, and how fast it then drives.
-
-    `start` is the pose of the point of `plant`, `speed` that at the start where it is given.
-    """
+    """Say in one line where a run starts, the pose of `plant`, and how it then drives."""
     axle, ahead = "front", plant.front_axle
     if path.reverse is not None and path.reverse[0]:
         axle, ahead = "rear", plant.rear_axle

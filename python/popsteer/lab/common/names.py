@@ -17,10 +17,7 @@ def controller_names() -> tuple[str, ...]:
 
 
 def title_of(law: str) -> str:
-    """Name of a controller as a person reads it.
-
-    One's own has that of its class, or its whole name where a shipped one has the title, too.
-    """
+    """Name of a controller as a person reads it; of one's own that of its class, if it is free."""
     shipped = {name: controllers.get(name).title for name in controllers.names()}
     shipped |= {name: baselines.get(name).title for name in baselines.names()}
     title = own.title(law)
@@ -28,10 +25,7 @@ def title_of(law: str) -> str:
 
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:
-    """Say in what the vehicle that controllers were given differs from the real one.
-
-    The text follows the name of the plant; it is empty where nothing differs.
-    """
+    """Say, behind the name of a plant, in what the vehicle believed differs from the real one."""
     is_so = vehicle.as_dict()
     different = [
         f"{name} {'none' if value is None else format(value, 'g')}"

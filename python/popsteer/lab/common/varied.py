@@ -55,10 +55,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
 
 
 def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
-    """Give what varies where nothing else is asked for: by name, the texts of distributions.
-
-    `vehicle` is what the plant is.
-    """
+    """Give what varies where nothing else is asked for: by name, the texts of distributions."""
     turning = vehicle.wheelbase if vehicle.turning_wheelbase is None else vehicle.turning_wheelbase
     named = {
         "turning_wheelbase": f"uniform({0.95 * turning:.6g},{1.05 * turning:.6g})",
@@ -80,12 +77,8 @@ def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
 def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, NDArray[np.float64]]:
     """Draw a Latin hypercube: each quantity's values, one a run, lie evenly over its quantiles.
 
-    Raises PopsteerError where SciPy is not installed.
-
-    Notes
-    -----
     M. McKay, R. Beckman, W. Conover, *A Comparison of Three Methods for Selecting Values of Input
-    Variables in the Analysis of Output from a Computer Code*, 1979; by ``scipy.stats.qmc``.
+    Variables in the Analysis of Output from a Computer Code*, 1979.
     """
     if not vary:
         return {}
@@ -108,19 +101,16 @@ def run_seed(seed: int, run: int) -> int:
 def varied(
     plant: Plant, path: Path, values: Mapping[str, float], offset: float | None = None
 ) -> Varied:
-    """Make a run of a draw, `values`, whose names are of `varying`.
+    """Make a run of a draw, `values`; ConfigError where a name cannot vary or a value is refused.
 
-    `plant` is what moves where nothing varies. `offset` is how far to the left of the path it
-    starts where that does not vary [m], as `popsteer.sim.default_start` has it. Raises ConfigError
-    where a name cannot vary with this plant, or a value is out of its range.
+    `offset` is how far to the left of the path it starts where that does not vary [m].
     """
     known = varying(plant)
     for name in values:
         if name not in known:
             raise ConfigError.unknown("quantity that varies", name, known)
     moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *_START)})
-    away = values.get("start_offset", offset)
-    x, y, yaw = default_start(path, away, moved.vehicle)
+    x, y, yaw = default_start(path, values.get("start_offset", offset), moved.vehicle)
     seen = {field: values[name] for name, field in _NOISE.items() if name in values}
     return Varied(
         moved,
@@ -133,15 +123,15 @@ def varied(
 def _moved(plant: Any, values: Mapping[str, float]) -> Any:  # noqa: ANN401 - any kind of plant
     if not values:
         return plant
-    if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        fields = plant.vehicle.as_dict()
-        own = {name: value for name, value in values.items() if name not in fields}
-        of_vehicle = {name: value for name, value in values.items() if name in fields}
+    core = isinstance(plant, CarlaIdentified | KinematicBicycle)
+    fields = plant.vehicle.as_dict() if core else _STEERING
+    own = {name: value for name, value in values.items() if name not in fields}
+    of_vehicle = {name: value for name, value in values.items() if name in fields}
+    if core:
         return plant.replace(vehicle=plant.vehicle.replace(**of_vehicle), **own)
-    own = {name: value for name, value in values.items() if name not in _STEERING}
     if own:
         plant = plant.with_params(plant.params.replace(**own))
-    if len(own) < len(values):
+    if of_vehicle:
         now = {name: getattr(plant.vehicle, name) for name in _STEERING}
-        plant = plant.with_steering(**{k: values.get(k, v) for k, v in now.items()})
+        plant = plant.with_steering(**(now | of_vehicle))
     return plant

@@ -37,10 +37,7 @@ _FIRST = (-181.3353, 80.5399)
 
 
 def is_authors_path(path: Path) -> bool:
-    """Whether the paper's figures were measured on a path.
-
-    It is, where number of waypoints, length and first waypoint are those of the authors' file.
-    """
+    """Whether the paper's figures were measured on a path: number, length and first waypoint."""
     return (
         len(path) == _WAYPOINTS
         and not path.closed

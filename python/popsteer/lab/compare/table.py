@@ -56,10 +56,7 @@ def notes(comparison: Comparison) -> list[str]:
 
 
 def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
-    """Set out the figures of a comparison; the best one of a column is bold.
-
-    Where one table would not fit into `width` characters, there are two.
-    """
+    """Set out the figures of a comparison, the best of a column bold; two tables if not `width`."""
     more = _more(comparison.first.settings.settling_time)
     if comparison.step_times:
         more.append(_step_time(comparison.step_times))
@@ -114,25 +111,29 @@ def _best(comparison: Comparison, column: _Column) -> float | None:
     return min((value for value in values if value is not None), default=None)
 
 
-def _paper_cross_track(run: Run) -> float | None:
-    return PAPER[run.law].mean_abs_cross_track_error if run.law in PAPER else None
+def _metric(head: str, name: str, form: str, scale: float = 1.0) -> _Column:
+    """Make a column of a figure of `popsteer.sim.Metrics` that is the better the less it is."""
+    return _Column(head, lambda run: scale * getattr(run.metrics, name), form, ranked=True)
 
 
-def _paper_heading(run: Run) -> float | None:
-    return PAPER[run.law].mean_abs_heading_error if run.law in PAPER else None
+def _of_paper(name: str) -> Callable[[Run], float | None]:
+    return lambda run: getattr(PAPER.get(run.law), name, None)
 
 
 def _ratio(run: Run) -> float | None:
-    paper = _paper_cross_track(run)
-    return None if paper is None else run.metrics.mean_abs_cross_track_error / paper
+    paper = PAPER.get(run.law)
+    if paper is None:
+        return None
+    return run.metrics.mean_abs_cross_track_error / paper.mean_abs_cross_track_error
 
 
+_CROSS, _HEADING = "mean_abs_cross_track_error", "mean_abs_heading_error"
 _AGAINST_PAPER = [
-    _Column("mean\n|e|\n[m]", lambda r: r.metrics.mean_abs_cross_track_error, ".4f", ranked=True),
-    _Column("paper\n\n[m]", _paper_cross_track, ".4f", of_paper=True),
+    _metric("mean\n|e|\n[m]", _CROSS, ".4f"),
+    _Column("paper\n\n[m]", _of_paper(_CROSS), ".4f", of_paper=True),
     _Column("ratio\n\n", _ratio, ".2f", of_paper=True),
-    _Column("mean\n|ψe|\n[rad]", lambda r: r.metrics.mean_abs_heading_error, ".4f", ranked=True),
-    _Column("paper\n\n[rad]", _paper_heading, ".4f", of_paper=True),
+    _metric("mean\n|ψe|\n[rad]", _HEADING, ".4f"),
+    _Column("paper\n\n[rad]", _of_paper(_HEADING), ".4f", of_paper=True),
 ]
 
 
@@ -143,28 +144,14 @@ def _step_time(times: Mapping[str, float]) -> _Column:
 
 
 def _more(settling_time: float) -> list[_Column]:
-    settled = f"after\n{settling_time:g} s\n[m]"
+    degrees = math.degrees(1.0)
     return [
-        _Column("rms\ne\n[m]", lambda r: r.metrics.rms_cross_track_error, ".3f", ranked=True),
-        _Column("max\n|e|\n[m]", lambda r: r.metrics.max_abs_cross_track_error, ".2f", ranked=True),
-        _Column(
-            settled, lambda r: r.metrics.settled_mean_abs_cross_track_error, ".4f", ranked=True
-        ),
-        _Column(
-            "rear\naxle\n[m]",
-            lambda r: r.metrics.rear_axle_mean_abs_cross_track_error,
-            ".4f",
-            ranked=True,
-        ),
-        _Column(
-            "max\n|δ|\n[deg]", lambda r: math.degrees(r.metrics.max_abs_steer), ".1f", ranked=True
-        ),
-        _Column(
-            "rms\nδ rate\n[deg/s]",
-            lambda r: math.degrees(r.metrics.rms_steer_rate),
-            ".1f",
-            ranked=True,
-        ),
+        _metric("rms\ne\n[m]", "rms_cross_track_error", ".3f"),
+        _metric("max\n|e|\n[m]", "max_abs_cross_track_error", ".2f"),
+        _metric(f"after\n{settling_time:g} s\n[m]", f"settled_{_CROSS}", ".4f"),
+        _metric("rear\naxle\n[m]", f"rear_axle_{_CROSS}", ".4f"),
+        _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", degrees),
+        _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", degrees),
         _Column("time\n\n[s]", lambda r: r.metrics.time, ".1f"),
         _Column("fin-\nished\n", lambda r: float(r.metrics.finished), ""),
     ]

@@ -68,42 +68,26 @@ def identified_table(found: Identification, given: Vehicle | None = None) -> Tab
     add_numbers(table, "found", "± error", *(() if given is None else ("given",)))
     table.add_column("", no_wrap=True)
 
-    def add(
-        head: str,
-        unit: str,
-        value: float | None,
-        error: float | None,
-        before: float | None,
-        scale: float = 1.0,
-    ) -> None:
+    def add(row: _Row, value: float | None, error: float | None, before: float | None) -> None:
         cells = "–", ""
         if value is not None and error is not None:
-            cells = with_error(scale * value, scale * error)
-        earlier = "none" if before is None else f"{scale * before:.4g}"
-        table.add_row(head, *cells, *(() if given is None else (earlier,)), unit)
+            cells = with_error(row.scale * value, row.scale * error)
+        earlier = "none" if before is None else f"{row.scale * before:.4g}"
+        table.add_row(row.head, *cells, *(() if given is None else (earlier,)), row.unit)
 
     for row in _ROWS:
         value, error = getattr(found.vehicle, row.field), found.errors.get(row.field)
-        before = None if given is None else getattr(given, row.field)
-        if error is None and before is None and row.field not in found.unknown:
-            continue
-        add(row.head, row.unit, value, error, before, row.scale)
+        before = getattr(given, row.field, None)
+        if error is not None or before is not None or row.field in found.unknown:
+            add(row, value, error, before)
     table.add_section()
-    add(
-        f"turning length at {found.speed:.1f} m/s",
-        "m",
-        found.turning_length,
-        found.turning_length_error,
-        None if given is None else given.turning_length(found.speed),
-    )
-    add(
-        "dead time and lag together",
-        "ms",
-        found.delay,
-        found.delay_error,
-        None if given is None else given.dead_time + given.steer_lag,
-        1e3,
-    )
+    length = delay = None
+    if given is not None:
+        length, delay = given.turning_length(found.speed), given.dead_time + given.steer_lag
+    turning = _Row("", f"turning length at {found.speed:.1f} m/s", "m")
+    add(turning, found.turning_length, found.turning_length_error, length)
+    both = _Row("", "dead time and lag together", "ms", 1e3)
+    add(both, found.delay, found.delay_error, delay)
     return table
 
 

@@ -50,34 +50,31 @@ def matrix_caption(found: Matrix) -> str:
 
 
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
-    """Set out what was measured, a row for each controller on each plant and track.
+    """Set out a row for each controller on each plant and track, in a table as wide as `width`.
 
-    Where one table would not fit into `width` characters, each plant has its own.
+    Where one would not fit, each plant has its own.
     """
     shown = list(rows(found))
     if width >= WIDE:
-        return [_table(shown, "plant")]
+        return [_table(shown)]
     plants = dict.fromkeys(row.plant for row in shown)
-    return [
-        _table([row for row in shown if row.plant == plant], f"plant {plant}") for plant in plants
-    ]
+    return [_table([row for row in shown if row.plant == plant], plant) for plant in plants]
 
 
-def _table(shown: Sequence[Row], title: str) -> Table:
+def _table(shown: Sequence[Row], plant: str | None = None) -> Table:
     """Set out some rows: with a column for the plant, or with the plant as the title."""
-    column = title == "plant"
-    table = blank_table(2 if column else 1)
-    if not column:
-        table.title, table.title_justify, table.title_style = title, "left", "bold"
-    if column:
+    table = blank_table(2 if plant is None else 1)
+    if plant is None:
         add_names(table, "plant", (row.plant for row in shown))
+    else:
+        table.title, table.title_justify, table.title_style = f"plant {plant}", "left", "bold"
     add_names(table, "track", (row.track for row in shown))
     add_names(table, "controller", (title_of(row.law) for row in shown))
     add_numbers(table, "mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished")
     for row in shown:
         figures = row.metrics
         table.add_row(
-            *((row.plant,) if column else ()),
+            *((row.plant,) if plant is None else ()),
             row.track,
             title_of(row.law),
             f"{figures.mean_abs_cross_track_error:.4f}",
@@ -100,13 +97,7 @@ def matrix_notes(found: Matrix) -> list[str]:
 
 
 def matrix_files(found: Matrix) -> dict[str, bytes]:
-    """Compute the files, by name.
-
-    They are ``matrix.csv`` (a row for each controller on each plant and track), ``matrix.json``
-    (all their metrics), ``matrix.md`` (the errors after settling, a column for each controller; of
-    runs that did not finish in brackets), and ``matrix`` as ``.png`` and ``.svg``, the figure of
-    error against step time, for a light and, as ``-dark``, for a dark background.
-    """
+    """Compute the files, by the names of `FILES`."""
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.matrix.figures import matrix_figure
 
@@ -137,10 +128,7 @@ def _csv(found: Matrix) -> str:
 def _markdown(found: Matrix) -> str:
     """Set out the errors after settling, and what a step takes on an average plant and track."""
     names = list(found.comparisons[0].runs)
-    lines = [
-        ["plant", "track", *map(title_of, names)],
-        ["---", "---", *["--:"] * len(names)],
-    ]
+    lines = [["plant", "track", *map(title_of, names)], ["---", "---", *["--:"] * len(names)]]
     for each in found.comparisons:
         cells = [_error(run.metrics) for run in each.runs.values()]
         lines.append([each.plant, each.track, *cells])

@@ -72,10 +72,7 @@ class Watching:
         *,
         applied_steer: float,  # noqa: ARG002 - as the controllers of popsteer have it
     ) -> Watched:
-        """Answer a row of the log.
-
-        Raises OwnCodeError, with the traceback, where the controller raises.
-        """
+        """Answer a row of the log; OwnCodeError, with its traceback, if the controller raises."""
         try:
             command = self._own.step(x, y, yaw, speed, dt)
             steer = float(getattr(command, "steer", command))
@@ -189,46 +186,39 @@ def run(
     for name, params in tuning.items():
         own_code = name not in controllers.names() and own.is_named("controller", name)
         kind: Any = partial(Watching, name) if own_code else controllers.get(name).controller
-        shadows[name] = _shadow(log, name, kind, params, vehicle, path, adapt, progress)
+        make = partial(kind, vehicle=vehicle, params=params, adapt=adapt)
+        followed, places = path, None
+        if followed is None:
+            # Where the tracked point lies is known to the controller alone.
+            somewhere = make(Path([(0.0, 0.0), (1.0, 0.0)]))
+            followed, places = _own(log, float(somewhere.tracked_point), vehicle.wheelbase)
+        shadows[name] = _shadow(log, name, make, followed, places, progress)
     return Replay(log=log, vehicle=vehicle, shadows=shadows, course=course)
 
 
 def _shadow(
     log: Log,
     name: str,
-    kind: Any,  # noqa: ANN401 - makes one of several classes
-    params: controllers.Params | None,
-    vehicle: Vehicle,
-    path: Path | None,
-    adapt: AdaptParams | Literal["auto"] | None,
+    make: Callable[[Path], Any],
+    path: Path,
+    places: NDArray[np.int64] | None,
     progress: Callable[[str, float], object] | None,
 ) -> Shadow:
-    places: NDArray[np.int64] | None = None
-    if path is None:
-        # Where the tracked point lies is known to the controller alone.
-        somewhere = kind(Path([(0.0, 0.0), (1.0, 0.0)]), vehicle, params)
-        path, places = _own(log, float(somewhere.tracked_point), vehicle.wheelbase)
+    """Let a controller watch; `places` are the waypoints to find where laps could overlap."""
     count = len(log)
     steer, cross, heading = np.empty(count), np.empty(count), np.empty(count)
     status = np.empty(count, dtype=np.uint32)
-    rows = zip(
-        log.x.tolist(),
-        log.y.tolist(),
-        log.yaw.tolist(),
-        log.speed.tolist(),
-        log.steps.tolist(),
-        # The angle applied since the row before; at the first row, the angle of that row.
-        [log.steer[0], *log.steer[:-1].tolist()],
-        strict=True,
-    )
+    states = np.column_stack((log.x, log.y, log.yaw, log.speed, log.steps)).tolist()
+    # The angle applied since the row before; at the first row, the angle of that row.
+    applied = [log.steer[0], *log.steer[:-1].tolist()]
     begins = {0, *log.gaps}
     controller: Any = None
-    for k, (x, y, yaw, speed, dt, applied) in enumerate(rows):
+    for k, (state, angle) in enumerate(zip(states, applied, strict=True)):
         if k in begins:
-            controller = kind(path, vehicle, params, adapt=adapt)
+            controller = make(path)
             if places is not None:
                 _place(controller, int(places[k]))
-        command = controller.step_or_hold(x, y, yaw, speed, dt, applied_steer=applied)
+        command = controller.step_or_hold(*state, applied_steer=angle)
         steer[k], status[k] = command.steer, int(command.status)
         cross[k], heading[k] = command.cross_track_error, command.heading_error
         if progress is not None and k % 512 == 0:

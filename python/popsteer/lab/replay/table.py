@@ -46,10 +46,8 @@ def replay_table(found: Replay) -> Table:
     )
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
-        table.add_row(
-            title_of(shadow.name),
-            *(f"{figures[key]:.{places}f}" for key, places in _SHOWN.items()),
-        )
+        cells = (f"{figures[key]:.{places}f}" for key, places in _SHOWN.items())
+        table.add_row(title_of(shadow.name), *cells)
     return table
 
 
@@ -88,14 +86,12 @@ def summary_csv(found: Replay) -> str:
 def replay_csv(found: Replay) -> str:
     """Write what the controllers would have done as CSV, a row for each row of the log."""
     bits = " | ".join(f"{int(each)} {each}" for each in Status if each)
-    columns: dict[str, list[float]] = {
-        name: values.tolist() for name, values in found.log.as_dict().items()
-    }
+    columns = dict(found.log.as_dict())
     for shadow in found.shadows.values():
         for quantity in ("steer", "cross_track_error", "heading_error", "status"):
-            columns[f"{shadow.name}.{quantity}"] = getattr(shadow, quantity).tolist()
+            columns[f"{shadow.name}.{quantity}"] = getattr(shadow, quantity)
     comment = f"SI units and radians; steer: the driver's; status: bits: {bits}"
-    rows = zip(*columns.values(), strict=True)
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     return csv_text([comment], columns, (map(repr, row) for row in rows))
 
 

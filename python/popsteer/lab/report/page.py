@@ -78,9 +78,7 @@ def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
     """Put a page together: HTML in UTF-8, at most `LARGEST` bytes.
 
     Where all samples are too many to draw or to carry, every second one is kept, or every fourth
-    and so on, and the page says so. `library` gives the source of plotly; that of the installed
-    package by default. Raises PopsteerError where the page is too large even so, and
-    ModuleNotFoundError where Plotly, which the extra ``lab`` brings, is not installed.
+    and so on, and the page says so. `library` gives the source of plotly.
     """
     plotly = deflated((_plotly if library is None else library)().encode())
     points = max((scene.points for scene in page.scenes), default=0)

@@ -72,8 +72,7 @@ class Score(NamedTuple):
     def effort_ratio(self, usual: Score) -> float:
         """Tell how many times as much the wheels move as with another tuning, `usual`.
 
-        It is the ratio of the mean efforts, or that of the unvaried car on a track where it is
-        greater.
+        It is the ratio of the mean efforts, or that of the unvaried car on a track if greater.
         """
         nominal = [self.efforts[k][0] / max(usual.efforts[k][0], 1e-9) for k in self.efforts]
         return max(self.effort / max(usual.effort, 1e-9), *nominal)
