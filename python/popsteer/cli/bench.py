@@ -7,6 +7,7 @@ from typing import Annotated
 
 from popsteer import lab
 from popsteer.cli import options
+from popsteer.cli.options import optional
 from popsteer.files import check_folder
 
 HELP = """\
@@ -30,7 +31,7 @@ def bench(
     *,
     yardsticks: Annotated[
         Path | None,
-        options.optional(
+        optional(
             "DIR",
             "Folder with the files of the yardsticks. The default is benches/yardsticks, if it"
             " exists.",

@@ -13,6 +13,7 @@ from popsteer import lab, presets, sim
 from popsteer._core import AdaptParams, Vehicle
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
+from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files
@@ -115,19 +116,18 @@ def compare(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     set_run: Annotated[
-        list[str] | None,
-        options.optional("NAME=VALUE", "Set a parameter of the run. Can be repeated."),
+        list[str] | None, optional("NAME=VALUE", "Set a parameter of the run. Can be repeated.")
     ] = None,
     replay_run: Annotated[
         str | None,
-        options.optional(
+        optional(
             "FILE:RUN",
             "Drive one run of a popsteer sweep's FILE again, equal to the last bit."
             " Only --out and --report go with it.",
         ),
     ] = None,
     step_time: Annotated[
-        bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
+        bool, flag("--step-time", "Measure the time of a control step as well.")
     ] = False,
     record: options.Record = None,
     out: options.Out = None,

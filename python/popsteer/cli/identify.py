@@ -11,6 +11,7 @@ import typer
 from popsteer import lab, vehicles
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options, outputs
+from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.files import write_files_atomic
 from popsteer.identification import Identification
@@ -42,7 +43,7 @@ def identify(
     log: logs.Log,
     out: Annotated[
         Path | None,
-        options.optional(
+        optional(
             "FILE",
             "File for the vehicle, *.toml, as popsteer.Vehicle.load and --vehicle read it. The"
             " figure is drawn beside it; FILE.json has what was found, FILE-motion.csv the measured"
@@ -51,7 +52,7 @@ def identify(
     ] = None,
     vehicle: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAME|FILE",
             "What is known of the vehicle already: a file *.toml,"
             f" {', '.join(vehicles.names())}, or a plant's. What the log does not show stays.",

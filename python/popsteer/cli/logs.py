@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from popsteer import logs
-from popsteer.cli import options
+from popsteer.cli.options import optional
 from popsteer.errors import ConfigError
 from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
@@ -24,19 +24,17 @@ Log: TypeAlias = Annotated[
 ]
 Column: TypeAlias = Annotated[
     list[str] | None,
-    options.optional(
+    optional(
         "NAME=COLUMN", f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}."
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    options.optional(
-        "NAME=TOPIC", "The topic of a bag; NAME of odometry, steer. By type, if left out."
-    ),
+    optional("NAME=TOPIC", "The topic of a bag; NAME of odometry, steer. By type, if left out."),
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
-    options.optional(
+    optional(
         "NAME=UNIT",
         "The unit of a column: "
         + "; ".join(f"{name} in {', '.join(known)}" for name, known in UNITS.items())

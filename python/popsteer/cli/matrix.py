@@ -10,6 +10,7 @@ import typer
 
 from popsteer import lab, presets
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.controllers import names as own_names
 from popsteer.errors import ConfigError
@@ -56,9 +57,7 @@ def matrix(
     set_: options.Set = None,
     waypoints: Annotated[
         list[Path] | None,
-        options.optional(
-            "FILE", "Waypoints to follow as well, as compare's --waypoints. Can be repeated."
-        ),
+        optional("FILE", "Waypoints to follow as well, as compare's --waypoints. Can be repeated."),
     ] = None,
     tracks: options.Tracks = None,
     closed: options.Closed = False,
@@ -73,16 +72,13 @@ def matrix(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     suite: Annotated[
-        str | None,
-        options.optional("NAME", f"The suite to drive: {', '.join(lab.suite.names())}."),
+        str | None, optional("NAME", f"The suite to drive: {', '.join(lab.suite.names())}.")
     ] = None,
     scenarios: Annotated[
-        str | None,
-        options.optional("NAMES", f"Some of its scenarios: {', '.join(SCENARIOS)}."),
+        str | None, optional("NAMES", f"Some of its scenarios: {', '.join(SCENARIOS)}.")
     ] = None,
     conditions: Annotated[
-        str | None,
-        options.optional("NAMES", f"Some of its conditions: {', '.join(CONDITIONS)}."),
+        str | None, optional("NAMES", f"Some of its conditions: {', '.join(CONDITIONS)}.")
     ] = None,
     out: options.Out = None,
     report: options.Report = None,

@@ -38,33 +38,41 @@ def optional(metavar: str, text: str, *names: str) -> OptionInfo:
     return option
 
 
+def valued(metavar: str, text: str) -> OptionInfo:
+    """Describe an option whose default is shown."""
+    option: OptionInfo = typer.Option(metavar=metavar, help=text)
+    return option
+
+
+def flag(name: str, text: str) -> OptionInfo:
+    """Describe an option that takes no value."""
+    option: OptionInfo = typer.Option(name, help=text)
+    return option
+
+
 Controllers: TypeAlias = Annotated[
     str,
-    typer.Option(
-        metavar="NAMES",
-        help=f"The controllers, separated by commas: {', '.join(controller_names())}."
+    valued(
+        "NAMES",
+        f"The controllers, separated by commas: {', '.join(controller_names())}."
         f" mpc needs the extra 'mpc'. {_OWN}.",
     ),
 ]
 OwnControllers: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        metavar="NAMES",
-        help=f"The controllers, separated by commas: {', '.join(controllers.names())}.",
-    ),
+    str, valued("NAMES", f"The controllers, separated by commas: {', '.join(controllers.names())}.")
 ]
 Controller: TypeAlias = Annotated[
     str,
-    typer.Option(
-        metavar="NAME",
-        help=f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'. {_OWN}.",
+    valued(
+        "NAME",
+        f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'. {_OWN}.",
     ),
 ]
 Preset: TypeAlias = Annotated[
     str,
-    typer.Option(
-        metavar="NAME",
-        help=f"Tuning of the controllers: {', '.join(presets.names('pop'))}. 'paper' is the paper's"
+    valued(
+        "NAME",
+        f"Tuning of the controllers: {', '.join(presets.names('pop'))}. 'paper' is the paper's"
         " text, 'published-code' its authors' code. 'reproduction' takes for each controller the"
         " one that comes closer to the paper's table. preview-pop and mpc have one tuning only.",
     ),
@@ -84,9 +92,7 @@ Record: TypeAlias = Annotated[
         "Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify read.",
     ),
 ]
-Seed: TypeAlias = Annotated[
-    int, typer.Option(metavar="N", help="Where all draws come from, 0 to 2**64 - 1.")
-]
+Seed: TypeAlias = Annotated[int, valued("N", "Where all draws come from, 0 to 2**64 - 1.")]
 Set: TypeAlias = Annotated[
     list[str] | None,
     optional(
@@ -119,13 +125,9 @@ Tracks: TypeAlias = Annotated[
         f"Shipped tracks to follow, separated by commas: {_TRACKS}. The first is the default.",
     ),
 ]
-Closed: TypeAlias = Annotated[
-    bool, typer.Option("--closed", help="The last waypoint of FILE joins the first.")
-]
-Plant: TypeAlias = Annotated[str, typer.Option(metavar="NAME|FILE", help=f"The plant: {_PLANTS}")]
-Plants: TypeAlias = Annotated[
-    str, typer.Option(metavar="NAMES", help=f"The plants, separated by commas: {_PLANTS}")
-]
+Closed: TypeAlias = Annotated[bool, flag("--closed", "The last waypoint of FILE joins the first.")]
+Plant: TypeAlias = Annotated[str, valued("NAME|FILE", f"The plant: {_PLANTS}")]
+Plants: TypeAlias = Annotated[str, valued("NAMES", f"The plants, separated by commas: {_PLANTS}")]
 OwnPlant: TypeAlias = Annotated[
     str | None,
     optional(
@@ -157,9 +159,7 @@ SetVehicle: TypeAlias = Annotated[
         " limit. Can be repeated.",
     ),
 ]
-NoAdapt: TypeAlias = Annotated[
-    bool, typer.Option("--no-adapt", help="Switch the controllers' estimation off.")
-]
+NoAdapt: TypeAlias = Annotated[bool, flag("--no-adapt", "Switch the controllers' estimation off.")]
 Start: TypeAlias = Annotated[
     str | None,
     optional(
@@ -171,9 +171,9 @@ Start: TypeAlias = Annotated[
 ]
 StartAt: TypeAlias = Annotated[
     str,
-    typer.Option(
-        metavar="pose|rear|front",
-        help="The point that --start is the pose of: the vehicle's point, the rear axle or the"
+    valued(
+        "pose|rear|front",
+        "The point that --start is the pose of: the vehicle's point, the rear axle or the"
         " front axle.",
     ),
 ]
@@ -215,7 +215,7 @@ SetLongitudinal: TypeAlias = Annotated[
 ]
 DEFAULT_DT = Settings().dt
 """The paper's control period [s]."""
-Dt: TypeAlias = Annotated[float, typer.Option(metavar="SECONDS", help="Control period.")]
+Dt: TypeAlias = Annotated[float, valued("SECONDS", "Control period.")]
 Out: TypeAlias = Annotated[
     Path | None, optional("DIR", "Folder to write the files to. It is created if it is missing.")
 ]

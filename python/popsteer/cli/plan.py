@@ -13,6 +13,7 @@ from popsteer import planning
 from popsteer._core import Path
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
+from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
@@ -51,48 +52,39 @@ def plan(
             " negative where it is driven backwards.",
         ),
     ],
-    closed: Annotated[
-        bool, typer.Option("--closed", help="The last waypoint joins the first.")
-    ] = False,
+    closed: Annotated[bool, flag("--closed", "The last waypoint joins the first.")] = False,
     vehicle: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAME|FILE",
             "The vehicle: a file *.toml as popsteer.Vehicle.save writes it, or the name of a"
             " vehicle or of a plant.",
         ),
     ] = None,
     set_vehicle: options.SetVehicle = None,
-    set_: Annotated[
-        list[str] | None, options.optional("NAME=VALUE", "Set a limit.", "--set")
-    ] = None,
+    set_: Annotated[list[str] | None, optional("NAME=VALUE", "Set a limit.", "--set")] = None,
     driving: Annotated[
-        str | None,
-        options.optional("V:A,...", "Largest driving acceleration [m/s²] over speed [m/s]."),
+        str | None, optional("V:A,...", "Largest driving acceleration [m/s²] over speed [m/s].")
     ] = None,
     braking: Annotated[
-        str | None,
-        options.optional("V:A,...", "Largest braking deceleration [m/s²] over speed [m/s]."),
+        str | None, optional("V:A,...", "Largest braking deceleration [m/s²] over speed [m/s].")
     ] = None,
     speed_limit: Annotated[
         list[str] | None,
-        options.optional(
-            "FROM:TO:SPEED", "Speed limit [m/s] between two distances along the path [m]."
-        ),
+        optional("FROM:TO:SPEED", "Speed limit [m/s] between two distances along the path [m]."),
     ] = None,
     keep_speeds: Annotated[
-        bool, typer.Option("--keep-speeds", help="The speeds of WAYPOINTS are limits too.")
+        bool, flag("--keep-speeds", "The speeds of WAYPOINTS are limits too.")
     ] = False,
     smooth: Annotated[
         float | None,
-        options.optional(
-            "METRES",
-            "First make a smooth path of recorded waypoints, at most this far from them.",
+        optional(
+            "METRES", "First make a smooth path of recorded waypoints, at most this far from them."
         ),
     ] = None,
     out: Annotated[
         FilePath | None,
-        options.optional("FILE", "File for the course, CSV. The figure is drawn beside it."),
+        optional("FILE", "File for the course, CSV. The figure is drawn beside it."),
     ] = None,
 ) -> None:
     """Find the fastest speeds along a path."""

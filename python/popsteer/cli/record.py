@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from popsteer.cli import options, ros2_options
+from popsteer.cli import ros2_options
+from popsteer.cli.options import optional
 
 HELP = """\
 Record the topics of "popsteer ros2" as MCAP, without ROS: odometry, path, commands, the intended
@@ -34,7 +35,7 @@ def record(
     path_type: ros2_options.PathType = None,
     command_type: ros2_options.CommandType = None,
     autoware: ros2_options.Autoware = False,
-    seconds: Annotated[float | None, options.optional("S", "Record for so long.")] = None,
+    seconds: Annotated[float | None, optional("S", "Record for so long.")] = None,
     domain: ros2_options.Domain = None,
     localhost: ros2_options.Localhost = False,
     timeout: ros2_options.Timeout = 10.0,

@@ -11,6 +11,7 @@ import typer
 from popsteer import lab, own, presets, vehicles
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.assignments import assigned
+from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
@@ -44,16 +45,16 @@ def replay(
     log: logs.Log,
     vehicle: Annotated[
         str,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The vehicle that the controllers are given: a file *.toml, as identify writes it,"
+        valued(
+            "NAME|FILE",
+            "The vehicle that the controllers are given: a file *.toml, as identify writes it,"
             f" {', '.join(vehicles.names())}, or a plant's.",
         ),
     ] = "paper",
     set_vehicle: options.SetVehicle = None,
     controllers: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAMES",
             f"The controllers, of {', '.join(controller_names())}, or your own as compare has them."
             f" By default {_DEFAULT}, or"
@@ -64,7 +65,7 @@ def replay(
     preset: options.Preset = "default",
     set_: Annotated[
         list[str] | None,
-        options.optional("NAME=VALUE", "Set a parameter of each of the controllers.", "--set"),
+        optional("NAME=VALUE", "Set a parameter of each of the controllers.", "--set"),
     ] = None,
     no_adapt: options.NoAdapt = False,
     waypoints: options.Waypoints = None,

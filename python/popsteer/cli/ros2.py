@@ -6,10 +6,9 @@ from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from popsteer import controllers
 from popsteer.cli import inputs, options, ros2_options
+from popsteer.cli.options import flag, valued
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -59,16 +58,15 @@ def ros2(
     *,
     vehicle: Annotated[
         str,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The vehicle: a file *.toml as popsteer.Vehicle.save and popsteer identify write"
+        valued(
+            "NAME|FILE",
+            "The vehicle: a file *.toml as popsteer.Vehicle.save and popsteer identify write"
             " it, or a name.",
         ),
     ],
     set_vehicle: options.SetVehicle = None,
     controller: Annotated[
-        str,
-        typer.Option(metavar="NAME", help=f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}."),
+        str, valued("NAME", f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}.")
     ] = "preview-pop",
     preset: options.Preset = "default",
     params: options.Params = None,
@@ -76,39 +74,31 @@ def ros2(
     no_adapt: options.NoAdapt = False,
     max_speed: Annotated[
         float,
-        typer.Option(
-            metavar="M/S",
-            help="Go no faster than this, whatever the path and the vehicle allow. A nav_msgs/Path"
+        valued(
+            "M/S",
+            "Go no faster than this, whatever the path and the vehicle allow. A nav_msgs/Path"
             " has no speeds: it is driven as fast as this and the vehicle's limits allow.",
         ),
     ] = 5.0,
-    rate: Annotated[float, typer.Option(metavar="HZ", help="Control steps a second.")] = 50.0,
-    stale: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Odometry older than this is not steered by.")
-    ] = 0.3,
+    rate: Annotated[float, valued("HZ", "Control steps a second.")] = 50.0,
+    stale: Annotated[float, valued("SECONDS", "Odometry older than this is not steered by.")] = 0.3,
     hold: Annotated[
         float,
-        typer.Option(
-            metavar="SECONDS",
-            help="How long the last command is held before the node brakes to a stand.",
-        ),
+        valued("SECONDS", "How long the last command is held before the node brakes to a stand."),
     ] = 0.2,
     keep_path: Annotated[
         float,
-        typer.Option(
-            metavar="SECONDS",
-            help="How long the last path stays in force where those after it cannot be used.",
+        valued(
+            "SECONDS", "How long the last path stays in force where those after it cannot be used."
         ),
     ] = 1.0,
     topic: ros2_options.Topic = None,
     path_type: ros2_options.PathType = None,
     command_type: ros2_options.CommandType = None,
     autoware: ros2_options.Autoware = False,
-    sim_time: Annotated[
-        bool, typer.Option("--sim-time", help="Time is that of the topic clock.")
-    ] = False,
+    sim_time: Annotated[bool, flag("--sim-time", "Time is that of the topic clock.")] = False,
     closed: Annotated[
-        bool, typer.Option("--closed", help="The last point of each path joins its first.")
+        bool, flag("--closed", "The last point of each path joins its first.")
     ] = False,
     domain: ros2_options.Domain = None,
     localhost: ros2_options.Localhost = False,

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import typer
 
-from popsteer.cli import logs, options
+from popsteer.cli import logs
+from popsteer.cli.options import flag, optional, valued
 from popsteer.errors import ConfigError
 from popsteer.extras import require
 
@@ -24,42 +25,38 @@ _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_F
 
 Domain: TypeAlias = Annotated[
     int | None,
-    options.optional(
-        "ID", "DDS domain, 0 to 232. The default is that of ROS_DOMAIN_ID, or else 0."
-    ),
+    optional("ID", "DDS domain, 0 to 232. The default is that of ROS_DOMAIN_ID, or else 0."),
 ]
 Localhost: TypeAlias = Annotated[
     bool,
-    typer.Option(
-        "--localhost", help="Stay on this machine, as with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST."
-    ),
+    flag("--localhost", "Stay on this machine, as with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST."),
 ]
 Autoware: TypeAlias = Annotated[
-    bool, typer.Option("--autoware", help="Autoware's messages and names of topics.")
+    bool, flag("--autoware", "Autoware's messages and names of topics.")
 ]
 PathType: TypeAlias = Annotated[
     str | None,
-    options.optional(
+    optional(
         "path|trajectory", "What the path is: nav_msgs/Path, the default, or Autoware's Trajectory."
     ),
 ]
 CommandType: TypeAlias = Annotated[
     str | None,
-    options.optional(
+    optional(
         "ackermann|control|twist|twist-stamped",
         "What the command is: AckermannDriveStamped, the default, Autoware's Control, or a Twist.",
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    options.optional(
+    optional(
         "NAME=TOPIC",
         "Another topic for odometry, path, command, predicted, diagnostics or clock. Can be"
         " repeated.",
     ),
 ]
 RosArgs: TypeAlias = Annotated[
-    bool, typer.Option("--ros-args", help="What follows is as ROS's launch files write it.")
+    bool, flag("--ros-args", "What follows is as ROS's launch files write it.")
 ]
 Remap: TypeAlias = Annotated[
     list[str] | None,
@@ -85,9 +82,7 @@ ParamsFile: TypeAlias = Annotated[
     list[str] | None,
     typer.Option("--params-file", metavar="FILE", help="A YAML file of ROS parameters."),
 ]
-Timeout: TypeAlias = Annotated[
-    float, typer.Option(metavar="SECONDS", help="How long to wait for the first messages.")
-]
+Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
 
 
 def stop_on_signals() -> Callable[[], bool]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from popsteer import lab, vehicles
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.lab.stability.runs import DEFAULT_SPEEDS
@@ -42,14 +41,12 @@ def stability(
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
-    speeds: Annotated[
-        str, typer.Option(metavar="M/S", help="Speeds, separated by commas.")
-    ] = _SPEEDS,
+    speeds: Annotated[str, valued("M/S", "Speeds, separated by commas.")] = _SPEEDS,
     vehicle: Annotated[
         str,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The vehicle that the controllers are given: a file *.toml as"
+        valued(
+            "NAME|FILE",
+            "The vehicle that the controllers are given: a file *.toml as"
             f" popsteer.Vehicle.save writes it, {', '.join(vehicles.names())}, or the vehicle of a"
             " plant.",
         ),
@@ -57,7 +54,7 @@ def stability(
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAME|FILE",
             "The real vehicle, named as --vehicle names it. The default is the one that the"
             " controllers are given.",
@@ -65,7 +62,7 @@ def stability(
     ] = None,
     set_plant: Annotated[
         list[str] | None,
-        options.optional("NAME=VALUE", "Set a field of the real vehicle alone. Can be repeated."),
+        optional("NAME=VALUE", "Set a field of the real vehicle alone. Can be repeated."),
     ] = None,
     no_adapt: options.NoAdapt = False,
     dt: options.Dt = options.DEFAULT_DT,

@@ -10,6 +10,7 @@ import typer
 
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.files import write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
@@ -47,7 +48,7 @@ def sweep(
     *,
     controller: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAME",
             "The controller, as compare has them. The default is that of --params, or else"
             f" {inputs.DEFAULT_CONTROLLER}.",
@@ -65,17 +66,13 @@ def sweep(
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
     vary: Annotated[
-        list[str] | None,
-        options.optional("NAME=DISTRIBUTION", "Let a quantity vary. Can be repeated."),
+        list[str] | None, optional("NAME=DISTRIBUTION", "Let a quantity vary. Can be repeated.")
     ] = None,
     distributions: options.Distributions = None,
-    runs: Annotated[int, typer.Option(metavar="N", help="How many runs.")] = 1000,
+    runs: Annotated[int, valued("N", "How many runs.")] = 1000,
     seed: options.Seed = 0,
     deviation: Annotated[
-        float,
-        typer.Option(
-            metavar="METRES", help="How far off the path a successful run may be, after settling."
-        ),
+        float, valued("METRES", "How far off the path a successful run may be, after settling.")
     ] = 0.5,
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
@@ -85,7 +82,7 @@ def sweep(
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
         int | None,
-        options.optional(
+        optional(
             "N",
             "How many threads drive, or processes where plant or controller are in Python."
             " The default is one a core.",
@@ -93,7 +90,7 @@ def sweep(
     ] = None,
     dask: Annotated[
         str | None,
-        options.optional(
+        optional(
             "ADDRESS",
             "Drive on a Dask cluster: the address of its scheduler, or local:N for N processes"
             " of its own. Needs the extra 'dask'.",
@@ -101,9 +98,7 @@ def sweep(
     ] = None,
     out: Annotated[
         Path | None,
-        options.optional(
-            "FILE", "File for the rows, *.parquet or *.csv. The figure is drawn beside it."
-        ),
+        optional("FILE", "File for the rows, *.parquet or *.csv. The figure is drawn beside it."),
     ] = None,
     report: options.Report = None,
     context: typer.Context,

@@ -9,6 +9,7 @@ import typer
 
 from popsteer import tracks
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.options import optional
 
 _HELP = """\
 List the tracks that come with popsteer, or write them as files.
@@ -32,7 +33,7 @@ def list_tracks(
     *,
     names: Annotated[
         str | None,
-        options.optional("NAMES", "The tracks, separated by commas; all by default.", "--tracks"),
+        optional("NAMES", "The tracks, separated by commas; all by default.", "--tracks"),
     ] = None,
     out: options.Out = None,
 ) -> None:

@@ -6,10 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from popsteer import controllers, lab, own
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import write_files_atomic
@@ -44,7 +43,7 @@ def tune(
     *,
     controller: Annotated[
         str | None,
-        options.optional(
+        optional(
             "NAME",
             f"The controller: {', '.join(controllers.names())}, or your own as compare has it."
             " The default is that of"
@@ -57,7 +56,7 @@ def tune(
     no_adapt: options.NoAdapt = False,
     search: Annotated[
         list[str] | None,
-        options.optional(
+        optional(
             "NAME=DISTRIBUTION",
             "A parameter to search, and where: uniform(LOW,HIGH) or loguniform(LOW,HIGH). Can"
             " be repeated. The default is a quarter to four times each of the main ones.",
@@ -65,9 +64,7 @@ def tune(
     ] = None,
     waypoints: Annotated[
         list[Path] | None,
-        options.optional(
-            "FILE", "Waypoints to tune on, as compare's --waypoints. Can be repeated."
-        ),
+        optional("FILE", "Waypoints to tune on, as compare's --waypoints. Can be repeated."),
     ] = None,
     tracks: options.Tracks = None,
     closed: options.Closed = False,
@@ -77,16 +74,14 @@ def tune(
     set_vehicle: options.SetVehicle = None,
     vary: Annotated[
         list[str] | None,
-        options.optional(
+        optional(
             "NAME=DISTRIBUTION",
             "What differs from car to car, as sweep has it. Can be repeated. The default is"
             " the steering.",
         ),
     ] = None,
     distributions: options.Distributions = None,
-    cars: Annotated[
-        int, typer.Option(metavar="N", help="How many cars that differ, beside the vehicle.")
-    ] = 7,
+    cars: Annotated[int, valued("N", "How many cars that differ, beside the vehicle.")] = 7,
     seed: options.Seed = 0,
     constant_speed: options.ConstantSpeed = None,
     longitudinal: options.Longitudinal = None,
@@ -94,30 +89,26 @@ def tune(
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
         int | None,
-        options.optional(
+        optional(
             "N",
             "How many trials there are to be in the end. The default is 100 where --seconds"
             " is not given.",
         ),
     ] = None,
-    seconds: Annotated[float | None, options.optional("S", "How long to search, at most.")] = None,
+    seconds: Annotated[float | None, optional("S", "How long to search, at most.")] = None,
     effort_limit: Annotated[
-        float,
-        typer.Option(
-            metavar="FACTOR", help="How many times the steering rate of before the tuning may take."
-        ),
+        float, valued("FACTOR", "How many times the steering rate of before the tuning may take.")
     ] = 1.1,
     storage: Annotated[
         str | None,
-        options.optional(
+        optional(
             "URL|FILE",
             "Where the trials are kept: any storage of Optuna, or a file for a journal. The"
             " default is a journal beside --out.",
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        options.optional("FILE", "File for the tuning, *.toml. The figure is drawn beside it."),
+        Path | None, optional("FILE", "File for the tuning, *.toml. The figure is drawn beside it.")
     ] = None,
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""
