@@ -85,14 +85,14 @@ def matrix(
     context: typer.Context,
 ) -> None:
     """Drive controllers on plants along tracks."""
-    names = inputs.names("--controllers", controllers)
     if suite is not None:
         options.check_alone(context, "--suite", _WITH_SUITE)
-        _suite(suite, names, (params, set_), plants, (scenarios, conditions), out, context)
+        _suite(context, suite, out)
         return
     for option, chosen in (("--scenarios", scenarios), ("--conditions", conditions)):
         if chosen is not None:
             raise ConfigError(option, chosen, "given with --suite")
+    names = inputs.names("--controllers", controllers)
     courses = inputs.courses(waypoints, tracks, closed=closed)
     outputs.check_folder(out, lab.matrix.table.FILES, report)
     with Progress() as progress:
@@ -113,11 +113,7 @@ def matrix(
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=inputs.longitudinal(
-                longitudinal,
-                set_longitudinal,
-                constant_speed,
-                courses,
-                movers.values(),
+                longitudinal, set_longitudinal, constant_speed, courses, movers.values()
             ),
             settings=Settings(dt=dt),
             progress=progress.update,
@@ -139,39 +135,28 @@ def matrix(
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())
 
 
-def _suite(
-    name: str,
-    chosen: list[str],
-    tuning: tuple[Path | None, list[str] | None],
-    plants: str,
-    parts: tuple[str | None, str | None],
-    out: Path | None,
-    context: typer.Context,
-) -> None:
+def _suite(context: typer.Context, name: str, out: Path | None) -> None:
     """Drive a suite: all popsteer's own controllers on its own plants by default."""
     if name not in lab.suite.names():
         raise ConfigError.unknown("suite", name, lab.suite.names())
-    if not options.is_given(context, "controllers"):
-        chosen = list(own_names())
-    outputs.check_folder(out, lab.suite.table.FILES)
-    movers = list(lab.suite.runs.PLANTS)
+    given = context.params
+    chosen, movers = list(own_names()), list(lab.suite.runs.PLANTS)
+    if options.is_given(context, "controllers"):
+        chosen = inputs.names("--controllers", given["controllers"])
     if options.is_given(context, "plants"):
-        movers = inputs.names("--plants", plants)
-    params, set_ = tuning
+        movers = inputs.names("--plants", given["plants"])
+    outputs.check_folder(out, lab.suite.table.FILES)
     usual = "default" if set(chosen) & set(own_names()) else presets.REPRODUCTION
-    given = inputs.tuned(chosen, usual, set_, no_adapt=False, params=params)
+    tuning = inputs.tuned(chosen, usual, given["set_"], no_adapt=False, params=given["params"])
     scenarios, conditions = (
-        None if each is None else [part.strip() for part in each.split(",")] for each in parts
+        None if given[key] is None else [part.strip() for part in given[key].split(",")]
+        for key in ("scenarios", "conditions")
     )
+    own = lab.suite.runs.SUITE_CAR
     with Progress() as progress:
         found = lab.suite.run(
-            given.params,
-            {
-                each: lab.suite.suite_car()
-                if each == lab.suite.runs.SUITE_CAR
-                else inputs.plant(each)
-                for each in movers
-            },
+            tuning.params,
+            {each: lab.suite.suite_car() if each == own else inputs.plant(each) for each in movers},
             scenarios=scenarios,
             conditions=conditions,
             progress=progress.update,

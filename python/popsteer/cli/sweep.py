@@ -107,6 +107,7 @@ def sweep(
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed)
+    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [course], [moved])
     job = lab.sweep.Job(
         course.path,
         name,
@@ -121,13 +122,7 @@ def sweep(
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
-        longitudinal=inputs.longitudinal(
-            longitudinal,
-            set_longitudinal,
-            constant_speed,
-            [course],
-            [moved],
-        ),
+        longitudinal=pedals,
         settings=Settings(dt=dt),
         course=course.name,
         label=label,

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from popsteer import controllers, lab, own
+from popsteer import controllers, lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
@@ -114,8 +114,6 @@ def tune(
     """Search for the parameters of a controller for a vehicle."""
     moved, given, _ = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
-    if name not in controllers.names() and not own.is_named("controller", name):
-        raise ConfigError.unknown("controller", name, controllers.names())
     base = tuning.params[name]
     wanted = lab.tune.usual_search(name, base, given)
     if search:
@@ -129,6 +127,7 @@ def tune(
         # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
     courses = inputs.courses(waypoints, tracks, closed=closed)
+    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
     problem = lab.tune.Problem(
         {each.name: each.path for each in courses},
         name,
@@ -141,13 +140,7 @@ def tune(
         vehicle=given,
         adapt=tuning.adapt,
         constant_speed=constant_speed,
-        longitudinal=inputs.longitudinal(
-            longitudinal,
-            set_longitudinal,
-            constant_speed,
-            courses,
-            [moved],
-        ),
+        longitudinal=pedals,
         settings=Settings(dt=dt),
     )
     kept: str | Path | None = storage

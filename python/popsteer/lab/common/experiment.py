@@ -15,7 +15,9 @@ from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
+
+    from numpy.typing import NDArray
 
     from popsteer._core import AdaptParams, Path, Vehicle
     from popsteer.controllers import Controller, Params
@@ -134,9 +136,11 @@ class Experiment:
         params: Params | MpcParams,
         road: Road,
         made: Varied,
+        seed: int,
         *,
         keep_records: bool = False,
-        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
+        keep_going: bool = False,
+        progress: Callable[[float], object] | None = None,
     ) -> Run:
         """Drive one run, from its plant, start and noise."""
         settings = Settings() if self.settings is None else self.settings
@@ -150,20 +154,42 @@ class Experiment:
             pedals=self.pedals,
             settings=settings.replace(keep_records=keep_records),
             noise=made.noise,
-            **how,
+            seed=seed,
+            keep_going=keep_going,
+            progress=progress,
         )
 
-    def drive_many(
+    def drive_each(
+        self,
+        params: Params | MpcParams,
+        runs: Iterable[tuple[Road, Varied, int]],
+        count: int,
+        progress: Callable[[float], object] | None,
+        *,
+        threads: int | None = None,
+        keep_going: bool = False,
+    ) -> list[dict[str, Any]]:
+        """Drive runs of so many; give the figures of `popsteer.sim.Metrics` of each, by name."""
+        if self.is_of_core:
+            columns = self._by_core(params, list(runs), threads=threads, progress=progress)
+            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+            return [dict(zip(columns, row, strict=True)) for row in rows]
+        found = []
+        for run in runs:
+            found.append(vars(self.drive_one(params, *run, keep_going=keep_going).metrics))
+            if progress is not None:
+                progress(len(found) / count)
+        return found
+
+    def _by_core(
         self,
         params: Params | MpcParams,
         runs: Sequence[tuple[Road, Varied, int]],
-        threads: int | None = None,
-        progress: Callable[[float], object] | None = None,
-    ) -> dict[str, list[Any]]:
-        """Drive runs by the core; give the figures of `popsteer.sim.Metrics`, a column each."""
+        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run_many` takes it
+    ) -> dict[str, NDArray[Any]]:
         roads = {id(road): road for road, _, _ in runs}
         drivers: Any = {key: self._driver(params, road) for key, road in roads.items()}
-        columns = sim.run_many(
+        return sim.run_many(
             [drivers[id(road)] for road, _, _ in runs],
             [made.plant for _, made, _ in runs],
             start=[made.start for _, made, _ in runs],
@@ -173,10 +199,8 @@ class Experiment:
             settings=self.settings,
             noise=[made.noise or sim.Noise() for _, made, _ in runs],
             seed=[seed for _, _, seed in runs],
-            threads=threads,
-            progress=progress,
+            **how,
         )
-        return {name: column.tolist() for name, column in columns.items()}
 
     def _driver(self, params: Params | MpcParams, road: Road) -> Controller | OwnSimpleController:
         return controller(self.controller, road[0], self.given, params, self.adapt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -35,15 +36,8 @@ class Theme(NamedTuple):
 
     def colours(self, names: Iterable[str]) -> dict[str, str]:
         """Give each controller a colour."""
-        chosen: dict[str, str] = {}
-        strangers = 0
-        for name in names:
-            if name in self.laws:
-                chosen[name] = self.laws[name]
-            else:
-                chosen[name] = self.others[strangers % len(self.others)]
-                strangers += 1
-        return chosen
+        others = cycle(self.others)
+        return {name: self.laws[name] if name in self.laws else next(others) for name in names}
 
     @property
     def settings(self) -> Any:  # noqa: ANN401 - matplotlib lists the keys, which change with it

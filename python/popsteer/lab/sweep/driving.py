@@ -46,18 +46,9 @@ def drive(
     >>> [row["success"] for row in drive(job, [0, 1])]
     [True, True]
     """
-    if job.is_of_core:
-        made = [(job.road, job.made(run), job.seed_of(run)) for run in runs]
-        columns = job.drive_many(job.params, made, threads, progress)
-        figures = [
-            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
-        ]
-    else:
-        figures = []
-        for done, run in enumerate(runs, start=1):
-            figures.append(vars(repeat(job, run, keep_records=False).metrics))
-            if progress is not None:
-                progress(done / len(runs))
+    made = ((job.road, job.made(run), job.seed_of(run)) for run in runs)
+    count = len(runs)
+    figures = job.drive_each(job.params, made, count, progress, threads=threads, keep_going=True)
     return [_row(job, run, each) for run, each in zip(runs, figures, strict=True)]
 
 
@@ -95,10 +86,10 @@ def repeat(
         job.params,
         job.road,
         job.made(run),
-        seed=job.seed_of(run),
+        job.seed_of(run),
         keep_records=keep_records,
-        progress=progress,
         keep_going=True,
+        progress=progress,
     )
 
 

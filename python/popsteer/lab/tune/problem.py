@@ -21,7 +21,7 @@ from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.ranges import check_count
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from popsteer._core import Path, Vehicle
     from popsteer.controllers import Params
@@ -31,7 +31,6 @@ SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
 _FAILED = 100.0  # m, rad/s: worse than any figure of a run that finished
 _MAX_CARS = 1000
-_JUDGED = ("finished", "settled_mean_abs_cross_track_error", "rms_steer_rate")
 _SEARCHED = {
     "pid": ("kp", "ki", "kd"),
     "pure-pursuit": ("lookahead_gain", "min_lookahead"),
@@ -152,7 +151,7 @@ class Problem(Experiment):
     def scenarios(self) -> list[tuple[str, Any, Any, int]]:
         """Track, path with pedals, car and seed of each run."""
         drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
-        found: list[tuple[str, Any, Any, int]] = []
+        found = []
         for name, path in self.paths.items():
             road = self.road_of(path)
             for car in range(self.cars + 1):
@@ -173,56 +172,30 @@ class Problem(Experiment):
         `progress` is called now and then with the share that is done. A run that does not finish
         counts as 100 m off. Raises PopsteerError where one is over before it has settled.
         """
-        errors: dict[str, list[float]] = {name: [] for name in self.paths}
-        efforts: dict[str, list[float]] = {name: [] for name in self.paths}
-        for name, error, effort in self._driven(params, progress):
-            errors[name].append(error)
-            efforts[name].append(effort)
-        return Score(
-            {name: tuple(each) for name, each in errors.items()},
-            {name: tuple(each) for name, each in efforts.items()},
-        )
-
-    def _driven(
-        self, params: Params, progress: Callable[[float], object] | None
-    ) -> list[tuple[str, float, float]]:
-        columns: Iterable[Sequence[Any]]
-        if self.is_of_core:
-            runs = [scenario[1:] for scenario in self.scenarios]
-            figures = self.drive_many(params, runs, progress=progress)
-            columns = zip(*(figures[name] for name in _JUDGED), strict=True)
-        else:
-            columns = self._one_by_one(params, progress)
-        found = []
-        for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True):
+        errors: dict[str, tuple[float, ...]] = dict.fromkeys(self.paths, ())
+        efforts = dict(errors)
+        runs = [scenario[1:] for scenario in self.scenarios]
+        figures = self.drive_each(params, runs, len(runs), progress)
+        for (name, *_), found in zip(self.scenarios, figures, strict=True):
+            ended, effort = found["finished"], found["rms_steer_rate"]
+            error = found["settled_mean_abs_cross_track_error"]
             if ended and not (math.isfinite(error) and math.isfinite(effort)):
                 raise PopsteerError(
                     f"{name}: a run is over within the settling time, and nothing can be judged:"
                     " the path is too short, or a lap that is not said to be closed (--closed)"
                 )
-            moved = effort if math.isfinite(effort) else _FAILED
-            found.append((name, error if ended else _FAILED, moved))
-        return found
-
-    def _one_by_one(
-        self, params: Params, progress: Callable[[float], object] | None
-    ) -> Iterator[Sequence[Any]]:
-        for done, (_, road, made, seed) in enumerate(self.scenarios, start=1):
-            metrics = self.drive_one(params, road, made, seed=seed).metrics
-            yield [getattr(metrics, name) for name in _JUDGED]
-            if progress is not None:
-                progress(done / len(self.scenarios))
+            errors[name] += (error if ended else _FAILED,)
+            efforts[name] += (effort if math.isfinite(effort) else _FAILED,)
+        return Score(errors, efforts)
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """What makes this problem, for the study to say."""
         document = of_fields(self, vehicle=self.given, settings=self.settings or Settings())
         paths = json.dumps(document["paths"], sort_keys=True).encode()
-        document["paths"] = dict.fromkeys(self.paths) | {
-            "waypoints": hashlib.sha256(paths).hexdigest()
-        }
-        found: dict[str, Any] = {"schema": SCHEMA, "version": __version__, **document}
-        return found
+        waypoints = hashlib.sha256(paths).hexdigest()
+        document["paths"] = {**dict.fromkeys(self.paths), "waypoints": waypoints}
+        return {"schema": SCHEMA, "version": __version__, **document}
 
 
 def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:
