@@ -61,13 +61,6 @@ Controllers: TypeAlias = Annotated[
 OwnControllers: TypeAlias = Annotated[
     str, valued("NAMES", f"The controllers, separated by commas: {', '.join(controllers.names())}.")
 ]
-Controller: TypeAlias = Annotated[
-    str,
-    valued(
-        "NAME",
-        f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'. {_OWN}.",
-    ),
-]
 Preset: TypeAlias = Annotated[
     str,
     valued(

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     import typer
     from matplotlib.figure import Figure
-    from rich.progress import TaskID
     from rich.table import Table
     from typing_extensions import Self
 
@@ -49,7 +48,6 @@ class Progress:
         self._now = ("", 0.0)
         self._timer: threading.Timer | None = None
         self._bar: Bar | None = None
-        self._task: TaskID | None = None
         self._over = False
 
     def __enter__(self) -> Self:
@@ -62,8 +60,8 @@ class Progress:
         """Take note of what is being done, and of the share of it that is done, 0 to 1."""
         with self._lock:
             self._now = (what, share)
-            if self._bar is not None and self._task is not None:
-                self._bar.update(self._task, description=what, completed=share)
+            if self._bar is not None:
+                self._bar.update(self._bar.task_ids[0], description=what, completed=share)
             elif self._timer is None and not self._over and self._console.is_terminal:
                 # A timer, as what takes longest may say nothing while it lasts.
                 wait = self._begin + _PATIENCE - time.monotonic()
@@ -81,11 +79,9 @@ class Progress:
 
     def _draw(self) -> None:
         what, share = self._now
-        self._bar = Bar(
-            TextColumn("{task.description}"), BarColumn(), console=self._console, transient=True
-        )
-        self._task = self._bar.add_task(what, total=1.0)
-        self._bar.update(self._task, completed=share)
+        columns = TextColumn("{task.description}"), BarColumn()
+        self._bar = Bar(*columns, console=self._console, transient=True)
+        self._bar.add_task(what, total=1.0, completed=share)  # type: ignore[arg-type]
         self._bar.start()
 
     def stop(self) -> None:

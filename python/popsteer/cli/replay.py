@@ -122,17 +122,11 @@ def _chosen(
     for name in tuned:
         if name not in names:
             raise ConfigError("--controllers", controllers, f"with {name}, which --params is of")
-    return {
-        name: assigned(tuned.get(name, _usual(name, preset)), assignments, name) for name in names
-    }
-
-
-def _usual(name: str, preset: str) -> Params:
-    """Give the parameters of a controller where no file has them."""
-    if name in controller_names() or not own.is_named("controller", name):
-        return presets.get(name, preset)
-    made: Params = baselines.get(name).params()
-    return made
+    for name in names:
+        mine = name not in controller_names() and own.is_named("controller", name)
+        usual = baselines.get(name).params() if mine else presets.get(name, preset)
+        tuned.setdefault(name, usual)
+    return {name: assigned(tuned[name], assignments, name) for name in names}
 
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:

@@ -135,6 +135,7 @@ def ros2(
     }
     max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
+    say = partial(print, flush=True)
     make = partial(_make, controller, _limited(given, max_speed), tuning)
     stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
@@ -143,8 +144,8 @@ def ros2(
             domain, local=True if localhost else None, node=names.node, namespace=names.namespace
         )
         recording = None if record is None else stack.enter_context(Recording(record))
-        node = Node(participant, make, settings, recording=recording, say=_say)
-        _say(
+        node = Node(participant, make, settings, recording=recording, say=say)
+        say(
             f"domain {participant.domain}: {topics.odometry}, {topics.path} -> {topics.command}"
             f" at {settings.rate:g} Hz"
         )
@@ -169,7 +170,3 @@ def _limited(vehicle: Vehicle, max_speed: float) -> Vehicle:
     check_in_range("--max-speed", max_speed, 0.0, 1e4, above=True)
     most = max_speed if vehicle.max_speed is None else min(vehicle.max_speed, max_speed)
     return vehicle.replace(max_speed=most)
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)

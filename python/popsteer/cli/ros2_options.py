@@ -101,7 +101,7 @@ class Names(NamedTuple):
     rules: Mapping[str, str] = MappingProxyType({})
 
 
-def names_of(remaps: list[str] | None, node: str = "popsteer") -> Names:
+def names_of(remaps: list[str] | None) -> Names:
     """Give the names that ``FROM:=TO`` each ask for.
 
     Examples
@@ -112,18 +112,15 @@ def names_of(remaps: list[str] | None, node: str = "popsteer") -> Names:
     from popsteer.adapters.ros2.names import check_namespace, check_node
 
     rules = _assigned("--remap", remaps)
-    named = {key: rules.pop(key) for key in ("__node", "__name", "__ns") if key in rules}
-    node = named.get("__node", named.get("__name", node))
-    return Names(check_node(node), check_namespace(named.get("__ns", "/")), rules)
+    name = rules.pop("__name", "popsteer")
+    node, namespace = rules.pop("__node", name), rules.pop("__ns", "/")
+    return Names(check_node(node), check_namespace(namespace), rules)
 
 
 def parameters_of(
     given: list[str] | None, files: list[str] | None, names: Names
 ) -> dict[str, float | bool]:
     """Give the ROS parameters of the node: those of the files, and over them those given.
-
-    Raises ConfigError where one is not known or is of another type, OSError where a file cannot be
-    read.
 
     Examples
     --------
@@ -152,9 +149,8 @@ def parameters_of(
         if name not in _PARAMETERS:
             raise ConfigError.unknown("parameter", name, _PARAMETERS)
         if isinstance(value, bool) != (name in _FLAGS) or not isinstance(value, int | float):
-            raise ConfigError(
-                f"parameter {name}", value, "a bool" if name in _FLAGS else "a number"
-            )
+            wanted = "a bool" if name in _FLAGS else "a number"
+            raise ConfigError(f"parameter {name}", value, wanted)
     return found
 
 
@@ -175,12 +171,11 @@ def topics_of(
     command_type: str | None,
     *,
     autoware: bool,
-    names: Names | None = None,
+    names: Names = Names(),  # noqa: B008 - immutable
 ) -> Topics:
-    """Give the topics that the options ask for.
+    """Give the topics that the options ask for, ``NAME=TOPIC`` each of `renamed`.
 
-    `renamed` are ``NAME=TOPIC`` each. Names and types are Autoware's where `autoware` says so and
-    nothing else is given. Raises ConfigError where a name or a type is not known.
+    Names and types are Autoware's where `autoware` says so and nothing else is given.
     """
     # Here, so that the other commands do not load the adapter.
     from popsteer.adapters.ros2.messages import PATH, TRAJECTORY
@@ -196,7 +191,7 @@ def topics_of(
         topics,
         path_type=_chosen("--path-type", path_type, paths, topics.path_type),
         command_type=_chosen("--command-type", command_type, commands, topics.command_type),
-    ).renamed(logs.pairs("--topic", renamed), *(names or Names()))
+    ).renamed(logs.pairs("--topic", renamed), *names)
 
 
 def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:

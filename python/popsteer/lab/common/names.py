@@ -33,3 +33,8 @@ def differences(believed: Vehicle, vehicle: Vehicle) -> str:
         if value != is_so[name]
     ]
     return f", believed {' and '.join(different)}" if different else ""
+
+
+def counted(number: int, what: str) -> str:
+    """Say how many there are of something."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

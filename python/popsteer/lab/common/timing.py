@@ -32,7 +32,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter_ns
 from types import FunctionType
-from typing import TYPE_CHECKING, NamedTuple, ParamSpec, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -60,10 +60,7 @@ class Percentiles:
 
     @classmethod
     def of(cls, singles: Sequence[int], net_p50: float | None) -> Percentiles:
-        """Sum up what single calls took [ns], by times that were read, never means of two of them.
-
-        `net_p50` is rounded to 0.01 ns.
-        """
+        """Sum up what single calls took [ns], by times that were read, never means of two."""
         p50, p99, p999 = np.percentile(singles, (50.0, 99.0, 99.9), method="higher").tolist()
         net = None if net_p50 is None else round(net_p50, 2)
         return cls(p50, p99, p999, max(singles), net)
@@ -78,9 +75,6 @@ _Call: TypeAlias = "Callable[[float, float, float, float, float], object]"
 _Block: TypeAlias = "list[tuple[float, float, float, float]]"
 _Clock: TypeAlias = "Callable[[], int]"
 _Record: TypeAlias = "Callable[[int], None]"
-
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
 
 
 class Driver(NamedTuple):
@@ -269,11 +263,9 @@ def _idle() -> Driver:
     return Driver(lambda *_: None, lambda: None)
 
 
-def _own(function: Callable[_P, _R]) -> Callable[_P, _R]:
+def _own(function: Any) -> Any:  # noqa: ANN401 - a function, of any signature
     """Copy a function together with its code."""
-    original = cast("FunctionType", function)
-    copy = FunctionType(original.__code__.replace(), original.__globals__)
-    return cast("Callable[_P, _R]", copy)
+    return FunctionType(function.__code__.replace(), function.__globals__)
 
 
 def _blocks(states: _Block) -> list[_Block]:

@@ -203,14 +203,10 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     drivers = {
         name: controller(name, path, believed, params, adapt) for name, params in chosen.items()
     }
+    progress = progress or _nothing
     runs: dict[str, Run] = {}
     for name, driver in drivers.items():
-
-        def advance(share: float, name: str = name) -> None:
-            if progress is not None:
-                progress(name, share)
-
-        advance(0.0)
+        progress(name, 0.0)
         run = sim.run(
             driver,
             plant,
@@ -221,11 +217,11 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
             constant_speed=constant_speed,
             longitudinal=longitudinal,
             settings=settings,
-            progress=advance,
+            progress=partial(progress, name),
             keep_going=True,
         )
         runs[name] = replace(run, law=name, params=run.params or chosen[name].as_dict())
-        advance(1.0)
+        progress(name, 1.0)
     begins = ""
     if runs:
         first = next(iter(runs.values()))
@@ -294,18 +290,14 @@ def time_steps(
     for name, run in comparison.runs.items():
         if run.traceback:
             continue  # there is no step to time
-
-        def advance(share: float, name: str = name) -> None:
-            if progress is not None:
-                progress(f"time {name}", share)
-
         make = partial(controller, name, run.path, comparison.believed, params[name], adapt)
+        advance = partial(progress or _nothing, f"time {name}")
         times[name], latencies[name] = _step_time(comparison, run, make, advance)
     return replace(comparison, step_times=times, latencies=latencies)
 
 
-def _nothing() -> None:
-    """Stand for the `reset` of a controller of one's own that has none."""
+def _nothing(*_: object) -> None:
+    """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
 
 
 def _step_time(
@@ -330,5 +322,4 @@ def _step_time(
     measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
     percentiles = measured.percentiles[run.law]
     net = percentiles.net_p50
-    median = 1e-9 * (percentiles.p50 if net is None else net)
-    return median, measured.singles[run.law]
+    return 1e-9 * (percentiles.p50 if net is None else net), measured.singles[run.law]

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.lab.compare.runs import Comparison
     from popsteer.sim import Metrics, Plant
-    from popsteer.sim.geometry import Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +132,8 @@ def run(  # noqa: PLR0913 - as `compare`
                     progress(f"{where}: {what}", min((done + share) / total, 1.0))
                 done += share >= 1.0
 
-            start: Pose | None = None
-            if start_offset is not None:
-                start = default_start(path, start_offset, vehicle_of(plant))
+            itself = vehicle_of(plant)
+            start = None if start_offset is None else default_start(path, start_offset, itself)
             believed = vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle
             comparison = compare.run(
                 path,
@@ -147,7 +145,7 @@ def run(  # noqa: PLR0913 - as `compare`
                 start=start,
                 speed=speed,
                 constant_speed=constant_speed,
-                longitudinal=pedals_of(longitudinal, path, believed or vehicle_of(plant)),
+                longitudinal=pedals_of(longitudinal, path, believed or itself),
                 settings=settings,
                 progress=advance,
             )

@@ -6,7 +6,7 @@ import math
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
 from popsteer.lab.report.colours import colours_of, figure, log_axis, rounded
@@ -46,8 +46,8 @@ def of_matrix(found: Matrix, origin: Origin | None = None) -> bytes:
     return page_bytes(
         Page(
             title=(
-                f"{_count(len(first.runs), 'controller')} on {_count(len(plants), 'plant')} and"
-                f" {_count(len(tracks), 'track')}"
+                f"{counted(len(first.runs), 'controller')} on {counted(len(plants), 'plant')} and"
+                f" {counted(len(tracks), 'track')}"
             ),
             lead=matrix_caption(found),
             command=origin.command,
@@ -92,10 +92,6 @@ def _pivot(found: Matrix) -> str:
         rows,
         [False, False, *[True] * len(names)],
     ) + paragraphs(["In brackets: did not finish. A track leads to its map."])
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _figure(found: Matrix, plant: str) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.markup import escape
 from popsteer.lab.sweep.summary import percent, success_rate
 from popsteer.status import Status
@@ -29,7 +29,7 @@ def of_runs(comparisons: Sequence[Comparison]) -> str:
             where = ", ".join(part for part in (each.plant, each.track) if part)
             on = f" on {where}" if len(comparisons) > 1 else ""
             wrong.append(f"{title_of(name)}{on} ({'; '.join(said)})")
-    head = f"{len(runs) - len(wrong)} of {_runs(len(runs))} finished without a fault"
+    head = f"{len(runs) - len(wrong)} of {counted(len(runs), 'run')} finished without a fault"
     return _badge(head, wrong, good=not wrong)
 
 
@@ -43,7 +43,7 @@ def of_rows(rows: Sequence[dict[str, Any]]) -> str:
     said = [f"95 % confidence: {low} to {high} %"]
     said += [f"{stopped} did not finish"] if stopped else []
     said += [f"{len(faults)} reported a fault: {names}"] if faults else []
-    head = f"{good} of {_runs(len(rows))} succeeded, {share} %"
+    head = f"{good} of {counted(len(rows), 'run')} succeeded, {share} %"
     return _badge(head, said, good=good == len(rows))
 
 
@@ -61,12 +61,8 @@ def of_shadows(found: Replay) -> str:
         if each.share("fault") > 0.0
     ]
     count = len(found.shadows)
-    head = f"{count - len(wrong)} of {count} {'controller' if count == 1 else 'controllers'}"
+    head = f"{count - len(wrong)} of {counted(count, 'controller')}"
     return _badge(f"{head} reported no fault along the drive", wrong, good=not wrong)
-
-
-def _runs(count: int) -> str:
-    return f"{count} {'run' if count == 1 else 'runs'}"
 
 
 def _badge(head: str, details: Sequence[str], *, good: bool) -> str:

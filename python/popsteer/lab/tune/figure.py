@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import logarithmic
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,11 +45,9 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     panel.set_ylabel("|cross-track error| after settling:\n(mean + worst run) / 2 [m]")
     figure.legend(loc="outside lower center", ncols=5)
     tracks = ", ".join(tuned.problem.paths)
-    cars = tuned.problem.cars + 1
-    count = len(tuned.trials)
-    trials = f"{count} {'trial' if count == 1 else 'trials'}"
-    title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}"
-    figure.suptitle(f"{title}, {cars} {'cars' if cars > 1 else 'car'}", fontsize=11)
+    trials, cars = counted(len(tuned.trials), "trial"), counted(tuned.problem.cars + 1, "car")
+    title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}, {cars}"
+    figure.suptitle(title, fontsize=11)
     return figure
 
 

@@ -62,9 +62,8 @@ class Tuned:
     @property
     def params(self) -> Params:
         """The tuning that was chosen, or what it began with; its ``save`` writes it."""
-        return (
-            self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
-        )
+        chosen = self.chosen
+        return self.problem.base if chosen is None else self.problem.changed(chosen.values)
 
     @property
     def front(self) -> list[Trial]:
@@ -127,7 +126,9 @@ def run(
     _check(trials, seconds, effort_limit)
     if trials is None and seconds is None:
         trials = 100
-    optuna = _optuna()
+    require("tuning", "lab", "optuna")
+    import optuna
+
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     study = _study(optuna, problem, storage, effort_limit)
     usual = problem.score(problem.base)
@@ -206,8 +207,7 @@ def _near_the_best(
 ) -> dict[str, float] | None:
     """Give what to try next: in two of three trials something near the best within the limit.
 
-    The estimator looks along the whole front, and the best lies at one place of it, where it meets
-    the limit.
+    The estimator looks along the whole front; the best lies where that meets the limit.
     """
     within = [each for each in tried if each.ratio <= effort_limit]
     if len(tried) < _STARTUP or len(tried) % 3 == 0 or not within:
@@ -219,10 +219,10 @@ def _near_the_best(
     found = {}
     for name, each in problem.search.items():
         low, high = each.bounds
-        logarithmic = each.name == "loguniform"
         value = best.values[name]
-        share = math.log(value / low) / math.log(high / low) if logarithmic else None
-        share = (value - low) / (high - low) if share is None else share
+        share = (value - low) / (high - low)
+        if each.name == "loguniform":
+            share = math.log(value / low) / math.log(high / low)
         share = min(max(share + step * random.standard_normal(), 0.0), 1.0)
         found[name] = min(max(each.quantile(share), low), high)
     return found
@@ -337,10 +337,3 @@ def _cut_half_line(file: Path, lock: Any) -> None:  # noqa: ANN401
 
 def _complete(study: Any) -> list[Any]:  # noqa: ANN401
     return [each for each in study.get_trials(deepcopy=False) if each.state.name == "COMPLETE"]
-
-
-def _optuna() -> Any:  # noqa: ANN401
-    require("tuning", "lab", "optuna")
-    import optuna
-
-    return optuna
