@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 from popsteer import lab
-from popsteer.cli import options
+from popsteer.cli import options, outputs
 from popsteer.cli.options import optional
-from popsteer.files import check_folder
 
 HELP = """\
 Measure how long a control step takes when it is called from Python.
@@ -42,8 +41,7 @@ def bench(
     """Measure how long a control step takes."""
     from rich.console import Console
 
-    if out is not None:
-        check_folder(out, ["latency.json"])
+    outputs.check_folder(out, ["latency.json"])
     file = None if out is None else out / "latency.json"
     lab.bench.run(file, Console(), yardsticks_folder=yardsticks)
     print("--out DIR writes latency.json." if file is None else f"Written to {file}")

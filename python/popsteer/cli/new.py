@@ -54,20 +54,20 @@ def new(
 ) -> None:
     """Write a project to begin from: own control loop, vehicle, path, test."""
     _check(folder)
-    folder.absolute().parent.mkdir(parents=True, exist_ok=True)
+    place = folder.absolute()
+    place.parent.mkdir(parents=True, exist_ok=True)
     # Beside it, so that it takes its place in one step.
-    part = folder.absolute().with_name(f".{folder.absolute().name}-{secrets.token_hex(4)}.part")
+    part = place.with_name(f".{place.name}-{secrets.token_hex(4)}.part")
     try:
         part.mkdir()
-        _write(part, folder.absolute().name)
+        _write(part, place.name)
         if folder.is_dir():
             folder.rmdir()  # empty, and Windows renames onto no folder
-        part.rename(folder.absolute())
+        part.rename(place)
     finally:
         shutil.rmtree(part, ignore_errors=True)
-    print(
-        f"Written to {folder}{os.sep}: {', '.join(sorted(each.name for each in folder.iterdir()))}"
-    )
+    written = ", ".join(sorted(each.name for each in folder.iterdir()))
+    print(f"Written to {folder}{os.sep}: {written}")
     print(f"Next: cd {folder} && python drive.py")
 
 

@@ -42,13 +42,12 @@ def list_tracks(
         return
     chosen = tracks.names() if names is None else inputs.names("--tracks", names)
     shown = [tracks.get(name) for name in chosen]  # refuses an unknown one
-    if out is None:
-        for track in shown:
-            _show(track)
-        return
     outputs.check_folder(out, [f"{track.name}.csv" for track in shown])
     for track in shown:
-        export(track.name, out / f"{track.name}.csv")
+        if out is None:
+            _show(track)
+        else:
+            export(track.name, out / f"{track.name}.csv")
 
 
 def _show(track: tracks.Track) -> None:

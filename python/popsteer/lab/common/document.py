@@ -82,8 +82,8 @@ def plant_of(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of 
 
 
 def _packed(column: Any) -> str:  # noqa: ANN401 - any array
-    data = np.ascontiguousarray(column, dtype=np.float64)
-    return base64.b64encode(zlib.compress(data.tobytes())).decode("ascii")
+    data = np.asarray(column, dtype=np.float64).tobytes()
+    return base64.b64encode(zlib.compress(data)).decode("ascii")
 
 
 def _unpacked(text: str) -> NDArray[np.float64]:

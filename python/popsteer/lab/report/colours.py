@@ -110,3 +110,17 @@ def stairs(
         "line": {"color": f"@{law}", "shape": "hv", "width": width},
         "hovertemplate": hover,
     }
+
+
+def dots(
+    name: str,
+    x: Iterable[float],
+    y: Iterable[float],
+    text: list[str],
+    marker: dict[str, Any],
+    hover: str,
+) -> dict[str, Any]:
+    """Draw places, each with a text that `hover` shows."""
+    kind = {"type": "scatter", "mode": "markers", "name": name}
+    places = {"x": rounded(x), "y": rounded(y), "text": text}
+    return {**kind, **places, "marker": marker, "hovertemplate": hover}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
-from popsteer.lab.report.colours import colours_of, figure, log_axis, rounded
+from popsteer.lab.report.colours import colours_of, dots, figure, log_axis
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import escape, html_table, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
@@ -106,25 +106,21 @@ def _figure(found: Matrix, plant: str) -> dict[str, Any]:
             for row in shown
             if row.law == law and row.metrics.settled_mean_abs_cross_track_error > 0.0
         ]
+        ends = ["" if good else ", did not finish" for _, _, good in own]
+        marker = {
+            "color": f"@{law}",
+            "size": 11,
+            "symbol": [f"{symbols[row.track]}{'' if good else '-open'}" for row, _, good in own],
+        }
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": title_of(law),
-                "x": rounded(1e6 * row.step_time for row, _, _ in own),
-                "y": rounded(error for _, error, _ in own),
-                "text": [
-                    f"{row.track}{'' if good else ', did not finish'}" for row, _, good in own
-                ],
-                "marker": {
-                    "color": f"@{law}",
-                    "size": 11,
-                    "symbol": [
-                        f"{symbols[row.track]}{'' if good else '-open'}" for row, _, good in own
-                    ],
-                },
-                "hovertemplate": "%{text}: %{y:.4f} m, %{x:.2f} µs",
-            }
+            dots(
+                title_of(law),
+                [1e6 * row.step_time for row, _, _ in own],
+                [error for _, error, _ in own],
+                [row.track + end for (row, _, _), end in zip(own, ends, strict=True)],
+                marker,
+                "%{text}: %{y:.4f} m, %{x:.2f} µs",
+            )
         )
     marks = ", ".join(f"{track}: {symbol}" for track, symbol in symbols.items())
     settling = found.comparisons[0].first.settings.settling_time

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.report.colours import figure, log_axis, rounded
+from popsteer.lab.report.colours import dots, figure, log_axis, rounded
 from popsteer.lab.report.scene import distances
-from popsteer.lab.sweep.driving import repeat
+from popsteer.lab.sweep.job import repeat
 from popsteer.lab.sweep.summary import axis_title, influence, outcomes, success_rates, worst
 
 if TYPE_CHECKING:
@@ -31,18 +31,16 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     traces = []
     for part, name, role in ((good, "succeeded", "good"), (~good, "failed", "bad")):
         counts, _ = np.histogram(error[part], edges)
-        if part.any():
-            traces.append(
-                {
-                    "type": "bar",
-                    "name": name,
-                    "x": rounded(middles),
-                    "y": counts.tolist(),
-                    "width": rounded(np.diff(edges)),
-                    "marker": {"color": f"@{role}"},
-                    "hovertemplate": "%{y} runs around %{x:.3g} m",
-                }
-            )
+        bars = {
+            "type": "bar",
+            "name": name,
+            "x": rounded(middles),
+            "y": counts.tolist(),
+            "width": rounded(np.diff(edges)),
+            "marker": {"color": f"@{role}"},
+            "hovertemplate": "%{y} runs around %{x:.3g} m",
+        }
+        traces += [bars] if part.any() else []
     return figure(
         "Greatest |cross-track error| of a run",
         f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
@@ -111,38 +109,24 @@ def _dots(
         if every > 1:
             left_out.append(f"{name}: 1 in {every}")
         shown = places[::every]
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": name,
-                "x": rounded(across[shown]),
-                "y": rounded(up[shown]),
-                "text": [f"run {rows[k]['run']}" for k in shown],
-                "marker": {"color": f"@{role}", "symbol": symbol, "size": size, "opacity": opacity},
-                "hovertemplate": "%{text}: %{x:.3g}, %{y:.3g}",
-            }
-        )
+        marker = {"color": f"@{role}", "symbol": symbol, "size": size, "opacity": opacity}
+        said = [f"run {rows[k]['run']}" for k in shown]
+        hover = "%{text}: %{x:.3g}, %{y:.3g}"
+        traces.append(dots(name, across[shown], up[shown], said, marker, hover))
     note = f" Dots drawn of the runs that {'; '.join(left_out)}." if left_out else ""
     return traces, note
 
 
 def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> dict[str, Any]:
     tenths = list(success_rates(values, good))
-    up, share, down = (
-        [round(100.0 * each, 3) for each in column]
-        for column in (
-            [rate.high - rate.share for _, _, rate in tenths],
-            [rate.share for _, _, rate in tenths],
-            [rate.share - rate.low for _, _, rate in tenths],
-        )
-    )
+    up = [round(100.0 * (rate.high - rate.share), 3) for _, _, rate in tenths]
+    down = [round(100.0 * (rate.share - rate.low), 3) for _, _, rate in tenths]
     return {
         "type": "scatter",
         "mode": "lines+markers",
         "showlegend": False,
         "x": rounded(0.5 * (low + high) for low, high, _ in tenths),
-        "y": share,
+        "y": [round(100.0 * rate.share, 3) for _, _, rate in tenths],
         "yaxis": "y2",
         "error_y": {"type": "data", "symmetric": False, "array": up, "arrayminus": down},
         "line": {"color": "@good", "width": 1.4},

@@ -19,7 +19,7 @@ from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Scene
 from popsteer.lab.report.shares import envelope_figure, error_figure, quantity_figures, start_figure
 from popsteer.lab.report.verdict import of_rows
-from popsteer.lab.sweep.driving import repeat
+from popsteer.lab.sweep.job import repeat
 from popsteer.lab.sweep.summary import caption, error_of, notes, tables, worst
 from popsteer.status import Status
 

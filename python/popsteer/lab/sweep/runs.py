@@ -23,7 +23,7 @@ from popsteer import own
 from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
-from popsteer.lab.sweep.driving import drive, drive_text
+from popsteer.lab.sweep.job import drive, drive_text
 from popsteer.lab.sweep.rows import Journal, check_same, journal_of, read, write
 from popsteer.ranges import check_count
 from popsteer.sim import plant_name

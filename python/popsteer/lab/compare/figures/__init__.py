@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -120,16 +120,9 @@ def _draw_track(
     panel.plot(x, y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="path")
     driven_x, driven_y = run.records["reference_x"], run.records["reference_y"]
     panel.plot(driven_x, driven_y, color=colour, linewidth=1.4, label="driven")
-    panel.plot(
-        driven_x[:1],
-        driven_y[:1],
-        "o",
-        markersize=6,
-        color=theme.background,
-        markeredgecolor=colour,
-        markeredgewidth=1.6,
-        label="start",
-    )
+    edge: dict[str, Any] = {"markeredgecolor": colour, "markeredgewidth": 1.6}
+    start = driven_x[:1], driven_y[:1], "o"
+    panel.plot(*start, markersize=6, color=theme.background, label="start", **edge)
     panel.update_datalim(extent)  # the same limits for all controllers
     panel.margins(_MARGIN)
     panel.set_aspect("equal", adjustable="datalim")
@@ -195,10 +188,8 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
             label=title_of(name),
         )
     bound = nice_limit([limit(run, "cross_track_error") for run in comparison.runs.values()])
-    panel.set_ylim(-bound, bound)
-    panel.set_xlim(0.0, comparison.path.length)
-    panel.set_xlabel("distance along the path [m]")
-    panel.set_ylabel("cross-track error [m]")
+    panel.set(xlim=(0.0, comparison.path.length), ylim=(-bound, bound))
+    panel.set(xlabel="distance along the path [m]", ylabel="cross-track error [m]")
     panel.set_title("cross-track error at each controller's tracked point", fontsize=10.5)
     panel.legend(loc="upper right", ncols=len(comparison.runs), fontsize=9, handlelength=1.6)
 
