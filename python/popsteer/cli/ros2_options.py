@@ -171,7 +171,7 @@ def topics_of(
     command_type: str | None,
     *,
     autoware: bool,
-    names: Names = Names(),  # noqa: B008 - immutable
+    names: Names | None = None,
 ) -> Topics:
     """Give the topics that the options ask for, ``NAME=TOPIC`` each of `renamed`.
 
@@ -191,7 +191,7 @@ def topics_of(
         topics,
         path_type=_chosen("--path-type", path_type, paths, topics.path_type),
         command_type=_chosen("--command-type", command_type, commands, topics.command_type),
-    ).renamed(logs.pairs("--topic", renamed), *names)
+    ).renamed(logs.pairs("--topic", renamed), *(names or Names()))
 
 
 def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:
