@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -201,9 +202,7 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
     job, row = lab.sweep.rows.read_row(Path(file), run)
     outputs.check_folder(out, lab.compare.files.file_names([job.controller]), report)
     with Progress() as progress:
-        found = lab.sweep.repeat(
-            job, run, progress=lambda share: progress.update(job.controller, share)
-        )
+        found = lab.sweep.repeat(job, run, progress=partial(progress.update, job.controller))
         drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
         comparison = lab.compare.Comparison(
             {job.controller: found},

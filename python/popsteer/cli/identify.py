@@ -76,7 +76,7 @@ def identify(
     outputs.check_page(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
-        found = identified(drive, given, progress=lambda share: progress.update("identify", share))
+        found = identified(drive, given, progress=partial(progress.update, "identify"))
         content = {} if out is None else _files(found, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 from popsteer import controllers as own_controllers
 from popsteer import own, plants, presets, sim, toml_file, tracks, vehicles
@@ -18,25 +19,18 @@ from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.varied import usual
 from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
-from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
-from popsteer.sim.geometry import StartAt, object_of
+from popsteer.plants.protocol import PythonPlant
+from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant, default_start
+from popsteer.sim.geometry import Pose, StartAt, object_of
 from popsteer.sim.pedals import PedalMap
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from popsteer.plants.protocol import PythonPlant
-    from popsteer.sim import Plant
-    from popsteer.sim.geometry import Pose
-
-    Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
-
+Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
 OWN_CONTROLLERS = own_controllers.names()
 """The controllers of popsteer; the baselines are from elsewhere."""
 DEFAULT_TRACK = "racetrack"
 """The track that is driven by default."""
-
-
+DEFAULT_CONTROLLER = "preview-pop"
+"""The controller by default."""
 _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
 
@@ -272,10 +266,6 @@ def varied(
 
 def _is_file(text: str) -> bool:
     return text.lower().endswith(".toml")
-
-
-DEFAULT_CONTROLLER = "preview-pop"
-"""The controller by default."""
 
 
 def tuning(

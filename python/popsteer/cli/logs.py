@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import Annotated, TypeAlias
 
 import typer
 
 from popsteer import logs
 from popsteer.cli.options import optional
+from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
-
-if TYPE_CHECKING:
-    from popsteer.cli.outputs import Progress
 
 Log: TypeAlias = Annotated[
     Path,
@@ -56,7 +55,7 @@ def read(
         columns=pairs("--column", columns),
         topics=pairs("--topic", topics),
         units=pairs("--unit", units),
-        progress=lambda share: progress.update("read", share),
+        progress=partial(progress.update, "read"),
     )
 
 

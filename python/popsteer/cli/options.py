@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import Annotated, TypeAlias
 
 import typer
+from typer.models import OptionInfo
 
 from popsteer import controllers, plants, presets, sim, tracks, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab.common.names import controller_names
 from popsteer.sim import Settings
 from popsteer.sim.closed_loop import START_OFFSET
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from typer.models import OptionInfo
 
 _PLANTS = (
     f"{', '.join(sim.plant_names())}; with the extra 'plants' commonroad-MODEL-VEHICLE (MODEL is"

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from popsteer import controllers
+from popsteer._core import Path, Vehicle
 from popsteer.cli import inputs, options, ros2_options
 from popsteer.cli.options import flag, valued
 from popsteer.ranges import check_in_range
-
-if TYPE_CHECKING:
-    from popsteer import Path, Vehicle
-    from popsteer.controllers import Controller
 
 HELP = """\
 Run a ROS 2 node that steers along the paths that a planner publishes. It needs no ROS: DDS and the
@@ -160,9 +157,9 @@ def ros2(
         print(f"Written to {record}: {recording.count} messages")
 
 
-def _make(name: str, vehicle: Vehicle, tuning: inputs.Tuning, path: Path) -> Controller:
+def _make(name: str, vehicle: Vehicle, tuning: inputs.Tuning, path: Path) -> controllers.Controller:
     kind: Any = controllers.get(name).controller
-    made: Controller = kind(path, vehicle, tuning.params[name], adapt=tuning.adapt)
+    made: controllers.Controller = kind(path, vehicle, tuning.params[name], adapt=tuning.adapt)
     return made
 
 

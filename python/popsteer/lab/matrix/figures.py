@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -36,19 +36,13 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
             error = row.metrics.settled_mean_abs_cross_track_error
             if row.plant != plant or not error > 0.0:
                 continue
-            colour = colours[row.law]
-            panel.plot(
-                1e6 * row.step_time,
-                error,
-                markers[row.track],
-                color=colour,
-                # Hollow: the error of a run that did not finish says little.
-                markerfacecolor=colour if row.metrics.finished else theme.background,
-                markeredgecolor=theme.background if row.metrics.finished else colour,
-                markersize=8.5,
-            )
-        panel.set_xscale("log")
-        panel.set_yscale("log")
+            # Hollow: the error of a run that did not finish says little.
+            inside, edge = colours[row.law], theme.background
+            if not row.metrics.finished:
+                inside, edge = edge, inside
+            look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
+            panel.plot(1e6 * row.step_time, error, markers[row.track], markersize=8.5, **look)
+        panel.set(xscale="log", yscale="log")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
         panel.xaxis.set_major_formatter("{x:g}")
@@ -70,8 +64,7 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
         hollow.set_markerfacecolor(theme.background)
         handles.append(hollow)
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
-    pedals = "the paper's pedals"
-    if found.constant_speed is not None:
-        pedals = f"constant {found.constant_speed:g} m/s"
+    speed = found.constant_speed
+    pedals = "the paper's pedals" if speed is None else f"constant {speed:g} m/s"
     figure.suptitle(f"Tracking error against the time of a control step, {pedals}", fontsize=11)
     return figure

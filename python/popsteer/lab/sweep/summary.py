@@ -143,13 +143,10 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
     if good.all() and len(rows) >= 10:
         errors = np.array([error_of(row) for row in rows])
         good = errors < np.quantile(errors, 0.9)
-    found = {}
-    for name, each in job.vary.items():
-        if each.is_constant:
-            continue
-        values = np.array([row[name] for row in rows])
-        found[name] = 0.0
-        if good.any() and not good.all():
+    found = {name: 0.0 for name, each in job.vary.items() if not each.is_constant}
+    if good.any() and not good.all():
+        for name in found:
+            values = np.array([row[name] for row in rows])
             found[name] = float(ks_2samp(values[good], values[~good], method="asymp").statistic)
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
@@ -180,13 +177,11 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
 def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     """Say what the table has no room for."""
     settled = job.settings.settling_time if job.settings is not None else 5.0
-    said = [
-        (
-            "A run succeeds if it finishes, reports no fault, and its cross-track error stays"
-            f" within {job.deviation:g} m after the first {settled:g} s. The errors are those after"
-            " that."
-        ),
-    ]
+    success = (
+        "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
+        f" {job.deviation:g} m after the first {settled:g} s. The errors are those after that."
+    )
+    said = [success]
     if short := sum(row["steps"] < 2 for row in rows):
         said.append(
             f"{short} {_runs(short)} less than two control periods: the start projects onto the end"
@@ -205,8 +200,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
-        failed = any(not row["success"] for row in rows)
-        what = "failed" if failed else "were the worst tenth"
+        what = "were the worst tenth" if all(row["success"] for row in rows) else "failed"
         said.append(
             f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}."
         )
