@@ -144,7 +144,7 @@ def compare(
     settings = assigned(Settings(dt=dt), set_run, "the run")
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
-        # There the paper's drove.
+        # On the authors' path the paper's pedals are the default, as there.
         own = [] if is_authors_path(course.path) else [course]
         chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, own, [mover])
         itself = sim.vehicle_of(mover)

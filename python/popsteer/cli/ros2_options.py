@@ -8,8 +8,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
-import typer
-
 from popsteer.cli import logs
 from popsteer.cli.options import flag, optional, valued
 from popsteer.errors import ConfigError
@@ -60,27 +58,24 @@ RosArgs: TypeAlias = Annotated[
 ]
 Remap: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        "-r",
-        "--remap",
-        metavar="FROM:=TO",
-        help="Another name for a topic, for the node (__node) or for its namespace (__ns). Can be"
+    optional(
+        "FROM:=TO",
+        "Another name for a topic, for the node (__node) or for its namespace (__ns). Can be"
         " repeated.",
+        *("-r", "--remap"),
     ),
 ]
 Param: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        "-p",
-        "--param",
-        metavar="NAME:=VALUE",
-        help="A ROS parameter: rate, stale, hold, keep_path, timeout, max_speed, closed or"
+    optional(
+        "NAME:=VALUE",
+        "A ROS parameter: rate, stale, hold, keep_path, timeout, max_speed, closed or"
         " use_sim_time. Can be repeated.",
+        *("-p", "--param"),
     ),
 ]
 ParamsFile: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option("--params-file", metavar="FILE", help="A YAML file of ROS parameters."),
+    list[str] | None, optional("FILE", "A YAML file of ROS parameters.", "--params-file")
 ]
 Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
 

@@ -74,22 +74,15 @@ class Theme(NamedTuple):
 
 # The colours of Okabe and Ito, which colour-blind readers can tell apart; on the dark background
 # the blue and the green are lighter, so that they stand out as far as the others.
-_LIGHT = {
-    "pid": "#d55e00",
-    "pure-pursuit": "#009e73",
-    "stanley": "#b5589a",
-    "pop": "#0072b2",
-    "preview-pop": "#111111",
-    "mpc": "#5b21e6",
+_LAWS = {
+    "pid": ("#d55e00", "#ff8c42"),
+    "pure-pursuit": ("#009e73", "#2fd0a0"),
+    "stanley": ("#b5589a", "#e79ccb"),
+    "pop": ("#0072b2", "#56b4e9"),
+    "preview-pop": ("#111111", "#ffffff"),
+    "mpc": ("#5b21e6", "#8163ff"),
 }
-_DARK = {
-    "pid": "#ff8c42",
-    "pure-pursuit": "#2fd0a0",
-    "stanley": "#e79ccb",
-    "pop": "#56b4e9",
-    "preview-pop": "#ffffff",
-    "mpc": "#8163ff",
-}
+_LIGHT, _DARK = ({name: each[k] for name, each in _LAWS.items()} for k in (0, 1))
 
 THEMES: Mapping[str, Theme] = MappingProxyType(
     {
