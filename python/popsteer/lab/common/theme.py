@@ -74,7 +74,7 @@ class Theme(NamedTuple):
 
 # The colours of Okabe and Ito, which colour-blind readers can tell apart; on the dark background
 # the blue and the green are lighter, so that they stand out as far as the others.
-_LAWS = {
+_LAW_COLOURS = {
     "pid": ("#d55e00", "#ff8c42"),
     "pure-pursuit": ("#009e73", "#2fd0a0"),
     "stanley": ("#b5589a", "#e79ccb"),
@@ -82,7 +82,7 @@ _LAWS = {
     "preview-pop": ("#111111", "#ffffff"),
     "mpc": ("#5b21e6", "#8163ff"),
 }
-_LIGHT, _DARK = ({name: each[k] for name, each in _LAWS.items()} for k in (0, 1))
+_LIGHT, _DARK = ({name: each[k] for name, each in _LAW_COLOURS.items()} for k in (0, 1))
 
 THEMES: Mapping[str, Theme] = MappingProxyType(
     {
