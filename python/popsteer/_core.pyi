@@ -25,58 +25,6 @@ from popsteer.sim.pedals import PedalMap
 from popsteer.state import State
 from popsteer.status import Status
 
-__all__ = [
-    "AdaptParams",
-    "Batch",
-    "CarlaIdentified",
-    "Command",
-    "CommandBatch",
-    "CoupledLongitudinal",
-    "CoupledLongitudinalParams",
-    "Episodes",
-    "Estimate",
-    "KinematicBicycle",
-    "Lookahead",
-    "MonitorParams",
-    "Noise",
-    "Path",
-    "Pid",
-    "PidParams",
-    "Pop",
-    "PopParams",
-    "PreviewPop",
-    "PreviewPopParams",
-    "Projection",
-    "PurePursuit",
-    "PurePursuitParams",
-    "Settings",
-    "Simulation",
-    "SpeedCommand",
-    "SpeedPid",
-    "SpeedPidParams",
-    "SpeedTracker",
-    "SpeedTrackerParams",
-    "Stanley",
-    "StanleyParams",
-    "Vehicle",
-    "_EmptyCall",
-    "_InFlight",
-    "__version__",
-    "_path_curvature",
-    "_path_cusps",
-    "_plan_speeds",
-    "_speed_defaults",
-    "_with_speed",
-    "build_profile",
-    "get_distance",
-    "get_predicted_location",
-    "kinematic_bicycle",
-    "run_many",
-    "saturate",
-    "state_transition",
-    "wrap",
-]
-
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
 _Flags: TypeAlias = NDArray[np.bool_]
@@ -127,8 +75,15 @@ _ParamsT = TypeVar("_ParamsT")
 # at run time each class has it itself. What has a field a line takes the fields by name.
 
 @type_check_only
-class _Value:
+class _Pickled:
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+
+@type_check_only
+@dataclass_transform(eq_default=False, kw_only_default=True, frozen_default=True)
+class _Columns(_Pickled): ...
+
+@type_check_only
+class _Value(_Pickled):
     def __eq__(self, other: object, /) -> bool: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
 
@@ -366,33 +321,18 @@ class PurePursuit(_Controller[PurePursuitParams]): ...
 class Stanley(_Controller[StanleyParams]): ...
 
 @final
-class CommandBatch:
-    def __new__(
-        cls,
-        *,
-        steer: _Floats,
-        cross_track_error: _Floats,
-        heading_error: _Floats,
-        predicted_cross_track_error: _Floats,
-        predicted_heading_error: _Floats,
-        target: _Floats,
-        reverse: _Flags,
-        reference_speed: _Floats,
-        distance_to_stop: _Floats,
-        status: NDArray[np.uint32],
-    ) -> Self: ...
-    steer: Final[_Floats]
-    cross_track_error: Final[_Floats]
-    heading_error: Final[_Floats]
-    predicted_cross_track_error: Final[_Floats]
-    predicted_heading_error: Final[_Floats]
-    target: Final[_Floats]
-    reverse: Final[_Flags]
-    reference_speed: Final[_Floats]
-    distance_to_stop: Final[_Floats]
-    status: Final[NDArray[np.uint32]]
+class CommandBatch(_Columns):
+    steer: _Floats
+    cross_track_error: _Floats
+    heading_error: _Floats
+    predicted_cross_track_error: _Floats
+    predicted_heading_error: _Floats
+    target: _Floats
+    reverse: _Flags
+    reference_speed: _Floats
+    distance_to_stop: _Floats
+    status: NDArray[np.uint32]
     def __len__(self) -> int: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 @final
 class Batch:
