@@ -5,6 +5,11 @@
  * popsteer_path_with_grade, popsteer_path_with_yaw and popsteer_vehicle_load allocate or free.
  * docs/c.md shows it in use.
  *
+ * Required of the caller of each function: a pointer is NULL or leads to what its type says, for an
+ * array to as many entries as its count says; a handle is NULL or one of this library that was not
+ * freed. During the call no one else uses a handle that is given without const, and no one changes
+ * one that is given with const.
+ *
  * Made by cbindgen: do not edit. */
 
 #ifndef POPSTEER_H
@@ -819,11 +824,6 @@ const char *popsteer_version(void);
 /**
  * Makes a batch of copies of `count` controllers, in the state in which they are; they may be of
  * several kinds, and may be freed afterwards.
- *
- * Required of the caller:
- *
- * `controllers` has `count` entries, each NULL or a handle of this library; `out` is NULL or a place
- * for a pointer.
  */
 popsteer_error popsteer_batch_new(const struct popsteer_controller *const *controllers,
                                   size_t count,
@@ -831,10 +831,6 @@ popsteer_error popsteer_batch_new(const struct popsteer_controller *const *contr
 
 /**
  * How many vehicles a batch has; 0 where `batch` is no batch.
- *
- * Required of the caller:
- *
- * `batch` is NULL or a handle of this library.
  */
 size_t popsteer_batch_size(const struct popsteer_batch *batch);
 
@@ -842,10 +838,6 @@ size_t popsteer_batch_size(const struct popsteer_batch *batch);
  * Checks lengths of arrays before a step, for languages whose arrays know theirs: `vehicles` and
  * `out` have to be as long as the batch, and `reported` too, or 0. `POPSTEER_ERROR_INPUT` where
  * one is not; the message names it.
- *
- * Required of the caller:
- *
- * `batch` is NULL or a handle of this library.
  */
 popsteer_error popsteer_batch_check_lengths(const struct popsteer_batch *batch,
                                             size_t vehicles,
@@ -858,11 +850,6 @@ popsteer_error popsteer_batch_check_lengths(const struct popsteer_batch *batch,
  *
  * Where an input is refused, `POPSTEER_ERROR_INPUT`, no vehicle has moved and `out` is unchanged;
  * the message names the first of them. Nothing is allocated.
- *
- * Required of the caller:
- *
- * `batch` is NULL or a handle of this library that no one else uses meanwhile; the arrays are NULL
- * or as long as the batch.
  */
 popsteer_error popsteer_batch_step(struct popsteer_batch *batch,
                                    const struct popsteer_vehicle_state *vehicles,
@@ -873,10 +860,6 @@ popsteer_error popsteer_batch_step(struct popsteer_batch *batch,
 /**
  * Takes one control step with every vehicle, and answers whatever comes in: each answer is that of
  * `popsteer_step_or_hold`, to the bit.
- *
- * Required of the caller:
- *
- * As for `popsteer_batch_step`.
  */
 popsteer_error popsteer_batch_step_or_hold(struct popsteer_batch *batch,
                                            const struct popsteer_vehicle_state *vehicles,
@@ -887,10 +870,6 @@ popsteer_error popsteer_batch_step_or_hold(struct popsteer_batch *batch,
 
 /**
  * Has one vehicle follow another path from its next step on; see `popsteer_controller_set_path`.
- *
- * Required of the caller:
- *
- * `batch` and `path` are NULL or handles of this library; no one else uses the batch meanwhile.
  */
 popsteer_error popsteer_batch_set_path(struct popsteer_batch *batch,
                                        size_t vehicle,
@@ -898,19 +877,11 @@ popsteer_error popsteer_batch_set_path(struct popsteer_batch *batch,
 
 /**
  * Takes every vehicle back to before its first step.
- *
- * Required of the caller:
- *
- * `batch` is NULL or a handle of this library that no one else uses meanwhile.
  */
 popsteer_error popsteer_batch_reset(struct popsteer_batch *batch);
 
 /**
  * Frees a batch; NULL is left alone.
- *
- * Required of the caller:
- *
- * `batch` is NULL or a handle of this library that is not used any more.
  */
 popsteer_error popsteer_batch_free(struct popsteer_batch *batch);
 
@@ -921,20 +892,12 @@ struct popsteer_reported popsteer_reported_default(void);
 
 /**
  * Takes a controller back to before its first step, with straight wheels.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one else uses meanwhile.
  */
 popsteer_error popsteer_controller_reset(struct popsteer_controller *controller);
 
 /**
  * Takes a controller back to before its first step, for a vehicle that a driver hands over,
  * steering at the angle `steer` [rad]: it goes on from there without a jump.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one else uses meanwhile.
  */
 popsteer_error popsteer_controller_reset_to(struct popsteer_controller *controller, double steer);
 
@@ -943,11 +906,6 @@ popsteer_error popsteer_controller_reset_to(struct popsteer_controller *controll
  * its paths. The place on the new path is that of the last step; integral, estimate and commands in
  * flight carry on. The old path is freed here if nobody else holds it: to have no memory freed in
  * the control loop, free its handle elsewhere, later.
- *
- * Required of the caller:
- *
- * `controller` and `path` are NULL or handles of this library; no one else uses the controller
- * meanwhile.
  */
 popsteer_error popsteer_controller_set_path(struct popsteer_controller *controller,
                                             const struct popsteer_path *path);
@@ -955,10 +913,6 @@ popsteer_error popsteer_controller_set_path(struct popsteer_controller *controll
 /**
  * Finds the vehicle's place on the whole path anew, after a jump of the vehicle or of its
  * localisation. Exact, but on long paths slower than a step.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one else uses meanwhile.
  */
 popsteer_error popsteer_controller_relocalise(struct popsteer_controller *controller,
                                               double x,
@@ -967,11 +921,6 @@ popsteer_error popsteer_controller_relocalise(struct popsteer_controller *contro
 
 /**
  * Writes to `out` what the motion has shown of the vehicle so far.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
- * a place for an estimate.
  */
 popsteer_error popsteer_controller_estimate(const struct popsteer_controller *controller,
                                             struct popsteer_estimate *out);
@@ -979,31 +928,18 @@ popsteer_error popsteer_controller_estimate(const struct popsteer_controller *co
 /**
  * How far ahead of the pose's point the tracked point lies [m], driving forward: the point whose
  * errors a command tells; NAN where `controller` is no controller.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library.
  */
 double popsteer_controller_tracked_point(const struct popsteer_controller *controller);
 
 /**
  * Makes a second controller that stands where `controller` stands: to try something, or to go back
  * to it. It follows the same path.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
- * a place for a pointer.
  */
 popsteer_error popsteer_controller_clone(const struct popsteer_controller *controller,
                                          struct popsteer_controller **out);
 
 /**
  * Frees a controller; NULL is left alone.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that is not used any more.
  */
 popsteer_error popsteer_controller_free(struct popsteer_controller *controller);
 
@@ -1012,10 +948,6 @@ popsteer_error popsteer_controller_free(struct popsteer_controller *controller);
  * value: at most `size` bytes into `buffer`, the final NUL included. Returns the length of the whole
  * message without the NUL, as snprintf does; `buffer` may be NULL where `size` is 0. The message
  * is empty before the first failure; calls that succeed leave it.
- *
- * Required of the caller:
- *
- * `buffer` is NULL or has room for `size` bytes.
  */
 size_t popsteer_last_error_message(char *buffer,
                                    size_t size);
@@ -1032,10 +964,6 @@ const char *popsteer_error_name(int32_t error);
  * `vehicle`, `params` and `options` may be NULL for their defaults; they are copied. `path` may be
  * freed afterwards. `out` gets the controller, which is freed by `popsteer_controller_free`.
  * `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_pop_new(const struct popsteer_path *path,
                                 const struct popsteer_vehicle *vehicle,
@@ -1046,10 +974,6 @@ popsteer_error popsteer_pop_new(const struct popsteer_path *path,
 /**
  * Makes a preview POP controller, which plans its angles ahead within all limits of the vehicle:
  * the one for real vehicles. Arguments as of `popsteer_pop_new`.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_preview_pop_new(const struct popsteer_path *path,
                                         const struct popsteer_vehicle *vehicle,
@@ -1059,10 +983,6 @@ popsteer_error popsteer_preview_pop_new(const struct popsteer_path *path,
 
 /**
  * Makes a PID controller on the cross-track error. Arguments as of `popsteer_pop_new`.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_pid_new(const struct popsteer_path *path,
                                 const struct popsteer_vehicle *vehicle,
@@ -1073,10 +993,6 @@ popsteer_error popsteer_pid_new(const struct popsteer_path *path,
 /**
  * Makes a pure-pursuit controller: the arc of the rear axle through the lookahead point.
  * Arguments as of `popsteer_pop_new`.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_pure_pursuit_new(const struct popsteer_path *path,
                                          const struct popsteer_vehicle *vehicle,
@@ -1087,10 +1003,6 @@ popsteer_error popsteer_pure_pursuit_new(const struct popsteer_path *path,
 /**
  * Makes a Stanley controller: heading and cross-track error of the front axle. Arguments as of
  * `popsteer_pop_new`.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_stanley_new(const struct popsteer_path *path,
                                     const struct popsteer_vehicle *vehicle,
@@ -1112,10 +1024,6 @@ struct popsteer_vehicle popsteer_vehicle_default(void);
 /**
  * Whether every field is within its range; `POPSTEER_ERROR_CONFIG` and a message that names it
  * where one is not. Controllers check their vehicle by themselves.
- *
- * Required of the caller:
- *
- * `vehicle` is NULL or leads to a vehicle.
  */
 popsteer_error popsteer_vehicle_check(const struct popsteer_vehicle *vehicle);
 
@@ -1155,10 +1063,6 @@ struct popsteer_stanley_params popsteer_stanley_params_default(void);
  * Refused as `POPSTEER_ERROR_PATH`: fewer than two waypoints (three in a closed path), a number
  * that is not finite or beyond 1e9 m, neighbours at one place. `out` gets the path, which is freed
  * by `popsteer_path_free`.
- *
- * Required of the caller:
- *
- * The arrays have `count` entries each; `out` is a place for a pointer.
  */
 popsteer_error popsteer_path_new(const double *x,
                                  const double *y,
@@ -1175,11 +1079,6 @@ popsteer_error popsteer_path_new(const double *x,
  *
  * Refused as `POPSTEER_ERROR_PATH`: another count, a slope that is not finite or beyond 1. `out` gets
  * the path, which is freed by `popsteer_path_free`.
- *
- * Required of the caller:
- *
- * `path` is NULL or a handle of this library; `grade` has `count` entries; `out` is a place for a
- * pointer.
  */
 popsteer_error popsteer_path_with_grade(const struct popsteer_path *path,
                                         const double *grade,
@@ -1196,11 +1095,6 @@ popsteer_error popsteer_path_with_grade(const struct popsteer_path *path,
  * Refused as `POPSTEER_ERROR_PATH`: another count, a number that is not finite or beyond 1e6 rad or
  * 1e3 1/m, a yaw more than 0.35 rad off the waypoints beside it, a curvature that contradicts the
  * yaw. `out` gets the path, which is freed by `popsteer_path_free`.
- *
- * Required of the caller:
- *
- * `path` is NULL or a handle of this library; `yaw` and `curvature` are NULL or have `count`
- * entries; `out` is a place for a pointer.
  */
 popsteer_error popsteer_path_with_yaw(const struct popsteer_path *path,
                                       const double *yaw,
@@ -1211,20 +1105,12 @@ popsteer_error popsteer_path_with_yaw(const struct popsteer_path *path,
 /**
  * The length of a path [m], the way from the last waypoint to the first of a closed one included;
  * NAN where `path` is no path.
- *
- * Required of the caller:
- *
- * `path` is NULL or a handle of this library.
  */
 double popsteer_path_length(const struct popsteer_path *path);
 
 /**
  * Frees a path, at the latest when the last controller that follows it is freed; NULL is left
  * alone.
- *
- * Required of the caller:
- *
- * `path` is NULL or a handle of this library that is not used any more.
  */
 popsteer_error popsteer_path_free(struct popsteer_path *path);
 
@@ -1241,10 +1127,6 @@ struct popsteer_speed_tracker_params popsteer_speed_tracker_params_default(void)
  * `vehicle` and `params` may be NULL for their defaults; they are copied. `path` may be freed
  * afterwards. `out` gets the tracker, which is freed by `popsteer_speed_tracker_free`.
  * `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
  */
 popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
                                           const struct popsteer_vehicle *vehicle,
@@ -1260,11 +1142,6 @@ popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
  *
  * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
  * `out` are then unchanged. Nothing is allocated.
- *
- * Required of the caller:
- *
- * `tracker` is NULL or a handle of this library that no one else uses meanwhile; `out` is NULL or a
- * place for a command.
  */
 popsteer_error popsteer_speed_tracker_step(struct popsteer_speed_tracker *tracker,
                                            struct popsteer_vehicle_state vehicle,
@@ -1276,10 +1153,6 @@ popsteer_error popsteer_speed_tracker_step(struct popsteer_speed_tracker *tracke
  * Keeps the speeds of another path from the next step on, planned at once: this allocates. Command,
  * estimate and place carry on. `POPSTEER_ERROR_CONFIG` where a limit is out of the range of a plan;
  * nothing has changed then.
- *
- * Required of the caller:
- *
- * `tracker` and `path` are NULL or handles of this library; no one else uses the tracker meanwhile.
  */
 popsteer_error popsteer_speed_tracker_set_path(struct popsteer_speed_tracker *tracker,
                                                const struct popsteer_path *path);
@@ -1288,11 +1161,6 @@ popsteer_error popsteer_speed_tracker_set_path(struct popsteer_speed_tracker *tr
  * Writes the planned speed at each waypoint into `out` [m/s], never negative: the profile. `out` has
  * room for `size` numbers, and `count`, which may be NULL, gets how many waypoints there are; no more
  * than `size` are written.
- *
- * Required of the caller:
- *
- * `tracker` is NULL or a handle of this library that no one changes meanwhile; `out` has room for
- * `size` numbers; `count` is NULL or a place for a count.
  */
 popsteer_error popsteer_speed_tracker_plan(const struct popsteer_speed_tracker *tracker,
                                            double *out,
@@ -1301,19 +1169,11 @@ popsteer_error popsteer_speed_tracker_plan(const struct popsteer_speed_tracker *
 
 /**
  * Takes a speed tracker back to before its first step.
- *
- * Required of the caller:
- *
- * `tracker` is NULL or a handle of this library that no one else uses meanwhile.
  */
 popsteer_error popsteer_speed_tracker_reset(struct popsteer_speed_tracker *tracker);
 
 /**
  * Frees a speed tracker; NULL is left alone.
- *
- * Required of the caller:
- *
- * `tracker` is NULL or a handle of this library that is not used any more.
  */
 popsteer_error popsteer_speed_tracker_free(struct popsteer_speed_tracker *tracker);
 
@@ -1322,10 +1182,6 @@ popsteer_error popsteer_speed_tracker_free(struct popsteer_speed_tracker *tracke
  * `size` bytes into `buffer`, the final NUL included. Returns the length of all of it without the
  * NUL, as snprintf does; 255 bytes are always enough. Bits that stand for no condition have no
  * name.
- *
- * Required of the caller:
- *
- * `buffer` is NULL or has room for `size` bytes.
  */
 size_t popsteer_status_names(uint32_t status, char *buffer, size_t size);
 
@@ -1338,11 +1194,6 @@ size_t popsteer_status_names(uint32_t status, char *buffer, size_t size);
  *
  * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
  * and `out` are then unchanged. Nothing is allocated.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one else uses meanwhile; the other
- * pointers are NULL or lead to what their types say.
  */
 popsteer_error popsteer_step(struct popsteer_controller *controller,
                              struct popsteer_vehicle_state vehicle,
@@ -1357,10 +1208,6 @@ popsteer_error popsteer_step(struct popsteer_controller *controller,
  *
  * `dt` is the time since the last call [s]; one that is itself refused counts as that of the last
  * step. The next step counts the time of those that were held.
- *
- * Required of the caller:
- *
- * As for `popsteer_step`.
  */
 popsteer_error popsteer_step_or_hold(struct popsteer_controller *controller,
                                      struct popsteer_vehicle_state vehicle,
@@ -1377,11 +1224,6 @@ popsteer_error popsteer_step_or_hold(struct popsteer_controller *controller,
  * A copy of the controller drives the vehicle as it is known by now, at its present acceleration,
  * and to the next stop at most. The controller stays as it is. `POPSTEER_ERROR_NO_STEP` before the
  * first step. Nothing is allocated; the time it takes is that of `size` steps.
- *
- * Required of the caller:
- *
- * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` has room
- * for `size` instants.
  */
 popsteer_error popsteer_predict(const struct popsteer_controller *controller,
                                 double dt,
@@ -1396,10 +1238,6 @@ popsteer_error popsteer_predict(const struct popsteer_controller *controller,
  * `POPSTEER_ERROR_CONFIG` where the file cannot be read or is no TOML, a key is unknown, or its value
  * is of another type or out of its range: the message names file, key and value, and `out` is
  * unchanged.
- *
- * Required of the caller:
- *
- * `file` is NULL or a string that ends with NUL; `out` is NULL or a place for a vehicle.
  */
 popsteer_error popsteer_vehicle_load(const char *file,
                                      struct popsteer_vehicle *out);

@@ -24,11 +24,6 @@ impl Handle for CBatch {
 
 /// Makes a batch of copies of `count` controllers, in the state in which they are; they may be of
 /// several kinds, and may be freed afterwards.
-///
-/// # Safety
-///
-/// `controllers` has `count` entries, each NULL or a handle of this library; `out` is NULL or a place
-/// for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_new(
     controllers: *const *const CController,
@@ -53,10 +48,6 @@ pub unsafe extern "C" fn popsteer_batch_new(
 }
 
 /// How many vehicles a batch has; 0 where `batch` is no batch.
-///
-/// # Safety
-///
-/// `batch` is NULL or a handle of this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_size(batch: *const CBatch) -> usize {
     let mut size = 0;
@@ -71,10 +62,6 @@ pub unsafe extern "C" fn popsteer_batch_size(batch: *const CBatch) -> usize {
 /// Checks lengths of arrays before a step, for languages whose arrays know theirs: `vehicles` and
 /// `out` have to be as long as the batch, and `reported` too, or 0. `POPSTEER_ERROR_INPUT` where
 /// one is not; the message names it.
-///
-/// # Safety
-///
-/// `batch` is NULL or a handle of this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_check_lengths(
     batch: *const CBatch,
@@ -138,11 +125,6 @@ fn reported_of(reported: &[CReported], vehicle: usize) -> Reported {
 ///
 /// Where an input is refused, `POPSTEER_ERROR_INPUT`, no vehicle has moved and `out` is unchanged;
 /// the message names the first of them. Nothing is allocated.
-///
-/// # Safety
-///
-/// `batch` is NULL or a handle of this library that no one else uses meanwhile; the arrays are NULL
-/// or as long as the batch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_step(
     batch: *mut CBatch,
@@ -173,10 +155,6 @@ pub unsafe extern "C" fn popsteer_batch_step(
 
 /// Takes one control step with every vehicle, and answers whatever comes in: each answer is that of
 /// `popsteer_step_or_hold`, to the bit.
-///
-/// # Safety
-///
-/// As for `popsteer_batch_step`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_step_or_hold(
     batch: *mut CBatch,
@@ -200,10 +178,6 @@ pub unsafe extern "C" fn popsteer_batch_step_or_hold(
 }
 
 /// Has one vehicle follow another path from its next step on; see `popsteer_controller_set_path`.
-///
-/// # Safety
-///
-/// `batch` and `path` are NULL or handles of this library; no one else uses the batch meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_set_path(
     batch: *mut CBatch,
@@ -223,10 +197,6 @@ pub unsafe extern "C" fn popsteer_batch_set_path(
 }
 
 /// Takes every vehicle back to before its first step.
-///
-/// # Safety
-///
-/// `batch` is NULL or a handle of this library that no one else uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_reset(batch: *mut CBatch) -> CError {
     guard(|| {
@@ -239,10 +209,6 @@ pub unsafe extern "C" fn popsteer_batch_reset(batch: *mut CBatch) -> CError {
 }
 
 /// Frees a batch; NULL is left alone.
-///
-/// # Safety
-///
-/// `batch` is NULL or a handle of this library that is not used any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_batch_free(batch: *mut CBatch) -> CError {
     // SAFETY: the caller vouches for it.

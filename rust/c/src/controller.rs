@@ -145,10 +145,6 @@ impl Controller {
 }
 
 /// Takes a controller back to before its first step, with straight wheels.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_reset(controller: *mut CController) -> CError {
     guard(|| {
@@ -160,10 +156,6 @@ pub unsafe extern "C" fn popsteer_controller_reset(controller: *mut CController)
 
 /// Takes a controller back to before its first step, for a vehicle that a driver hands over,
 /// steering at the angle `steer` [rad]: it goes on from there without a jump.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_reset_to(
     controller: *mut CController,
@@ -180,11 +172,6 @@ pub unsafe extern "C" fn popsteer_controller_reset_to(
 /// its paths. The place on the new path is that of the last step; integral, estimate and commands in
 /// flight carry on. The old path is freed here if nobody else holds it: to have no memory freed in
 /// the control loop, free its handle elsewhere, later.
-///
-/// # Safety
-///
-/// `controller` and `path` are NULL or handles of this library; no one else uses the controller
-/// meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_set_path(
     controller: *mut CController,
@@ -205,10 +192,6 @@ pub unsafe extern "C" fn popsteer_controller_set_path(
 
 /// Finds the vehicle's place on the whole path anew, after a jump of the vehicle or of its
 /// localisation. Exact, but on long paths slower than a step.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_relocalise(
     controller: *mut CController,
@@ -228,11 +211,6 @@ pub unsafe extern "C" fn popsteer_controller_relocalise(
 }
 
 /// Writes to `out` what the motion has shown of the vehicle so far.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
-/// a place for an estimate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_estimate(
     controller: *const CController,
@@ -249,10 +227,6 @@ pub unsafe extern "C" fn popsteer_controller_estimate(
 
 /// How far ahead of the pose's point the tracked point lies [m], driving forward: the point whose
 /// errors a command tells; NAN where `controller` is no controller.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_tracked_point(controller: *const CController) -> f64 {
     let mut ahead = f64::NAN;
@@ -266,11 +240,6 @@ pub unsafe extern "C" fn popsteer_controller_tracked_point(controller: *const CC
 
 /// Makes a second controller that stands where `controller` stands: to try something, or to go back
 /// to it. It follows the same path.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
-/// a place for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_clone(
     controller: *const CController,
@@ -281,10 +250,6 @@ pub unsafe extern "C" fn popsteer_controller_clone(
 }
 
 /// Frees a controller; NULL is left alone.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that is not used any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_free(controller: *mut CController) -> CError {
     // SAFETY: the caller vouches for it.

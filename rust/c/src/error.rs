@@ -207,10 +207,6 @@ impl Write for Text<'_> {
 /// value: at most `size` bytes into `buffer`, the final NUL included. Returns the length of the whole
 /// message without the NUL, as snprintf does; `buffer` may be NULL where `size` is 0. The message
 /// is empty before the first failure; calls that succeed leave it.
-///
-/// # Safety
-///
-/// `buffer` is NULL or has room for `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_last_error_message(buffer: *mut c_char, size: usize) -> usize {
     // SAFETY: the caller vouches for it.

@@ -39,10 +39,6 @@ macro_rules! make {
 /// `vehicle`, `params` and `options` may be NULL for their defaults; they are copied. `path` may be
 /// freed afterwards. `out` gets the controller, which is freed by `popsteer_controller_free`.
 /// `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_pop_new(
     path: *const CPath,
@@ -56,10 +52,6 @@ pub unsafe extern "C" fn popsteer_pop_new(
 
 /// Makes a preview POP controller, which plans its angles ahead within all limits of the vehicle:
 /// the one for real vehicles. Arguments as of `popsteer_pop_new`.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_preview_pop_new(
     path: *const CPath,
@@ -72,10 +64,6 @@ pub unsafe extern "C" fn popsteer_preview_pop_new(
 }
 
 /// Makes a PID controller on the cross-track error. Arguments as of `popsteer_pop_new`.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_pid_new(
     path: *const CPath,
@@ -89,10 +77,6 @@ pub unsafe extern "C" fn popsteer_pid_new(
 
 /// Makes a pure-pursuit controller: the arc of the rear axle through the lookahead point.
 /// Arguments as of `popsteer_pop_new`.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_pure_pursuit_new(
     path: *const CPath,
@@ -106,10 +90,6 @@ pub unsafe extern "C" fn popsteer_pure_pursuit_new(
 
 /// Makes a Stanley controller: heading and cross-track error of the front axle. Arguments as of
 /// `popsteer_pop_new`.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_stanley_new(
     path: *const CPath,

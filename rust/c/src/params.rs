@@ -69,10 +69,6 @@ pub extern "C" fn popsteer_vehicle_default() -> CVehicle {
 
 /// Whether every field is within its range; `POPSTEER_ERROR_CONFIG` and a message that names it
 /// where one is not. Controllers check their vehicle by themselves.
-///
-/// # Safety
-///
-/// `vehicle` is NULL or leads to a vehicle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_vehicle_check(vehicle: *const CVehicle) -> CError {
     guard(|| {

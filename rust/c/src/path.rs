@@ -30,10 +30,6 @@ impl Handle for CPath {
 /// Refused as `POPSTEER_ERROR_PATH`: fewer than two waypoints (three in a closed path), a number
 /// that is not finite or beyond 1e9 m, neighbours at one place. `out` gets the path, which is freed
 /// by `popsteer_path_free`.
-///
-/// # Safety
-///
-/// The arrays have `count` entries each; `out` is a place for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_new(
     x: *const f64,
@@ -71,11 +67,6 @@ pub unsafe extern "C" fn popsteer_path_new(
 ///
 /// Refused as `POPSTEER_ERROR_PATH`: another count, a slope that is not finite or beyond 1. `out` gets
 /// the path, which is freed by `popsteer_path_free`.
-///
-/// # Safety
-///
-/// `path` is NULL or a handle of this library; `grade` has `count` entries; `out` is a place for a
-/// pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_with_grade(
     path: *const CPath,
@@ -101,11 +92,6 @@ pub unsafe extern "C" fn popsteer_path_with_grade(
 /// Refused as `POPSTEER_ERROR_PATH`: another count, a number that is not finite or beyond 1e6 rad or
 /// 1e3 1/m, a yaw more than 0.35 rad off the waypoints beside it, a curvature that contradicts the
 /// yaw. `out` gets the path, which is freed by `popsteer_path_free`.
-///
-/// # Safety
-///
-/// `path` is NULL or a handle of this library; `yaw` and `curvature` are NULL or have `count`
-/// entries; `out` is a place for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_with_yaw(
     path: *const CPath,
@@ -131,10 +117,6 @@ pub unsafe extern "C" fn popsteer_path_with_yaw(
 
 /// The length of a path [m], the way from the last waypoint to the first of a closed one included;
 /// NAN where `path` is no path.
-///
-/// # Safety
-///
-/// `path` is NULL or a handle of this library.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_length(path: *const CPath) -> f64 {
     let mut length = f64::NAN;
@@ -148,10 +130,6 @@ pub unsafe extern "C" fn popsteer_path_length(path: *const CPath) -> f64 {
 
 /// Frees a path, at the latest when the last controller that follows it is freed; NULL is left
 /// alone.
-///
-/// # Safety
-///
-/// `path` is NULL or a handle of this library that is not used any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_free(path: *mut CPath) -> CError {
     // SAFETY: the caller vouches for it.

@@ -92,10 +92,6 @@ pub extern "C" fn popsteer_speed_tracker_params_default() -> CSpeedTrackerParams
 /// `vehicle` and `params` may be NULL for their defaults; they are copied. `path` may be freed
 /// afterwards. `out` gets the tracker, which is freed by `popsteer_speed_tracker_free`.
 /// `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_new(
     path: *const CPath,
@@ -132,11 +128,6 @@ pub unsafe extern "C" fn popsteer_speed_tracker_new(
 ///
 /// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
 /// `out` are then unchanged. Nothing is allocated.
-///
-/// # Safety
-///
-/// `tracker` is NULL or a handle of this library that no one else uses meanwhile; `out` is NULL or a
-/// place for a command.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_step(
     tracker: *mut CSpeedTracker,
@@ -164,10 +155,6 @@ pub unsafe extern "C" fn popsteer_speed_tracker_step(
 /// Keeps the speeds of another path from the next step on, planned at once: this allocates. Command,
 /// estimate and place carry on. `POPSTEER_ERROR_CONFIG` where a limit is out of the range of a plan;
 /// nothing has changed then.
-///
-/// # Safety
-///
-/// `tracker` and `path` are NULL or handles of this library; no one else uses the tracker meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_set_path(
     tracker: *mut CSpeedTracker,
@@ -187,11 +174,6 @@ pub unsafe extern "C" fn popsteer_speed_tracker_set_path(
 /// Writes the planned speed at each waypoint into `out` [m/s], never negative: the profile. `out` has
 /// room for `size` numbers, and `count`, which may be NULL, gets how many waypoints there are; no more
 /// than `size` are written.
-///
-/// # Safety
-///
-/// `tracker` is NULL or a handle of this library that no one changes meanwhile; `out` has room for
-/// `size` numbers; `count` is NULL or a place for a count.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_plan(
     tracker: *const CSpeedTracker,
@@ -216,10 +198,6 @@ pub unsafe extern "C" fn popsteer_speed_tracker_plan(
 }
 
 /// Takes a speed tracker back to before its first step.
-///
-/// # Safety
-///
-/// `tracker` is NULL or a handle of this library that no one else uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_reset(tracker: *mut CSpeedTracker) -> CError {
     guard(|| {
@@ -230,10 +208,6 @@ pub unsafe extern "C" fn popsteer_speed_tracker_reset(tracker: *mut CSpeedTracke
 }
 
 /// Frees a speed tracker; NULL is left alone.
-///
-/// # Safety
-///
-/// `tracker` is NULL or a handle of this library that is not used any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_free(tracker: *mut CSpeedTracker) -> CError {
     // SAFETY: the caller vouches for it.

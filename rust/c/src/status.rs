@@ -80,10 +80,6 @@ const _: () = {
 /// `size` bytes into `buffer`, the final NUL included. Returns the length of all of it without the
 /// NUL, as snprintf does; 255 bytes are always enough. Bits that stand for no condition have no
 /// name.
-///
-/// # Safety
-///
-/// `buffer` is NULL or has room for `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_status_names(
     status: u32,

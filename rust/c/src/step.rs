@@ -18,11 +18,6 @@ use crate::handle;
 ///
 /// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
 /// and `out` are then unchanged. Nothing is allocated.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one else uses meanwhile; the other
-/// pointers are NULL or lead to what their types say.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_step(
     controller: *mut CController,
@@ -49,10 +44,6 @@ pub unsafe extern "C" fn popsteer_step(
 ///
 /// `dt` is the time since the last call [s]; one that is itself refused counts as that of the last
 /// step. The next step counts the time of those that were held.
-///
-/// # Safety
-///
-/// As for `popsteer_step`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_step_or_hold(
     controller: *mut CController,
@@ -94,11 +85,6 @@ const _: () = {
 /// A copy of the controller drives the vehicle as it is known by now, at its present acceleration,
 /// and to the next stop at most. The controller stays as it is. `POPSTEER_ERROR_NO_STEP` before the
 /// first step. Nothing is allocated; the time it takes is that of `size` steps.
-///
-/// # Safety
-///
-/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` has room
-/// for `size` instants.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_predict(
     controller: *const CController,

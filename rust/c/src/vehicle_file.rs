@@ -92,10 +92,6 @@ fn vehicle(table: &Table) -> Result<CVehicle, String> {
 /// `POPSTEER_ERROR_CONFIG` where the file cannot be read or is no TOML, a key is unknown, or its value
 /// is of another type or out of its range: the message names file, key and value, and `out` is
 /// unchanged.
-///
-/// # Safety
-///
-/// `file` is NULL or a string that ends with NUL; `out` is NULL or a place for a vehicle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_vehicle_load(file: *const c_char, out: *mut CVehicle) -> CError {
     guard(|| {

@@ -140,8 +140,7 @@ fn made(folder: &Path) -> Result<String, Box<dyn Error>> {
         .generate()?;
     let mut header = Vec::new();
     bindings.write(&mut header);
-    // What Rust's pages head so are the duties of who calls.
-    Ok(String::from_utf8(header)?.replace("* # Safety\n", "* Required of the caller:\n"))
+    Ok(String::from_utf8(header)?)
 }
 
 #[test]
