@@ -5,12 +5,8 @@ use std::fmt::{self, Display};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::tuple::BoundTupleIterator;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyTuple, PyType};
-use serde::de::value::StrDeserializer;
-use serde::de::{
-    DeserializeOwned, DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess, Visitor,
-};
+use serde::de::{DeserializeOwned, DeserializeSeed, SeqAccess, Visitor};
 use serde::ser::{Impossible, SerializeSeq, SerializeStruct, SerializeTuple};
 use serde::{Deserializer, Serialize, Serializer, forward_to_deserialize_any};
 
@@ -47,17 +43,10 @@ pub(crate) fn restored<S: DeserializeOwned>(
     }
     let fields = state.call_method0("as_dict")?.cast_into::<PyDict>()?;
     let given = fields.get_item(CONTROLLER)?;
-    if !given
-        .as_ref()
-        .is_some_and(|given| given.eq(controller).unwrap_or(false))
-    {
-        let given = given.unwrap_or_else(|| py.None().into_bound(py));
-        return Err(argument_error(
-            py,
-            CONTROLLER,
-            given,
-            &format!("'{controller}'"),
-        ));
+    let given = given.unwrap_or_else(|| py.None().into_bound(py));
+    if !given.eq(controller).unwrap_or(false) {
+        let wanted = format!("'{controller}'");
+        return Err(argument_error(py, CONTROLLER, given, &wanted));
     }
     fields.del_item(CONTROLLER)?;
     of_data(fields.into_any())
@@ -75,69 +64,52 @@ pub(crate) fn of_data<S: DeserializeOwned>(data: Bound<'_, PyAny>) -> PyResult<S
     S::deserialize(Given(data)).map_err(|error| error.raised(py))
 }
 
-/// Why a value does not go over.
+/// Why a value does not go over: it is not what is required.
 #[derive(Debug)]
-pub(crate) enum Refusal {
-    /// Python's own error.
-    Raised(PyErr),
-    /// A field, innermost first, that has not what is required.
-    Field {
-        path: Vec<String>,
-        value: Option<Py<PyAny>>,
-        requirement: String,
-    },
+pub(crate) struct Refusal {
+    /// The field, innermost part first.
+    path: Vec<String>,
+    value: Option<Py<PyAny>>,
+    requirement: String,
 }
 
 impl Refusal {
     fn of(requirement: impl Display) -> Self {
-        let requirement = requirement.to_string();
-        Self::Field {
+        Self {
             path: Vec::new(),
             value: None,
-            requirement,
+            requirement: requirement.to_string(),
         }
     }
 
     /// The same of `value`, which stands at `place`.
-    fn at(mut self, place: String, given: &Bound<'_, PyAny>) -> Self {
-        if let Self::Field { path, value, .. } = &mut self {
-            path.push(place);
-            value.get_or_insert_with(|| given.clone().unbind());
-        }
+    fn at(mut self, place: String, value: &Bound<'_, PyAny>) -> Self {
+        self.path.push(place);
+        self.value.get_or_insert_with(|| value.clone().unbind());
         self
     }
 
     fn raised(self, py: Python<'_>) -> PyErr {
-        match self {
-            Self::Raised(error) => error,
-            Self::Field {
-                path,
-                value,
-                requirement,
-            } => {
-                let mut field = String::new();
-                for place in path.iter().rev() {
-                    if !field.is_empty() && !place.starts_with('[') {
-                        field.push('.');
-                    }
-                    field.push_str(place);
-                }
-                if field.is_empty() {
-                    field.push_str("state");
-                }
-                let value = value.unwrap_or_else(|| py.None()).into_bound(py);
-                argument_error(py, &field, value, &requirement)
+        let mut field = String::new();
+        for place in self.path.iter().rev() {
+            if !field.is_empty() && !place.starts_with('[') {
+                field.push('.');
             }
+            field.push_str(place);
         }
+        if field.is_empty() {
+            field.push_str("state");
+        }
+        let value = self.value.into_pyobject(py);
+        value.map_or_else(PyErr::from, |value| {
+            argument_error(py, &field, value, &self.requirement)
+        })
     }
 }
 
 impl Display for Refusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Raised(error) => error.fmt(formatter),
-            Self::Field { requirement, .. } => formatter.write_str(requirement),
-        }
+        formatter.write_str(&self.requirement)
     }
 }
 
@@ -145,7 +117,7 @@ impl std::error::Error for Refusal {}
 
 impl From<PyErr> for Refusal {
     fn from(error: PyErr) -> Self {
-        Self::Raised(error)
+        Self::of(error)
     }
 }
 
@@ -263,32 +235,24 @@ impl<'py> Serializer for ToPython<'py> {
 /// A tuple in the making.
 struct Entries<'py>(ToPython<'py>, Vec<Bound<'py, PyAny>>);
 
-impl<'py> SerializeSeq for Entries<'py> {
-    type Ok = Bound<'py, PyAny>;
-    type Error = Refusal;
+macro_rules! entries {
+    ($($kind:ident),+) => {$(
+        impl<'py> $kind for Entries<'py> {
+            type Ok = Bound<'py, PyAny>;
+            type Error = Refusal;
 
-    fn serialize_element<T: Serialize + ?Sized>(&mut self, entry: &T) -> Result<(), Refusal> {
-        self.1.push(entry.serialize(self.0)?);
-        Ok(())
-    }
+            fn serialize_element<T: Serialize + ?Sized>(&mut self, entry: &T) -> Result<(), Refusal> {
+                self.1.push(entry.serialize(self.0)?);
+                Ok(())
+            }
 
-    fn end(self) -> Made<'py> {
-        Ok(PyTuple::new(self.0.0, self.1)?.into_any())
-    }
+            fn end(self) -> Made<'py> {
+                Ok(PyTuple::new(self.0.0, self.1)?.into_any())
+            }
+        }
+    )+};
 }
-
-impl<'py> SerializeTuple for Entries<'py> {
-    type Ok = Bound<'py, PyAny>;
-    type Error = Refusal;
-
-    fn serialize_element<T: Serialize + ?Sized>(&mut self, entry: &T) -> Result<(), Refusal> {
-        SerializeSeq::serialize_element(self, entry)
-    }
-
-    fn end(self) -> Made<'py> {
-        SerializeSeq::end(self)
-    }
-}
+entries!(SerializeSeq, SerializeTuple);
 
 /// A `dict` in the making.
 struct Fields<'py>(ToPython<'py>, Bound<'py, PyDict>);
@@ -313,6 +277,12 @@ impl<'py> SerializeStruct for Fields<'py> {
 /// What Python gives: numbers, tuples, and the `dict` of a struct, with all fields and no others.
 struct Given<'py>(Bound<'py, PyAny>);
 
+impl<'py> Given<'py> {
+    fn extracted<T: FromPyObjectOwned<'py>>(&self, requirement: &str) -> Result<T, Refusal> {
+        self.0.extract().map_err(|_| Refusal::of(requirement))
+    }
+}
+
 impl<'de> Deserializer<'de> for Given<'_> {
     type Error = Refusal;
 
@@ -321,24 +291,15 @@ impl<'de> Deserializer<'de> for Given<'_> {
     }
 
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match self.0.extract() {
-            Ok(value) => visitor.visit_bool(value),
-            Err(_) => Err(Refusal::of("True or False")),
-        }
+        visitor.visit_bool(self.extracted("True or False")?)
     }
 
     fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match self.0.extract() {
-            Ok(value) => visitor.visit_u64(value),
-            Err(_) => Err(Refusal::of("a whole number from 0 to 2**64 - 1")),
-        }
+        visitor.visit_u64(self.extracted("a whole number from 0 to 2**64 - 1")?)
     }
 
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match self.0.extract() {
-            Ok(value) => visitor.visit_f64(value),
-            Err(_) => Err(Refusal::of("a number")),
-        }
+        visitor.visit_f64(self.extracted("a number")?)
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
@@ -350,17 +311,10 @@ impl<'de> Deserializer<'de> for Given<'_> {
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let entries = self
-            .0
-            .cast::<PyTuple>()
-            .map_err(|_| Refusal::of("a tuple"))?;
-        let mut entries = Places(entries.iter(), 0);
-        let value = visitor.visit_seq(&mut entries)?;
-        if entries.0.len() == 0 {
-            Ok(value)
-        } else {
-            Err(Refusal::of(format!("a tuple of {}", entries.1)))
-        }
+        let entries = self.0.cast::<PyTuple>();
+        let entries = entries.map_err(|_| Refusal::of("a tuple"))?.iter();
+        let places = (0..).map(|place| format!("[{place}]"));
+        visitor.visit_seq(Parts(places.zip(entries)))
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(
@@ -391,10 +345,10 @@ impl<'de> Deserializer<'de> for Given<'_> {
         let required = || Refusal::of(format!("a State of {}", fields.join(", ")));
         let given = self.0.cast::<PyDict>().map_err(|_| required())?;
         let values = fields.iter().map(|field| given.get_item(field));
-        let values = values.collect::<PyResult<Option<Vec<_>>>>()?;
-        match values {
+        match values.collect::<PyResult<Option<Vec<_>>>>()? {
             Some(values) if given.len() == fields.len() => {
-                visitor.visit_map(Named(fields.iter().zip(values), None))
+                let names = fields.iter().map(|&field| field.to_owned());
+                visitor.visit_seq(Parts(names.zip(values)))
             }
             _ => Err(required()),
         }
@@ -406,54 +360,20 @@ impl<'de> Deserializer<'de> for Given<'_> {
     }
 }
 
-/// The entries of a tuple, and how many have been taken.
-struct Places<'py>(BoundTupleIterator<'py>, usize);
+/// The entries of a tuple or the fields of a struct in order, each with its place.
+struct Parts<I>(I);
 
-impl<'de> SeqAccess<'de> for &mut Places<'_> {
+impl<'de, 'py, I: Iterator<Item = (String, Bound<'py, PyAny>)>> SeqAccess<'de> for Parts<I> {
     type Error = Refusal;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, Refusal> {
-        let Some(entry) = self.0.next() else {
+        let Some((place, part)) = self.0.next() else {
             return Ok(None);
         };
-        let place = self.1;
-        self.1 += 1;
-        let value = seed.deserialize(Given(entry.clone()));
-        value
-            .map(Some)
-            .map_err(|error| error.at(format!("[{place}]"), &entry))
-    }
-}
-
-/// The fields of a struct, and the one whose value is next.
-struct Named<'py, I>(I, Option<(&'static str, Bound<'py, PyAny>)>);
-
-impl<'de, 'py, I> MapAccess<'de> for Named<'py, I>
-where
-    I: Iterator<Item = (&'static &'static str, Bound<'py, PyAny>)>,
-{
-    type Error = Refusal;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, Refusal> {
-        let Some((&field, value)) = self.0.next() else {
-            return Ok(None);
-        };
-        self.1 = Some((field, value));
-        let name: StrDeserializer<'_, Refusal> = field.into_deserializer();
-        seed.deserialize(name).map(Some)
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
-        let Some((field, value)) = self.1.take() else {
-            return Err(Refusal::of("read name by name"));
-        };
-        let read = seed.deserialize(Given(value.clone()));
-        read.map_err(|error| error.at(field.to_owned(), &value))
+        let read = seed.deserialize(Given(part.clone()));
+        read.map(Some).map_err(|error| error.at(place, &part))
     }
 }
