@@ -118,7 +118,23 @@ class _Stateful(Generic[_ParamsT]):
     def params(self) -> _ParamsT: ...
 
 @type_check_only
-class _Controller(_Stateful[_ParamsT]):
+class _Steering:
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        measured_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+
+@type_check_only
+class _Controller(_Stateful[_ParamsT], _Steering):
     def __new__(
         cls,
         path: Path,
@@ -140,19 +156,6 @@ class _Controller(_Stateful[_ParamsT]):
         measured_steer: float | None = None,
         pose_age: float = 0.0,
     ) -> Command: ...
-    def steer(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        /,
-        *,
-        applied_steer: float | None = None,
-        measured_steer: float | None = None,
-        pose_age: float = 0.0,
-    ) -> float: ...
     def step_or_hold(
         self,
         x: float,
@@ -474,22 +477,9 @@ class Simulation:
     def records(self) -> dict[str, NDArray[Any]]: ...
 
 @final
-class _EmptyCall:
+class _EmptyCall(_Steering):
     def __new__(cls) -> Self: ...
     def reset(self) -> None: ...
-    def steer(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        /,
-        *,
-        applied_steer: float | None = None,
-        measured_steer: float | None = None,
-        pose_age: float = 0.0,
-    ) -> float: ...
 
 @final
 class _InFlight:
