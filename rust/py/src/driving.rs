@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
 use crate::laws::law_of;
+use crate::plants::python_plant;
 use crate::python_driver::PythonDriver;
 use crate::python_plant::PythonPlant;
 
@@ -18,7 +19,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 pub(crate) fn driven(
     py: Python<'_>,
     simulation: &mut Simulation,
-    plant: Option<&PythonPlant>,
     controller: &Bound<'_, PyAny>,
     longitudinal: &Longitudinal,
     perception: Perception,
@@ -29,7 +29,7 @@ pub(crate) fn driven(
     let mut interrupted: PyResult<()> = Ok(());
     let mut looked = Instant::now();
     let go_on = |simulation: &Simulation| {
-        fault = plant.and_then(PythonPlant::take_fault);
+        fault = python_plant(simulation).and_then(PythonPlant::take_fault);
         if fault.is_some() {
             return false;
         }

@@ -14,7 +14,7 @@ use pyo3::{PyTraverseError, PyVisit};
 
 use crate::errors::{OrRaise, entry_error};
 use crate::path::PyPath;
-use crate::plants::any_plant;
+use crate::plants::{any_plant, python_plant};
 use crate::pool;
 use crate::python_plant::{PythonPlant, limit_of};
 use crate::sim::PySettings;
@@ -57,9 +57,7 @@ type StepArrays<'py> = (
 pub(crate) struct PyEpisodes {
     episodes: Episodes,
     settings: Settings,
-    /// The vehicles that are plants in Python, at their places.
-    python_plants: Vec<Option<Arc<PythonPlant>>>,
-    /// What kept them from going on.
+    /// What kept the vehicles that are plants in Python from going on.
     limits: Vec<Option<String>>,
 }
 
@@ -103,22 +101,17 @@ impl PyEpisodes {
                 keep_records: false,
                 ..settings
             },
-            python_plants: vec![None; count],
             limits: vec![None; count],
         })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        for plant in self.python_plants.iter().flatten() {
-            plant.traverse(&visit)?;
-        }
-        Ok(())
+        self.python_plants()
+            .try_for_each(|plant| plant.traverse(&visit))
     }
 
     fn __clear__(&mut self) {
-        for plant in self.python_plants.iter().flatten() {
-            plant.clear();
-        }
+        self.python_plants().for_each(PythonPlant::clear);
     }
 
     fn __len__(&self) -> usize {
@@ -141,7 +134,7 @@ impl PyEpisodes {
         start: (f64, f64, f64),
         speed: f64,
     ) -> PyResult<()> {
-        let (plant, python_plant) = any_plant(plant)?;
+        let plant = any_plant(plant)?;
         let (x, y, yaw) = start;
         let start = VehicleState { x, y, yaw, speed };
         let car = plant.vehicle();
@@ -149,13 +142,12 @@ impl PyEpisodes {
         let path = Arc::clone(&path.get().0);
         let simulation =
             Simulation::new(path, plant, start, tracked, self.settings).or_raise(py)?;
-        if let Some(plant) = &python_plant {
+        if let Some(plant) = python_plant(&simulation) {
             plant.reset(py, start)?;
         }
         self.episodes.begin(vehicle, simulation);
-        let (plants, limits) = (&mut self.python_plants, &mut self.limits);
-        if let (Some(kept), Some(limit)) = (plants.get_mut(vehicle), limits.get_mut(vehicle)) {
-            (*kept, *limit) = (python_plant, None);
+        if let Some(limit) = self.limits.get_mut(vehicle) {
+            *limit = None;
         }
         Ok(())
     }
@@ -180,8 +172,11 @@ impl PyEpisodes {
         if actions.len() != width * self.episodes.len() || rest.len() != self.episodes.len() {
             return Err(PyTypeError::new_err("actions and rest: an entry a vehicle"));
         }
+        let in_python = self.python_plants().next().is_some();
         let episodes = &mut self.episodes;
-        let stepped = if self.python_plants.iter().all(Option::is_none) {
+        let stepped = if in_python {
+            episodes.step(&actions, &rest, false)
+        } else {
             let pool = pool::shared()?;
             py.detach(|| {
                 if episodes.len() <= popsteer_sim::episodes::CHUNK {
@@ -190,8 +185,6 @@ impl PyEpisodes {
                     pool.install(|| episodes.step(&actions, &rest, true))
                 }
             })
-        } else {
-            episodes.step(&actions, &rest, false)
         };
         stepped.map_err(|refused| entry_error(py, refused.vehicle, refused.error))?;
         self.look_at_plants(py)?;
@@ -273,10 +266,18 @@ impl PyEpisodes {
 }
 
 impl PyEpisodes {
+    /// The vehicles that are plants in Python.
+    fn python_plants(&self) -> impl Iterator<Item = &PythonPlant> {
+        let begun = self.episodes.episodes().flatten();
+        begun.filter_map(|episode| python_plant(episode.simulation()))
+    }
+
     /// Raises what a plant in Python raised; a limit of it ends its episode instead.
     fn look_at_plants(&mut self, py: Python<'_>) -> PyResult<()> {
-        for (vehicle, plant) in self.python_plants.iter().enumerate() {
-            let Some(error) = plant.as_ref().and_then(|plant| plant.take_fault()) else {
+        for vehicle in 0..self.episodes.len() {
+            let episode = self.episodes.episodes().nth(vehicle).flatten();
+            let plant = episode.and_then(|episode| python_plant(episode.simulation()));
+            let Some(error) = plant.and_then(PythonPlant::take_fault) else {
                 continue;
             };
             let Some(limit) = limit_of(py, &error)? else {

@@ -1,9 +1,10 @@
 //! The plants of the core, and what stands for one.
 
+use std::any::Any;
 use std::sync::Arc;
 
-use popsteer_sim::Plant;
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
+use popsteer_sim::{Plant, Simulation};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -56,21 +57,26 @@ pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
     plant::by_name(&name).ok_or_else(|| unknown(py, "plant", &name, &plant::NAMES))
 }
 
-/// A plant, and the same once more where it is one in Python.
-pub(crate) type AnyPlant = (Arc<dyn Plant>, Option<Arc<PythonPlant>>);
-
 /// A plant of the core, or one in Python.
-pub(crate) fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<AnyPlant> {
-    if let Some(plant) = PythonPlant::of(object)? {
-        let plant = Arc::new(plant);
-        return Ok((Arc::clone(&plant) as Arc<dyn Plant>, Some(plant)));
+pub(crate) fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
+    match PythonPlant::of(object)? {
+        Some(plant) => Ok(Arc::new(plant)),
+        None => plant_of(object),
     }
-    Ok((plant_of(object)?, None))
 }
 
-/// A plant of the core as Python knows it.
+/// The plant of a simulation where it is one in Python.
+pub(crate) fn python_plant(simulation: &Simulation) -> Option<&PythonPlant> {
+    let plant: &dyn Any = simulation.plant().as_ref();
+    plant.downcast_ref()
+}
+
+/// A plant as Python knows it.
 pub(crate) fn plant_object(py: Python<'_>, plant: &dyn Plant) -> PyResult<Py<PyAny>> {
-    let plant: &dyn std::any::Any = plant;
+    let plant: &dyn Any = plant;
+    if let Some(plant) = plant.downcast_ref::<PythonPlant>() {
+        return plant.object(py);
+    }
     if let Some(plant) = plant.downcast_ref::<CarlaIdentified>() {
         return Ok(Py::new(py, PyCarlaIdentified(*plant))?.into_any());
     }

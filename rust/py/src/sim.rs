@@ -15,7 +15,7 @@ use crate::errors::{OrRaise, argument_error};
 use crate::metrics::{by_name, columns_of};
 use crate::params::params;
 use crate::path::PyPath;
-use crate::plants::{AnyPlant, any_plant, plant_object};
+use crate::plants::{any_plant, plant_object, python_plant};
 use crate::python_plant::{PythonPlant, limit_of};
 use crate::speed::controllers::{GivenPedals, longitudinal_for};
 use crate::tracker::state;
@@ -89,8 +89,9 @@ type Begin<'py> = (
 #[derive(Debug)]
 pub(crate) struct PySimulation {
     simulation: Simulation,
+    /// The path.
+    #[pyo3(get, name = "path")]
     owner: Py<PyPath>,
-    python_plant: Option<Arc<PythonPlant>>,
     start: (f64, f64, f64, f64),
     tracked_point: f64,
     /// What kept the plant from going on.
@@ -114,11 +115,11 @@ impl PySimulation {
     ) -> PyResult<Self> {
         let plant = match plant {
             Some(plant) => any_plant(plant)?,
-            None => (Arc::new(CarlaIdentified::DEFAULT) as Arc<dyn Plant>, None),
+            None => Arc::new(CarlaIdentified::DEFAULT),
         };
         let (x, y, yaw) = start;
         let begun = Self::begun(py, path, plant, (x, y, yaw, speed), tracked_point, settings)?;
-        if let Some(plant) = &begun.python_plant {
+        if let Some(plant) = python_plant(&begun.simulation) {
             plant.reset(py, VehicleState { x, y, yaw, speed })?;
         }
         Ok(begun)
@@ -126,12 +127,11 @@ impl PySimulation {
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.owner)?;
-        let plant = self.python_plant.as_ref();
-        plant.map_or(Ok(()), |plant| plant.traverse(&visit))
+        python_plant(&self.simulation).map_or(Ok(()), |plant| plant.traverse(&visit))
     }
 
     fn __clear__(&mut self) {
-        if let Some(plant) = &self.python_plant {
+        if let Some(plant) = python_plant(&self.simulation) {
             plant.clear();
         }
     }
@@ -140,12 +140,9 @@ impl PySimulation {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let this = slf.try_borrow()?;
-        let plant = match &this.python_plant {
-            Some(plant) => plant.object(py)?,
-            None => plant_object(py, this.simulation.plant().as_ref())?,
-        };
-        let (path, settings) = (this.path(py), this.settings());
-        let begin = (path, plant, this.start, this.tracked_point, settings);
+        let plant = plant_object(py, this.simulation.plant().as_ref())?;
+        let (start, point) = (this.start, this.tracked_point);
+        let begin = (&this.owner, plant, start, point, this.settings());
         let state = state::data(&this.simulation.save(), py)?;
         let restore = slf.get_type().getattr("_restored")?;
         (restore, (begin, state, &this.limit)).into_pyobject(py)
@@ -175,12 +172,6 @@ impl PySimulation {
     fn state(&self) -> (f64, f64, f64, f64) {
         let VehicleState { x, y, yaw, speed } = self.simulation.vehicle();
         (x, y, yaw, speed)
-    }
-
-    /// The path.
-    #[getter]
-    fn path(&self, py: Python<'_>) -> Py<PyPath> {
-        self.owner.clone_ref(py)
     }
 
     /// The name of the plant.
@@ -302,8 +293,7 @@ impl PySimulation {
         self.simulation
             .step(control, nowhere, Status::OK)
             .or_raise(py)?;
-        let plant = self.python_plant.as_ref();
-        let fault = plant.and_then(|plant| plant.take_fault());
+        let fault = python_plant(&self.simulation).and_then(PythonPlant::take_fault);
         self.take_note(py, fault)
     }
 
@@ -355,11 +345,9 @@ impl PySimulation {
         }
         let noise = noise.map_or(Noise::DEFAULT, |noise| noise.get().0);
         let perception = Perception::new(noise, seed, 0);
-        let (simulation, plant) = (&mut self.simulation, self.python_plant.as_deref());
         let fault = driven(
             py,
-            simulation,
-            plant,
+            &mut self.simulation,
             controller,
             &longitudinal,
             perception,
@@ -398,7 +386,7 @@ impl PySimulation {
     fn begun(
         py: Python<'_>,
         path: Py<PyPath>,
-        (plant, python_plant): AnyPlant,
+        plant: Arc<dyn Plant>,
         start: (f64, f64, f64, f64),
         tracked_point: Option<f64>,
         settings: Option<Py<PySettings>>,
@@ -412,7 +400,6 @@ impl PySimulation {
         Ok(Self {
             simulation: Simulation::new(shared, plant, at, tracked, settings).or_raise(py)?,
             owner: path,
-            python_plant,
             start,
             tracked_point: tracked_point.unwrap_or(vehicle.front_axle()),
             limit: None,
