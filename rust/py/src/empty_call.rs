@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use crate::params::Number;
+use crate::params::{Number, number};
 
 /// What the benchmark times beside controllers: its `steer` has their signature and does nothing.
 #[pyclass(name = "_EmptyCall", module = "popsteer._core")]
@@ -20,10 +20,9 @@ impl PyEmptyCall {
     fn reset(&self) {}
 
     /// Return at once.
-    #[pyo3(
-        signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)),
-        text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
-    )]
+    #[pyo3(signature = (
+        x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0
+    ))]
     #[expect(
         unused_variables,
         clippy::unused_self,
@@ -40,7 +39,7 @@ impl PyEmptyCall {
         dt: Number,
         applied_steer: Option<Number>,
         measured_steer: Option<Number>,
-        pose_age: Number,
+        #[pyo3(from_py_with = number)] pose_age: f64,
     ) -> PyResult<f64> {
         Ok(yaw.0)
     }

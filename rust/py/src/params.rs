@@ -79,6 +79,16 @@ impl Count {
     }
 }
 
+/// A [`Number`] as the core has it, for an argument whose default a signature shows.
+pub(crate) fn number(object: &Bound<'_, PyAny>) -> PyResult<f64> {
+    object.extract().map(|Number(number)| number)
+}
+
+/// A [`Count`] as the core has it, likewise.
+pub(crate) fn count(object: &Bound<'_, PyAny>) -> PyResult<usize> {
+    object.extract().map(Count::saturated)
+}
+
 /// How a field of the core comes from Python, and goes back.
 pub(crate) trait Field: Copy {
     /// The type of the argument.
@@ -118,12 +128,6 @@ field!(f64, given: Number => given.0, value => Number(value));
 field!(Option<f64>, given: Option<Number> => given.map(|given| given.0), value => value.map(Number));
 field!(bool, given: bool => given, value => value);
 field!(Point, given: (f64, f64) => Self::new(given.0, given.1), value => (value.x, value.y));
-// A waypoint below 0 is refused as one beyond all waypoints is.
-field!(
-    Option<usize>,
-    given: Option<Count> => given.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX)),
-    waypoint => waypoint.map(Field::argument)
-);
 
 impl Field for usize {
     type Argument = Count;

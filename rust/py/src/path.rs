@@ -69,7 +69,7 @@ use crate::waypoints::Waypoints;
 pub(crate) struct PyPath(pub(crate) Arc<Path>);
 
 impl PyPath {
-    fn view(&self) -> PathView<'_> {
+    pub(crate) fn view(&self) -> PathView<'_> {
         self.0.view()
     }
 

@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::OrRaise;
-use crate::params::{Count, NewArgs, Number};
+use crate::params::{NewArgs, Number, count, number};
 use crate::path::PyPath;
 use crate::tracker::command::PyCommand;
 use crate::tracker::controller::{controller, track};
@@ -27,11 +27,11 @@ use crate::tracker::state;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
 /// The optional inputs of a step.
-fn reported(applied: Option<Number>, measured: Option<Number>, pose_age: Number) -> Reported {
+fn reported(applied: Option<Number>, measured: Option<Number>, pose_age: f64) -> Reported {
     Reported {
         applied_steer: applied.map(|steer| steer.0),
         measured_steer: measured.map(|steer| steer.0),
-        pose_age: pose_age.0,
+        pose_age,
     }
 }
 

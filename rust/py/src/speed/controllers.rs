@@ -44,6 +44,8 @@ popsteer_core::SpeedPidParams! { params {
 #[derive(Debug)]
 pub(crate) struct PyCoupledLongitudinal {
     law: CoupledLongitudinal,
+    /// The parameters.
+    #[pyo3(get)]
     params: Py<PyCoupledLongitudinalParams>,
 }
 
@@ -81,12 +83,6 @@ impl PyCoupledLongitudinal {
         Ok((pedals.throttle, pedals.brake))
     }
 
-    /// The parameters.
-    #[getter]
-    fn params(&self, py: Python<'_>) -> Py<PyCoupledLongitudinalParams> {
-        self.params.clone_ref(py)
-    }
-
     fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyCoupledLongitudinalParams>,) {
         (self.params.clone_ref(py),)
     }
@@ -116,6 +112,8 @@ impl PyCoupledLongitudinal {
 pub(crate) struct PySpeedPid {
     law: SpeedPid,
     state: SpeedPidState,
+    /// The parameters.
+    #[pyo3(get)]
     params: Py<PySpeedPidParams>,
 }
 
@@ -183,12 +181,6 @@ impl PySpeedPid {
         self.law.check_state(&restored).or_raise(state.py())?;
         self.state = restored;
         Ok(())
-    }
-
-    /// The parameters.
-    #[getter]
-    fn params(&self, py: Python<'_>) -> Py<PySpeedPidParams> {
-        self.params.clone_ref(py)
     }
 
     fn __getnewargs__(&self, py: Python<'_>) -> (Py<PySpeedPidParams>,) {

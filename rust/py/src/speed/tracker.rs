@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use numpy::PyArray1;
-use popsteer_core::Path;
 use popsteer_core::VehicleState;
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::Vehicle;
@@ -12,7 +11,7 @@ use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
-use crate::params::{Number, params};
+use crate::params::{Number, number, params};
 use crate::path::PyPath;
 use crate::record::record;
 use crate::tracker::state;
@@ -28,7 +27,7 @@ impl PySpeedTracker {
     pub(crate) fn tracked(&self, map: PedalMap) -> Tracked {
         Tracked {
             law: self.law,
-            path: Arc::clone(&self.path),
+            path: Arc::clone(&self.path.get().0),
             plan: Arc::clone(&self.plan),
             pedals: map,
         }
@@ -87,10 +86,16 @@ record! {
 pub(crate) struct PySpeedTracker {
     law: SpeedTracker,
     state: SpeedTrackerState,
-    path: Arc<Path>,
+    /// The path that it was given.
+    #[pyo3(get)]
+    path: Py<PyPath>,
     plan: Arc<[f64]>,
-    vehicle: Vehicle,
-    params: SpeedTrackerParams,
+    /// The vehicle that it believes to drive.
+    #[pyo3(get)]
+    vehicle: PyVehicle,
+    /// The parameters.
+    #[pyo3(get)]
+    params: PySpeedTrackerParams,
 }
 
 #[pymethods]
@@ -99,18 +104,19 @@ impl PySpeedTracker {
     #[pyo3(signature = (path, vehicle=None, params=None))]
     fn new(
         py: Python<'_>,
-        path: &PyPath,
+        path: Py<PyPath>,
         vehicle: Option<&PyVehicle>,
         params: Option<&PySpeedTrackerParams>,
     ) -> PyResult<Self> {
-        let vehicle = vehicle.map_or(Vehicle::DEFAULT, |vehicle| vehicle.0);
-        let params = params.map_or(SpeedTrackerParams::DEFAULT, |params| params.0);
-        let law = SpeedTracker::new(vehicle, params).or_raise(py)?;
+        let vehicle = vehicle.copied().unwrap_or(PyVehicle(Vehicle::DEFAULT));
+        let usual = PySpeedTrackerParams(SpeedTrackerParams::DEFAULT);
+        let params = params.copied().unwrap_or(usual);
+        let law = SpeedTracker::new(vehicle.0, params.0).or_raise(py)?;
         Ok(Self {
             law,
             state: SpeedTrackerState::default(),
-            plan: law.plan(&path.0.view()).or_raise(py)?.into(),
-            path: path.0.clone(),
+            plan: law.plan(&path.get().view()).or_raise(py)?.into(),
+            path,
             vehicle,
             params,
         })
@@ -138,10 +144,7 @@ impl PySpeedTracker {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; the state is then unchanged.
-    #[pyo3(
-        signature = (x, y, yaw, speed, dt, *, pose_age=Number(0.0)),
-        text_signature = "($self, x, y, yaw, speed, dt, *, pose_age=0.0)"
-    )]
+    #[pyo3(signature = (x, y, yaw, speed, dt, *, pose_age=0.0))]
     #[expect(clippy::too_many_arguments, reason = "those of the controllers' step")]
     fn step(
         &mut self,
@@ -151,7 +154,7 @@ impl PySpeedTracker {
         yaw: Number,
         speed: Number,
         dt: Number,
-        pose_age: Number,
+        #[pyo3(from_py_with = number)] pose_age: f64,
     ) -> PyResult<PySpeedCommand> {
         let vehicle = VehicleState {
             x: x.0,
@@ -159,9 +162,8 @@ impl PySpeedTracker {
             yaw: yaw.0,
             speed: speed.0,
         };
-        let path = self.path.view();
-        let (law, state) = (&self.law, &mut self.state);
-        let command = law.step_aged(&path, &self.plan, state, vehicle, dt.0, pose_age.0);
+        let (path, law, state) = (self.path.get().view(), &self.law, &mut self.state);
+        let command = law.step_aged(&path, &self.plan, state, vehicle, dt.0, pose_age);
         command.map(PySpeedCommand).or_raise(py)
     }
 
@@ -187,11 +189,11 @@ impl PySpeedTracker {
     /// >>> tracker.set_path(popsteer.Path([(float(x), 0.0) for x in range(51)]))
     /// >>> tracker.step(20.0, 0.0, 0.0, 9.0, 0.05).distance_to_stop
     /// 30.0
-    fn set_path(&mut self, py: Python<'_>, path: &PyPath) -> PyResult<()> {
-        let (old, new) = (self.path.view(), path.0.view());
+    fn set_path(&mut self, py: Python<'_>, path: Py<PyPath>) -> PyResult<()> {
+        let (old, new) = (self.path.get().view(), path.get().view());
         self.plan = self.law.plan(&new).or_raise(py)?.into();
         self.law.set_path(&mut self.state, &old, &new);
-        self.path = path.0.clone();
+        self.path = path;
         Ok(())
     }
 
@@ -209,28 +211,10 @@ impl PySpeedTracker {
     #[setter]
     fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let restored = state::restored("SpeedTracker", state)?;
-        let checked = self.law.check_state(&self.path.view(), &restored);
+        let checked = self.law.check_state(&self.path.get().view(), &restored);
         checked.or_raise(state.py())?;
         self.state = restored;
         Ok(())
-    }
-
-    /// The path that it was given.
-    #[getter]
-    fn path(&self) -> PyPath {
-        PyPath(self.path.clone())
-    }
-
-    /// The vehicle that it believes to drive.
-    #[getter]
-    fn vehicle(&self) -> PyVehicle {
-        PyVehicle(self.vehicle)
-    }
-
-    /// The parameters.
-    #[getter]
-    fn params(&self) -> PySpeedTrackerParams {
-        PySpeedTrackerParams(self.params)
     }
 
     /// The planned speed at each waypoint, a new array of shape (N,) [m/s], never negative.
@@ -239,8 +223,8 @@ impl PySpeedTracker {
         PyArray1::from_slice(py, &self.plan)
     }
 
-    fn __getnewargs__(&self) -> (PyPath, PyVehicle, PySpeedTrackerParams) {
-        (self.path(), self.vehicle(), self.params())
+    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyPath>, PyVehicle, PySpeedTrackerParams) {
+        (self.path.clone_ref(py), self.vehicle, self.params)
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -252,7 +236,7 @@ impl PySpeedTracker {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let params = Bound::new(py, PySpeedTrackerParams(self.params))?;
+        let params = Bound::new(py, self.params)?;
         Ok(format!("SpeedTracker({})", params.repr()?))
     }
 }

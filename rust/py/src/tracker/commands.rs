@@ -36,7 +36,11 @@ macro_rules! columns {
         #[pyclass(frozen, name = $name, module = "popsteer")]
         #[derive(Debug)]
         pub(crate) struct $class {
-            $($field: $kind,)+
+            $(
+                #[doc = $text]
+                #[pyo3(get)]
+                $field: $kind,
+            )+
         }
 
         #[pymethods]
@@ -56,14 +60,6 @@ macro_rules! columns {
                     " must be equally long, and the target of shape (N, 2)"
                 )))
             }
-
-            $(
-                #[doc = $text]
-                #[getter]
-                fn $field(&self, py: Python<'_>) -> $kind {
-                    self.$field.clone_ref(py)
-                }
-            )+
 
             fn __len__(&self, py: Python<'_>) -> usize {
                 self.count(py)

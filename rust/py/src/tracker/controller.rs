@@ -66,10 +66,17 @@ macro_rules! controller {
         pub(crate) struct $class {
             law: Tracker<$core>,
             state: TrackerState<<$core as LateralLaw>::State>,
-            path: Arc<Path>,
-            owner: Py<PyPath>,
+            /// The path followed.
+            #[pyo3(get)]
+            path: Py<PyPath>,
+            /// The vehicle that is steered.
+            #[pyo3(get)]
             vehicle: Py<PyVehicle>,
+            /// Whether the vehicle was given; if not, `popsteer.sim.run` takes the plant's.
+            #[pyo3(get)]
             vehicle_given: bool,
+            /// The parameters, as they were given.
+            #[pyo3(get)]
             params: Py<$params>,
             adapt: Adapt,
             monitor: Monitored,
@@ -78,14 +85,14 @@ macro_rules! controller {
         impl $class {
             /// The controller as the closed loop takes it, and its path.
             fn driver(&self) -> (Tracker<Law>, Arc<Path>) {
-                (self.law.map(Law::from), Arc::clone(&self.path))
+                (self.law.map(Law::from), Arc::clone(&self.path.get().0))
             }
 
             /// The controller, its path and the present state, as a batch takes them.
             pub(crate) fn member(&self) -> Member<$core> {
                 Member {
                     tracker: self.law,
-                    path: Arc::clone(&self.path),
+                    path: Arc::clone(&self.path.get().0),
                     state: self.state,
                 }
             }
@@ -114,8 +121,7 @@ macro_rules! controller {
                 Ok(Self {
                     law,
                     state: law.initial_state(),
-                    path: Arc::clone(&path.get().0),
-                    owner: path,
+                    path,
                     vehicle,
                     vehicle_given,
                     params,
@@ -166,10 +172,9 @@ macro_rules! controller {
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[inline]
-            #[pyo3(signature = (x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)))]
-            #[pyo3(
-                text_signature = "($self, x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
-            )]
+            #[pyo3(signature = (
+                x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0
+            ))]
             fn step(
                 &mut self,
                 py: Python<'_>,
@@ -180,12 +185,12 @@ macro_rules! controller {
                 dt: Number,
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
-                pose_age: Number,
+                #[pyo3(from_py_with = number)] pose_age: f64,
             ) -> PyResult<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, measured_steer, pose_age);
                 self.law
-                    .step(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .step(&self.path.get().view(), &mut self.state, vehicle, dt.0, reported)
                     .map(PyCommand)
                     .or_raise(py)
             }
@@ -198,10 +203,9 @@ macro_rules! controller {
             /// -------
             /// float
             ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
-            #[pyo3(
-                signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=Number(0.0)),
-                text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
-            )]
+            #[pyo3(signature = (
+                x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0
+            ))]
             fn steer(
                 &mut self,
                 py: Python<'_>,
@@ -212,12 +216,12 @@ macro_rules! controller {
                 dt: Number,
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
-                pose_age: Number,
+                #[pyo3(from_py_with = number)] pose_age: f64,
             ) -> PyResult<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, measured_steer, pose_age);
                 self.law
-                    .steer(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .steer(&self.path.get().view(), &mut self.state, vehicle, dt.0, reported)
                     .or_raise(py)
             }
 
@@ -256,13 +260,10 @@ macro_rules! controller {
             ///     Always one of finite numbers, but for the distance to stop where there is none.
             ///     Before the first step that is taken its errors, its target and its distance to
             ///     stop are 0.
-            #[pyo3(
-                signature = (
-                    x, y, yaw, speed, dt, hold_limit=Count(10), *,
-                    applied_steer=None, measured_steer=None, pose_age=Number(0.0)
-                ),
-                text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10, *, applied_steer=None, measured_steer=None, pose_age=0.0)"
-            )]
+            #[pyo3(signature = (
+                x, y, yaw, speed, dt, hold_limit=10, *,
+                applied_steer=None, measured_steer=None, pose_age=0.0
+            ))]
             fn step_or_hold(
                 &mut self,
                 x: Number,
@@ -270,16 +271,15 @@ macro_rules! controller {
                 yaw: Number,
                 speed: Number,
                 dt: Number,
-                hold_limit: Count,
+                #[pyo3(from_py_with = count)] hold_limit: usize,
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
-                pose_age: Number,
+                #[pyo3(from_py_with = number)] pose_age: f64,
             ) -> PyCommand {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let (path, limit) = (self.path.view(), hold_limit.saturated());
-                let (law, reported) = (&self.law, reported(applied_steer, measured_steer, pose_age));
-                let state = &mut self.state;
-                PyCommand(law.step_or_hold(&path, state, vehicle, dt.0, limit, reported))
+                let reported = reported(applied_steer, measured_steer, pose_age);
+                let (path, state) = (self.path.get().view(), &mut self.state);
+                PyCommand(self.law.step_or_hold(&path, state, vehicle, dt.0, hold_limit, reported))
             }
 
             /// Predict the trajectory that the controller intends, from the last step on.
@@ -306,17 +306,16 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is out of its range, or no step was taken before.
-            #[pyo3(signature = (time=Number(1.0), dt=Number(0.05)))]
-            #[pyo3(text_signature = "($self, time=1.0, dt=0.05)")]
+            #[pyo3(signature = (time=1.0, dt=0.05))]
             fn predict<'py>(
                 &self,
                 py: Python<'py>,
-                time: Number,
-                dt: Number,
+                #[pyo3(from_py_with = number)] time: f64,
+                #[pyo3(from_py_with = number)] dt: f64,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let mut out = prediction::room(time.0, dt.0).or_raise(py)?;
-                let path = self.path.view();
-                let count = self.law.predict(&path, &self.state, dt.0, &mut out).or_raise(py)?;
+                let mut out = prediction::room(time, dt).or_raise(py)?;
+                let path = self.path.get().view();
+                let count = self.law.predict(&path, &self.state, dt, &mut out).or_raise(py)?;
                 prediction::shown(py, out.get(..count).unwrap_or_default())
             }
 
@@ -345,7 +344,7 @@ macro_rules! controller {
                 y: Number,
                 yaw: Number,
             ) -> PyResult<()> {
-                let path = self.path.view();
+                let path = self.path.get().view();
                 self.law.relocalise(&path, &mut self.state, x.0, y.0, yaw.0).or_raise(py)
             }
 
@@ -389,10 +388,9 @@ macro_rules! controller {
             ///     The path to follow. One that cannot be is refused by `Path` itself, and the
             ///     present one is kept.
             fn set_path(&mut self, path: Py<PyPath>) {
-                let (old, new) = (self.path.view(), path.get().0.view());
+                let (old, new) = (self.path.get().view(), path.get().view());
                 self.law.set_path(&mut self.state, &old, &new);
-                self.path = Arc::clone(&path.get().0);
-                self.owner = path;
+                self.path = path;
             }
 
             /// What the controller remembers; a copy, which can be compared, saved and set again.
@@ -404,27 +402,9 @@ macro_rules! controller {
             #[setter]
             fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
                 let restored = state::restored($name, state)?;
-                self.law.check_state(&self.path.view(), &restored).or_raise(state.py())?;
+                self.law.check_state(&self.path.get().view(), &restored).or_raise(state.py())?;
                 self.state = restored;
                 Ok(())
-            }
-
-            /// The parameters, as they were given.
-            #[getter]
-            fn params(&self, py: Python<'_>) -> Py<$params> {
-                self.params.clone_ref(py)
-            }
-
-            /// The vehicle that is steered.
-            #[getter]
-            fn vehicle(&self, py: Python<'_>) -> Py<PyVehicle> {
-                self.vehicle.clone_ref(py)
-            }
-
-            /// Whether the vehicle was given; if not, `popsteer.sim.run` takes the plant's.
-            #[getter]
-            fn vehicle_given(&self) -> bool {
-                self.vehicle_given
             }
 
             /// How the controller adapts to its vehicle; None where it does not.
@@ -445,12 +425,6 @@ macro_rules! controller {
                 PyEstimate::of(self.law.vehicle(), self.law.estimate(&self.state))
             }
 
-            /// The path followed.
-            #[getter]
-            fn path(&self, py: Python<'_>) -> Py<PyPath> {
-                self.owner.clone_ref(py)
-            }
-
             /// How far ahead of the vehicle's point the tracked point lies [m], driving forward:
             /// the point whose errors a command has.
             #[getter]
@@ -459,7 +433,7 @@ macro_rules! controller {
             }
 
             fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-                let path = self.owner.bind(py).repr()?;
+                let path = self.path.bind(py).repr()?;
                 let vehicle = self.vehicle.bind(py).repr()?;
                 let params = self.params.bind(py).repr()?;
                 let adapt = self.adapt.repr(py, "adapt")?;
@@ -476,7 +450,7 @@ macro_rules! controller {
                 let options = PyDict::new(py);
                 self.adapt.put(&options, "adapt")?;
                 self.monitor.put(&options, "monitor")?;
-                Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
+                Ok(((&self.path, vehicle, &self.params).into_pyobject(py)?, options))
             }
 
             fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
