@@ -5,7 +5,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use popsteer_core::Vehicle;
-use popsteer_core::error::ConfigError;
 use popsteer_core::params::{Field, Value};
 use toml::{Table, Value as Toml};
 
@@ -16,21 +15,38 @@ use crate::params::CVehicle;
 /// Fields for which NAN is no limit, and which a file may set to `inf`.
 const LIMITS: [&str; 3] = ["max_steer_rate", "max_lateral_acceleration", "max_speed"];
 
-/// A field of a vehicle, by its name.
-enum Slot<'a> {
-    Number(&'a mut f64),
-    Flag(&'a mut u32),
+/// A field of C's vehicle, which a file may set.
+trait Settable {
+    fn set(&mut self, declared: &Field, value: &Toml) -> Result<(), String>;
 }
 
-impl<'a> From<&'a mut f64> for Slot<'a> {
-    fn from(number: &'a mut f64) -> Self {
-        Self::Number(number)
+impl Settable for f64 {
+    fn set(&mut self, declared: &Field, value: &Toml) -> Result<(), String> {
+        let name = declared.name;
+        *self = match *value {
+            Toml::Float(value) if value == Self::INFINITY && LIMITS.contains(&name) => Self::NAN,
+            // In C that is a field that is absent; in a file it is a mistake.
+            Toml::Float(value) if value.is_nan() => {
+                let refused = Value::Number(value).checked(name, declared.requirement);
+                return refused.map_err(|error| error.to_string());
+            }
+            Toml::Float(value) => value,
+            #[expect(clippy::cast_precision_loss, reason = "no field needs 2^53")]
+            Toml::Integer(value) => value as Self,
+            ref value => return Err(format!("{name} must be a number, got {value}")),
+        };
+        Ok(())
     }
 }
 
-impl<'a> From<&'a mut u32> for Slot<'a> {
-    fn from(flag: &'a mut u32) -> Self {
-        Self::Flag(flag)
+impl Settable for u32 {
+    fn set(&mut self, declared: &Field, value: &Toml) -> Result<(), String> {
+        let Toml::Boolean(value) = *value else {
+            let name = declared.name;
+            return Err(format!("{name} must be true or false, got {value}"));
+        };
+        *self = value.into();
+        Ok(())
     }
 }
 
@@ -39,11 +55,10 @@ macro_rules! by_name {
         $(#[doc = $text:literal])+
         $field:ident: $kind:ident $(<$of:ty>)? = $default:expr $(, in [$low:expr, $high:expr])?;
     )+) => {
-        /// The field of `car` named `key`, and how it was declared.
-        fn slot<'a>(car: &'a mut CVehicle, key: &str) -> Option<(Slot<'a>, Field)> {
-            let declared = Vehicle::fields().into_iter().find(|field| field.name == key)?;
+        /// The field of `car` named `key`.
+        fn field<'a>(car: &'a mut CVehicle, key: &str) -> Option<&'a mut dyn Settable> {
             match key {
-                $(stringify!($field) => Some(((&mut car.$field).into(), declared)),)+
+                $(stringify!($field) => Some(&mut car.$field),)+
                 _ => None,
             }
         }
@@ -56,33 +71,17 @@ popsteer_core::Vehicle! { by_name {} }
 fn vehicle(table: &Table) -> Result<CVehicle, String> {
     let mut car = CVehicle::from(Vehicle::DEFAULT);
     for (key, value) in table {
-        let Some((slot, declared)) = slot(&mut car, key) else {
+        let declared = Vehicle::fields()
+            .into_iter()
+            .find(|field| field.name == key);
+        let (Some(field), Some(declared)) = (field(&mut car, key), declared) else {
             let known = Vehicle::fields().map(|field| field.name).join(", ");
             return Err(format!("unknown key '{key}'; known: {known}"));
         };
-        match (slot, value) {
-            (Slot::Flag(flag), &Toml::Boolean(value)) => *flag = value.into(),
-            (Slot::Number(number), &Toml::Float(value)) => {
-                let is_absent = value.is_infinite() && value > 0.0 && LIMITS.contains(&&**key);
-                *number = if is_absent { f64::NAN } else { value };
-                if value.is_nan() {
-                    // In C that is a field that is absent; in a file it is a mistake.
-                    Value::Number(value)
-                        .checked(declared.name, declared.requirement)
-                        .map_err(|error| error.to_string())?;
-                }
-            }
-            #[expect(clippy::cast_precision_loss, reason = "no field needs 2^53")]
-            (Slot::Number(number), &Toml::Integer(value)) => *number = value as f64,
-            (Slot::Flag(_), value) => {
-                return Err(format!("{key} must be true or false, got {value}"));
-            }
-            (Slot::Number(_), value) => return Err(format!("{key} must be a number, got {value}")),
-        }
+        field.set(&declared, value)?;
     }
-    Vehicle::from(car)
-        .checked()
-        .map_err(|error: ConfigError| error.to_string())?;
+    let checked = Vehicle::from(car).checked();
+    checked.map_err(|error| error.to_string())?;
     Ok(car)
 }
 
