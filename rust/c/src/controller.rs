@@ -122,25 +122,10 @@ impl Controller {
         each!(&mut self.steering, tracker, state => *state = tracker.initial_state());
     }
 
-    pub(crate) fn take_over(&mut self, steer: f64) -> Result<(), InputError> {
-        each!(&mut self.steering, tracker, state => *state = tracker.state_from(steer)?);
-        Ok(())
-    }
-
     pub(crate) fn set_path(&mut self, path: Arc<Path>) {
         let (old, new) = (self.path.view(), path.view());
         each!(&mut self.steering, tracker, state => tracker.set_path(state, &old, &new));
         self.path = path;
-    }
-
-    fn estimate(&self) -> CEstimate {
-        each!(&self.steering, tracker, state => {
-            CEstimate::of(tracker.vehicle(), tracker.estimate(state))
-        })
-    }
-
-    fn tracked_point(&self) -> f64 {
-        each!(&self.steering, tracker, _state => tracker.tracked_point())
     }
 }
 
@@ -163,7 +148,8 @@ pub unsafe extern "C" fn popsteer_controller_reset_to(
 ) -> CError {
     guard(|| {
         // SAFETY: the caller vouches for it.
-        unsafe { handle::of_mut(controller, "controller")? }.take_over(steer)?;
+        let controller = unsafe { handle::of_mut(controller, "controller")? };
+        each!(&mut controller.steering, tracker, state => *state = tracker.state_from(steer)?);
         Ok(())
     })
 }
@@ -219,7 +205,10 @@ pub unsafe extern "C" fn popsteer_controller_estimate(
     guard(|| {
         // SAFETY: the caller vouches for both.
         unsafe {
-            let estimate = handle::of(controller, "controller")?.estimate();
+            let steering = &handle::of(controller, "controller")?.steering;
+            let estimate = each!(steering, tracker, state => {
+                CEstimate::of(tracker.vehicle(), tracker.estimate(state))
+            });
             handle::write(out, estimate)
         }
     })
@@ -232,7 +221,8 @@ pub unsafe extern "C" fn popsteer_controller_tracked_point(controller: *const CC
     let mut ahead = f64::NAN;
     guard(|| {
         // SAFETY: the caller vouches for it.
-        ahead = unsafe { handle::of(controller, "controller")? }.tracked_point();
+        let steering = unsafe { &handle::of(controller, "controller")?.steering };
+        ahead = each!(steering, tracker, _state => tracker.tracked_point());
         Ok(())
     });
     ahead

@@ -138,23 +138,16 @@ impl fmt::Display for Failure {
     }
 }
 
-impl From<ConfigError> for Failure {
-    fn from(error: ConfigError) -> Self {
-        Self::Config(error)
-    }
+macro_rules! failures {
+    ($($kind:ident($error:ident)),+) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        }
+    )+};
 }
-
-impl From<PathError> for Failure {
-    fn from(error: PathError) -> Self {
-        Self::Path(error)
-    }
-}
-
-impl From<InputError> for Failure {
-    fn from(error: InputError) -> Self {
-        Self::Input(error)
-    }
-}
+failures!(Config(ConfigError), Path(PathError), Input(InputError));
 
 /// Text that is cut to a buffer from C, and counted whole.
 pub(crate) struct Text<'a> {

@@ -8,17 +8,23 @@ pub(crate) trait Field<T>: Copy {
     fn of(value: T) -> Self;
 }
 
-impl Field<f64> for f64 {
-    #[inline]
-    fn to_core(self) -> f64 {
-        self
-    }
+/// Fields of one type in both.
+macro_rules! same {
+    ($($kind:ty),+) => {$(
+        impl Field<$kind> for $kind {
+            #[inline]
+            fn to_core(self) -> $kind {
+                self
+            }
 
-    #[inline]
-    fn of(value: f64) -> Self {
-        value
-    }
+            #[inline]
+            fn of(value: $kind) -> Self {
+                value
+            }
+        }
+    )+};
 }
+same!(f64, usize, bool);
 
 impl Field<Option<f64>> for f64 {
     #[inline]
@@ -29,16 +35,6 @@ impl Field<Option<f64>> for f64 {
     #[inline]
     fn of(value: Option<f64>) -> Self {
         value.unwrap_or(f64::NAN)
-    }
-}
-
-impl Field<usize> for usize {
-    fn to_core(self) -> usize {
-        self
-    }
-
-    fn of(value: usize) -> Self {
-        value
     }
 }
 
@@ -78,12 +74,22 @@ macro_rules! same_fields {
             }
         }
 
+        $crate::fields::answer_fields!($here, $core, { $($field),+ });
+    };
+}
+pub(crate) use same_fields;
+
+/// The conversion of what the core answers, as [`same_fields`].
+macro_rules! answer_fields {
+    ($here:ident, $core:ty, { $($field:ident),+ $(,)? }) => {
         impl From<$core> for $here {
             #[inline]
             fn from(core: $core) -> Self {
-                Self { $($field: $crate::fields::Field::of(core.$field)),+ }
+                type Core = $core;
+                let Core { $($field),+ } = core;
+                Self { $($field: $crate::fields::Field::of($field)),+ }
             }
         }
     };
 }
-pub(crate) use same_fields;
+pub(crate) use answer_fields;

@@ -2,7 +2,6 @@
 
 use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
-use popsteer_core::math::from_count;
 use popsteer_core::tracker::{MonitorParams, Tracker};
 use popsteer_core::vehicle::AdaptParams;
 
@@ -69,38 +68,31 @@ macro_rules! options {
 
 popsteer_core::AdaptParams! { adapting {} }
 
-/// What a switch says.
-enum Wish<T> {
-    Usual,
-    Told(Option<T>),
-}
-
-fn wish<T>(field: &'static str, value: u32, on: T) -> Result<Wish<T>, ConfigError> {
-    match value {
-        POPSTEER_AUTO => Ok(Wish::Usual),
-        POPSTEER_OFF => Ok(Wish::Told(None)),
-        POPSTEER_ON => Ok(Wish::Told(Some(on))),
-        _ => Err(ConfigError {
-            field,
-            value: from_count(usize::try_from(value).unwrap_or(usize::MAX)),
-            requirement: Requirement::CountInRange(0, 2),
-        }),
-    }
-}
-
 impl COptions {
     /// The tracker of `law` with these options.
     pub(crate) fn track<L: LateralLaw>(self, law: L) -> Result<Tracker<L>, Failure> {
         let (adapt, monitor) = self.params();
-        let tracker = match wish("adapt", self.adapt, adapt)? {
-            Wish::Usual => Tracker::of(law),
-            Wish::Told(adapt) => Tracker::new(law, adapt)?,
+        let tracker = match self.adapt {
+            POPSTEER_AUTO => Tracker::of(law),
+            POPSTEER_OFF => Tracker::new(law, None)?,
+            POPSTEER_ON => Tracker::new(law, Some(adapt))?,
+            other => return Err(no_switch("adapt", other)),
         };
-        match wish("monitor", self.monitor, monitor)? {
-            Wish::Usual => Ok(tracker),
-            Wish::Told(monitor) => Ok(tracker.monitored(monitor)?),
-        }
+        Ok(match self.monitor {
+            POPSTEER_AUTO => tracker,
+            POPSTEER_OFF => tracker.monitored(None)?,
+            POPSTEER_ON => tracker.monitored(Some(monitor))?,
+            other => return Err(no_switch("monitor", other)),
+        })
     }
+}
+
+fn no_switch(field: &'static str, value: u32) -> Failure {
+    Failure::Config(ConfigError {
+        field,
+        value: value.into(),
+        requirement: Requirement::CountInRange(0, 2),
+    })
 }
 
 /// The defaults of `popsteer_options`.

@@ -7,7 +7,7 @@ use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, Speed
 
 use crate::command::CVehicleState;
 use crate::error::{CError, Failure, guard};
-use crate::fields::{c_type, same_fields};
+use crate::fields::{answer_fields, c_type, same_fields};
 use crate::handle::{self, Handle, given};
 use crate::params::{CVehicle, params};
 use crate::path::{self, CPath};
@@ -36,26 +36,9 @@ pub struct CSpeedCommand {
     pub cannot_stop: bool,
 }
 
-impl From<SpeedCommand> for CSpeedCommand {
-    fn from(command: SpeedCommand) -> Self {
-        let SpeedCommand {
-            acceleration,
-            reference_speed,
-            distance_to_stop,
-            reverse,
-            standing,
-            cannot_stop,
-        } = command;
-        Self {
-            acceleration,
-            reference_speed,
-            distance_to_stop,
-            reverse,
-            standing,
-            cannot_stop,
-        }
-    }
-}
+answer_fields!(CSpeedCommand, SpeedCommand, {
+    acceleration, reference_speed, distance_to_stop, reverse, standing, cannot_stop
+});
 
 /// A speed tracker: the speeds planned along a path, and what keeps them. One thread at a time may
 /// use one.
