@@ -9,7 +9,7 @@ use popsteer_sim::episodes::{Episode, FIGURES, INFO, PREVIEW_BOUND, Terms};
 use popsteer_sim::{Episodes, Settings, Simulation, Weights};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use pyo3::{PyTraverseError, PyVisit};
 
 use crate::errors::{OrRaise, entry_error};
@@ -250,12 +250,8 @@ impl PyEpisodes {
     /// distance of the preview follow, within the bound under "preview".
     #[staticmethod]
     fn figures(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let named = PyDict::new(py);
-        for (name, bound) in FIGURES {
-            named.set_item(name, bound)?;
-        }
-        named.set_item("preview", PREVIEW_BOUND)?;
-        Ok(named)
+        let preview = [("preview", PREVIEW_BOUND)];
+        FIGURES.into_iter().chain(preview).into_py_dict(py)
     }
 
     /// The names of the columns of info.

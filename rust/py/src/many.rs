@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use numpy::PyArray1;
 use popsteer_core::VehicleState;
+use popsteer_core::math::from_count;
 use popsteer_sim::many::{self, Run, Watch};
 use popsteer_sim::{Metrics, Perception, Settings};
 use pyo3::exceptions::PyTypeError;
@@ -92,7 +93,14 @@ fn watched<T: Send>(
     let look = |py: Python<'_>| {
         py.check_signals()?;
         if let Some(progress) = &progress {
-            progress.call1(py, (share(watch.done(), runs),))?;
+            // Of no runs all are done.
+            let all = from_count(runs.max(1));
+            let done = if runs == 0 {
+                all
+            } else {
+                from_count(watch.done())
+            };
+            progress.call1(py, (done / all,))?;
         }
         Ok(())
     };
@@ -120,16 +128,6 @@ fn watched<T: Send>(
     let outcome = outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     look(py)?;
     Ok(outcome)
-}
-
-/// The share of the runs that are done; all of none.
-#[expect(clippy::cast_precision_loss, reason = "a share that a person looks at")]
-fn share(done: usize, runs: usize) -> f64 {
-    if runs == 0 {
-        1.0
-    } else {
-        done as f64 / runs as f64
-    }
 }
 
 /// A column for each figure, an entry for each run.

@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use popsteer_sim::{Metrics, Record};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 /// A figure: its name, and where it is.
 pub(crate) type Figure = (&'static str, fn(&Metrics) -> f64);
@@ -50,10 +50,8 @@ pub(crate) fn figures() -> impl Iterator<Item = Figure> {
 
 /// All metrics of a run.
 pub(crate) fn by_name<'py>(py: Python<'py>, metrics: &Metrics) -> PyResult<Bound<'py, PyDict>> {
-    let fields = PyDict::new(py);
-    for (name, figure) in figures() {
-        fields.set_item(name, figure(metrics))?;
-    }
+    let named = figures().map(|(name, figure)| (name, figure(metrics)));
+    let fields = named.into_py_dict(py)?;
     fields.set_item("steps", metrics.steps)?;
     fields.set_item("finished", metrics.finished)?;
     fields.set_item("faults", metrics.faults.bits())?;

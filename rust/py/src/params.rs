@@ -194,7 +194,7 @@ pub(crate) use scaled;
 /// its name gives the fields.
 ///
 /// The text of each field is its documentation in the class and on the attribute. `@of vehicle`
-/// takes a vehicle before the parameters, `$usual` by default. The signature with its defaults is
+/// takes a vehicle before the parameters, `$usual` by default, and hashes. The signature with its defaults is
 /// made in Python, by `popsteer.params_file`.
 macro_rules! params {
     (
@@ -271,6 +271,10 @@ macro_rules! params {
                 #[getter]
                 fn $vehicle(&self) -> $whole {
                     $whole(self.0.$vehicle)
+                }
+
+                fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+                    $crate::params::hash(&self.as_dict(py)?)
                 }
             )?
 

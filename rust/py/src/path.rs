@@ -135,28 +135,19 @@ impl PyPath {
         let is_spline =
             yaw.is_some_and(|yaw| yaw.extract::<&str>().is_ok_and(|text| text == "spline"));
         let yaw = yaw.filter(|_| !is_spline);
-        let mut given = Waypoints::read(py, xy, speed, reverse, grade, (yaw, curvature))?;
+        let mut given = Waypoints::read(xy, reverse, [speed, grade, yaw, curvature])?;
         if drop_duplicates {
             given = given.distinct(closed);
         }
-        let Waypoints {
-            x,
-            y,
-            speed,
-            reverse,
-            grade,
-            yaw,
-            curvature,
-        } = given;
-        let mut path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
-        if let Some(reverse) = reverse {
+        let [speed, grade, yaw, curvature] = given.others.each_ref().map(Option::as_deref);
+        let mut path = Path::new(&given.x, &given.y, speed, closed).or_raise(py)?;
+        if let Some(reverse) = given.reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
         }
         if let Some(grade) = grade {
-            path = path.with_grade(&grade).or_raise(py)?;
+            path = path.with_grade(grade).or_raise(py)?;
         }
         if is_spline || yaw.is_some() || curvature.is_some() {
-            let (yaw, curvature) = (yaw.as_deref(), curvature.as_deref());
             path = path.with_yaw(yaw, curvature).or_raise(py)?;
         }
         Ok(Self(Arc::new(path)))

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::errors::unknown;
-use crate::params::{hash, params};
+use crate::params::params;
 use crate::python_plant::PythonPlant;
 use crate::vehicle::PyVehicle;
 
@@ -21,11 +21,6 @@ popsteer_sim::CarlaIdentified! { params {
     /// recorded run holds no braking: `braking` is an assumption.
     PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified" in "popsteer.sim";
     @of vehicle: PyVehicle by default CarlaIdentified::VEHICLE, "``popsteer.vehicles.get('carla-identified')``";
-    @extra {
-        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
-            hash(&self.as_dict(py)?)
-        }
-    }
 } }
 
 popsteer_sim::KinematicBicycle! { params {
@@ -35,11 +30,6 @@ popsteer_sim::KinematicBicycle! { params {
     /// turning wheelbase and understeer, the no-slip point, `drive_lag` and `max_speed`.
     PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle" in "popsteer.sim";
     @of vehicle: PyVehicle by default KinematicBicycle::VEHICLE, "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once";
-    @extra {
-        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
-            hash(&self.as_dict(py)?)
-        }
-    }
 } }
 
 /// A plant from its name or its object.

@@ -5,7 +5,7 @@ use popsteer_sim::{Driver, DriverAnswer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat, PyInt};
+use pyo3::types::{IntoPyDict, PyDict, PyFloat, PyInt};
 
 use crate::params::Field;
 
@@ -76,22 +76,13 @@ impl Driver for PythonDriver {
 /// Whether a method has a parameter `reverse`, or takes any by name.
 fn takes_reverse(step: &Bound<'_, PyAny>) -> PyResult<bool> {
     let py = step.py();
-    let inspect = py.import("inspect")?;
-    let Ok(signature) = inspect.call_method1("signature", (step,)) else {
+    let Ok(signature) = py.import("inspect")?.call_method1("signature", (step,)) else {
         // A method written in C need not tell.
         return Ok(false);
     };
-    let parameters = signature.getattr("parameters")?;
-    if parameters.contains("reverse")? {
-        return Ok(true);
-    }
-    let any = inspect.getattr("Parameter")?.getattr("VAR_KEYWORD")?;
-    for parameter in parameters.call_method0("values")?.try_iter()? {
-        if parameter?.getattr("kind")?.eq(&any)? {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+    let reverse = [("reverse", false)].into_py_dict(py)?;
+    let bound = signature.call_method("bind_partial", (), Some(&reverse));
+    Ok(bound.is_ok())
 }
 
 /// An angle, or an object that has one and may have target, status and direction.

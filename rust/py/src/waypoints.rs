@@ -4,7 +4,7 @@ use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::path::distinct_waypoints;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use crate::errors::path_error;
 
@@ -13,40 +13,37 @@ use crate::errors::path_error;
 pub(crate) struct Waypoints {
     pub(crate) x: Vec<f64>,
     pub(crate) y: Vec<f64>,
-    pub(crate) speed: Option<Vec<f64>>,
     pub(crate) reverse: Option<Vec<bool>>,
-    pub(crate) grade: Option<Vec<f64>>,
-    pub(crate) yaw: Option<Vec<f64>>,
-    pub(crate) curvature: Option<Vec<f64>>,
+    /// Speed, grade, yaw and curvature.
+    pub(crate) others: [Option<Vec<f64>>; 4],
 }
 
 impl Waypoints {
     /// Copies arrays of the right shapes, or a `PathError` that says what is wrong with one.
     pub(crate) fn read(
-        py: Python<'_>,
         xy: &Bound<'_, PyAny>,
-        speed: Option<&Bound<'_, PyAny>>,
         reverse: Option<Vec<bool>>,
-        grade: Option<&Bound<'_, PyAny>>,
-        (yaw, curvature): (Option<&Bound<'_, PyAny>>, Option<&Bound<'_, PyAny>>),
+        [speed, grade, yaw, curvature]: [Option<&Bound<'_, PyAny>>; 4],
     ) -> PyResult<Self> {
         let xy = as_array(xy, "xy", "(N, 2)")?;
         let waypoints = xy
             .cast::<PyArray2<f64>>()
             .ok()
             .filter(|waypoints| waypoints.shape().get(1) == Some(&2))
-            .ok_or_else(|| wrong_shape(py, "xy", "(N, 2)", &xy))?
+            .ok_or_else(|| wrong_shape("xy", "(N, 2)", &xy))?
             .try_readonly()?;
         let waypoints: ArrayView2<'_, f64> = waypoints.as_array();
         let (x, y) = (waypoints.column(0).to_vec(), waypoints.column(1).to_vec());
         Ok(Self {
             x,
             y,
-            speed: column(speed, "speed")?,
             reverse,
-            grade: column(grade, "grade")?,
-            yaw: column(yaw, "yaw")?,
-            curvature: column(curvature, "curvature")?,
+            others: [
+                column(speed, "speed")?,
+                column(grade, "grade")?,
+                column(yaw, "yaw")?,
+                column(curvature, "curvature")?,
+            ],
         })
     }
 
@@ -56,13 +53,10 @@ impl Waypoints {
         let kept = distinct_waypoints(&self.x, &self.y, closed);
         let count = self.x.len();
         Self {
-            speed: self.speed.map(|speed| pick(speed, &kept, count)),
-            reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
-            grade: self.grade.map(|grade| pick(grade, &kept, count)),
-            yaw: self.yaw.map(|yaw| pick(yaw, &kept, count)),
-            curvature: self.curvature.map(|all| pick(all, &kept, count)),
             x: pick(self.x, &kept, count),
             y: pick(self.y, &kept, count),
+            reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
+            others: self.others.map(|column| Some(pick(column?, &kept, count))),
         }
     }
 }
@@ -85,18 +79,20 @@ fn column(given: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Option<Vec<f
     let array = as_array(given, name, "(N,)")?;
     let array = array
         .cast::<PyArray1<f64>>()
-        .map_err(|_| wrong_shape(given.py(), name, "(N,)", &array))?
+        .map_err(|_| wrong_shape(name, "(N,)", &array))?
         .try_readonly()?;
     let values: ArrayView1<'_, f64> = array.as_array();
     Ok(Some(values.to_vec()))
 }
 
-fn wrong_shape(py: Python<'_>, name: &str, required: &str, array: &Bound<'_, PyAny>) -> PyErr {
-    let shape = PyTuple::new(py, shape_of(array)).and_then(|shape| shape.repr());
-    let shape = shape.map(|shape| shape.to_string()).unwrap_or_default();
-    path_error(
-        py,
-        format!("{name} must have shape {required}, got {shape}"),
+fn wrong_shape(name: &str, required: &str, array: &Bound<'_, PyAny>) -> PyErr {
+    let shape = array.getattr("shape").and_then(|shape| shape.repr());
+    shape.map_or_else(
+        |error| error,
+        |shape| {
+            let words = format!("{name} must have shape {required}, got {shape}");
+            path_error(array.py(), words)
+        },
     )
 }
 
@@ -115,11 +111,4 @@ fn as_array<'py>(
             let wanted = format!("{name} must be an array of numbers of shape {shape}");
             path_error(py, format!("{wanted}: {}", error.value(py)))
         })
-}
-
-fn shape_of(array: &Bound<'_, PyAny>) -> Vec<usize> {
-    array
-        .getattr("shape")
-        .and_then(|shape| shape.extract())
-        .unwrap_or_default()
 }

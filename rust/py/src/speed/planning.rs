@@ -9,7 +9,7 @@ use popsteer_core::speed::{
     plan_speeds as plan,
 };
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::errors::OrRaise;
 use crate::path::PyPath;
@@ -46,8 +46,7 @@ pub(crate) fn path_cusps<'py>(py: Python<'py>, path: &PyPath) -> Bound<'py, PyAr
 /// deceleration of a stop without a plan, the share of the lateral acceleration for bends, and the
 /// smoothing lengths in wheelbases.
 pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let found = PyDict::new(py);
-    for (name, value) in [
+    [
         ("max_speed", defaults::MAX_SPEED),
         (
             "max_lateral_acceleration",
@@ -59,10 +58,8 @@ pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         ("bend_share", defaults::BEND_SHARE),
         ("smoothing", defaults::SMOOTHING),
         ("sharp", defaults::SHARP),
-    ] {
-        found.set_item(name, value)?;
-    }
-    Ok(found)
+    ]
+    .into_py_dict(py)
 }
 
 /// Greatest speed at each waypoint [m/s], and the number of what limits it there.
