@@ -6,7 +6,7 @@ use popsteer_core::InputError;
 use popsteer_sim::{Controller, Longitudinal, Perception, Simulation, closed_loop};
 use pyo3::prelude::*;
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::laws::law_of;
 use crate::plants::python_plant;
 use crate::python_driver::PythonDriver;
@@ -23,7 +23,7 @@ pub(crate) fn driven(
     longitudinal: &Longitudinal,
     perception: Perception,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Option<PyErr>> {
+) -> Raises<Option<PyErr>> {
     let progress = progress.map(|progress| progress.clone().unbind());
     let mut fault = None;
     let mut interrupted: PyResult<()> = Ok(());
@@ -59,6 +59,6 @@ pub(crate) fn driven(
         driver.take_fault().map_or(Ok(outcome), Err)?
     };
     interrupted?;
-    outcome.or_raise(py)?;
+    outcome?;
     Ok(fault)
 }

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use pyo3::{PyTraverseError, PyVisit};
 
-use crate::errors::{OrRaise, entry_error};
+use crate::errors::{Raises, entry_error};
 use crate::path::PyPath;
 use crate::plants::{any_plant, python_plant};
 use crate::pool;
@@ -66,14 +66,13 @@ impl PyEpisodes {
     #[new]
     #[pyo3(signature = (count, preview, weights, *, longitudinal=None, settings=None, stall_time=None))]
     fn new(
-        py: Python<'_>,
         count: usize,
         preview: Vec<f64>,
         weights: (f64, f64, f64, f64, f64),
         longitudinal: Option<&Bound<'_, PyAny>>,
         settings: Option<Py<PySettings>>,
         stall_time: Option<f64>,
-    ) -> PyResult<Self> {
+    ) -> Raises<Self> {
         let longitudinal = match longitudinal {
             None => None,
             Some(longitudinal) => Some(longitudinal_of(longitudinal).ok_or_else(|| {
@@ -96,7 +95,7 @@ impl PyEpisodes {
         };
         let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
         Ok(Self {
-            episodes: Episodes::new(count, terms).or_raise(py)?,
+            episodes: Episodes::new(count, terms)?,
             settings: Settings {
                 keep_records: false,
                 ..settings
@@ -133,15 +132,14 @@ impl PyEpisodes {
         plant: &Bound<'_, PyAny>,
         start: (f64, f64, f64),
         speed: f64,
-    ) -> PyResult<()> {
+    ) -> Raises<()> {
         let plant = any_plant(plant)?;
         let (x, y, yaw) = start;
         let start = VehicleState { x, y, yaw, speed };
         let car = plant.vehicle();
         let tracked = Follow::of(car, car.rear_axle, 0.0);
         let path = Arc::clone(&path.get().0);
-        let simulation =
-            Simulation::new(path, plant, start, tracked, self.settings).or_raise(py)?;
+        let simulation = Simulation::new(path, plant, start, tracked, self.settings)?;
         if let Some(plant) = python_plant(&simulation) {
             plant.reset(py, start)?;
         }

@@ -1,5 +1,6 @@
 //! The core's errors as the Python classes of `popsteer.errors`, which word them.
 
+use numpy::AsSliceError;
 use popsteer_core::error::{ConfigError, InputError, PathError, Requirement};
 use popsteer_sim::simulation::SimulationError;
 use pyo3::prelude::*;
@@ -79,6 +80,43 @@ pub(crate) fn argument_error<'py>(
     })
 }
 
+/// A Python exception: what `?` makes of the core's errors and of Python's own.
+pub(crate) struct Raised(PyErr);
+
+/// What may be refused.
+pub(crate) type Raises<T> = Result<T, Raised>;
+
+impl From<PyErr> for Raised {
+    fn from(error: PyErr) -> Self {
+        Self(error)
+    }
+}
+
+impl From<Raised> for PyErr {
+    fn from(Raised(error): Raised) -> Self {
+        error
+    }
+}
+
+impl From<AsSliceError> for Raised {
+    fn from(error: AsSliceError) -> Self {
+        Self(error.into())
+    }
+}
+
+/// `?` for an error of the core.
+macro_rules! raised {
+    ($($error:ty),+) => {$(
+        impl From<$error> for Raised {
+            #[cold]
+            fn from(error: $error) -> Self {
+                Python::attach(|py| Self(error.into_py_err(py)))
+            }
+        }
+    )+};
+}
+raised!(ConfigError, InputError, PathError, SimulationError);
+
 /// Turns one of the core's errors into a Python exception.
 pub(crate) trait IntoPyErr {
     fn into_py_err(self, py: Python<'_>) -> PyErr;
@@ -148,7 +186,7 @@ pub(crate) fn unknown(py: Python<'_>, what: &str, name: &str, known: &[&str]) ->
     })
 }
 
-/// Raises an error of the core as a Python exception.
+/// Raises an error of the core as a Python exception, in a function that raises Python's own.
 pub(crate) trait OrRaise<T> {
     fn or_raise(self, py: Python<'_>) -> PyResult<T>;
 }

@@ -9,7 +9,7 @@ use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Point, VehicleState, geometry, math};
 use pyo3::prelude::*;
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 
 /// A position whose coordinates are within the bounds.
 pub(crate) fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
@@ -41,10 +41,8 @@ pub(crate) fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
 /// 0.7168146928204138
 #[pyfunction]
 #[pyo3(signature = (angle, /))]
-pub(crate) fn wrap(py: Python<'_>, angle: f64) -> PyResult<f64> {
-    checked("angle", angle, -MAX_YAW, MAX_YAW)
-        .map(math::wrap)
-        .or_raise(py)
+pub(crate) fn wrap(angle: f64) -> Raises<f64> {
+    Ok(math::wrap(checked("angle", angle, -MAX_YAW, MAX_YAW)?))
 }
 
 /// Limit a number to a range.
@@ -94,9 +92,8 @@ pub(crate) fn saturate(value: f64, low: f64, high: f64) -> f64 {
 /// 5.0
 #[pyfunction]
 #[pyo3(signature = (a, b, /))]
-pub(crate) fn get_distance(py: Python<'_>, a: (f64, f64), b: (f64, f64)) -> PyResult<f64> {
-    let a = checked_point(a.0, a.1).or_raise(py)?;
-    let b = checked_point(b.0, b.1).or_raise(py)?;
+pub(crate) fn get_distance(a: (f64, f64), b: (f64, f64)) -> Raises<f64> {
+    let (a, b) = (checked_point(a.0, a.1)?, checked_point(b.0, b.1)?);
     Ok(geometry::get_distance(a, b))
 }
 
@@ -148,15 +145,14 @@ fn checked_vehicle(
 #[pyfunction]
 #[pyo3(signature = (x, y, yaw, speed, steer, dt, /))]
 pub(crate) fn get_predicted_location(
-    py: Python<'_>,
     x: f64,
     y: f64,
     yaw: f64,
     speed: f64,
     steer: f64,
     dt: f64,
-) -> PyResult<(f64, f64)> {
-    let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt).or_raise(py)?;
+) -> Raises<(f64, f64)> {
+    let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt)?;
     let location = bicycle::get_predicted_location(vehicle, steer, dt);
     Ok((location.x, location.y))
 }
@@ -193,20 +189,19 @@ pub(crate) fn get_predicted_location(
 #[pyfunction]
 #[pyo3(signature = (state, control, steer, dt, /))]
 pub(crate) fn state_transition(
-    py: Python<'_>,
     state: (f64, f64, f64, f64, f64),
     control: (f64, f64),
     steer: f64,
     dt: f64,
-) -> PyResult<(f64, f64, f64, f64, f64)> {
+) -> Raises<(f64, f64, f64, f64, f64)> {
     let (x, y, yaw, speed, yaw_rate) = state;
-    checked_vehicle(x, y, yaw, speed, steer, dt).or_raise(py)?;
+    checked_vehicle(x, y, yaw, speed, steer, dt)?;
     for (field, value) in [
         ("yaw_rate", yaw_rate),
         ("longitudinal", control.0),
         ("lateral", control.1),
     ] {
-        checked(field, value, -1e6, 1e6).or_raise(py)?;
+        checked(field, value, -1e6, 1e6)?;
     }
     let next = bicycle::state_transition(
         [x, y, yaw, speed, yaw_rate].into(),
@@ -257,7 +252,6 @@ pub(crate) fn state_transition(
 #[pyfunction]
 #[pyo3(signature = (x, y, yaw, speed, steer, acceleration, wheelbase, dt, /))]
 pub(crate) fn kinematic_bicycle(
-    py: Python<'_>,
     x: f64,
     y: f64,
     yaw: f64,
@@ -266,10 +260,10 @@ pub(crate) fn kinematic_bicycle(
     acceleration: f64,
     wheelbase: f64,
     dt: f64,
-) -> PyResult<(f64, f64, f64, f64)> {
-    let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt).or_raise(py)?;
-    checked("acceleration", acceleration, -1e6, 1e6).or_raise(py)?;
-    checked("wheelbase", wheelbase, 1e-3, 1e3).or_raise(py)?;
+) -> Raises<(f64, f64, f64, f64)> {
+    let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt)?;
+    checked("acceleration", acceleration, -1e6, 1e6)?;
+    checked("wheelbase", wheelbase, 1e-3, 1e3)?;
     let next = bicycle::kinematic_bicycle(vehicle, steer, acceleration, wheelbase, dt);
     Ok((next.x, next.y, next.yaw, next.speed))
 }

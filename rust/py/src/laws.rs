@@ -13,7 +13,7 @@ use popsteer_sim::batch::Member;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::params::{NewArgs, Number, count, number, params};
 use crate::path::PyPath;
 use crate::tracker::command::PyCommand;

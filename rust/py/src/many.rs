@@ -13,7 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::{OrRaise, entry_error};
+use crate::errors::{Raises, entry_error};
 use crate::laws::law_of;
 use crate::metrics::figures;
 use crate::plants::plant_of;
@@ -44,7 +44,7 @@ pub(crate) fn run_many<'py>(
     settings: Option<Py<PySettings>>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Raises<Bound<'py, PyDict>> {
     let mut prepared = Vec::with_capacity(runs.len());
     for (index, (law, plant, start, seen, longitudinal)) in runs.into_iter().enumerate() {
         let (noise, seed, stream) = seen;
@@ -76,8 +76,8 @@ pub(crate) fn run_many<'py>(
         let drive_all = || many::run_many(&prepared, settings, &watch);
         pool.install(drive_all)
     };
-    let metrics = watched(py, &watch, prepared.len(), progress, work)?.or_raise(py)?;
-    columns(py, &metrics)
+    let metrics = watched(py, &watch, prepared.len(), progress, work)??;
+    Ok(columns(py, &metrics)?)
 }
 
 /// What `work` comes to on a thread of its own, while this one handles signals and progress and

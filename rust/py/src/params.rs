@@ -248,10 +248,9 @@ macro_rules! params {
                 $($field = $crate::params::Field::argument($core::DEFAULT.$field)),+
             ))]
             fn new(
-                py: Python<'_>,
                 $($vehicle: Option<Py<$whole>>,)?
                 $($field: <$crate::params::kind!($kind$(<$of>)?) as $crate::params::Field>::Argument),+
-            ) -> PyResult<Self> {
+            ) -> $crate::errors::Raises<Self> {
                 let given = [$((
                     stringify!($field),
                     <$crate::params::kind!($kind$(<$of>)?) as $crate::params::Field>::changed($field),
@@ -260,10 +259,8 @@ macro_rules! params {
                     $($vehicle: $vehicle.map_or($usual, |vehicle| vehicle.get().0),)?
                     $($field: $crate::params::Field::from_argument($field)),+
                 };
-                params.checked().map(Self).map_err(|error| {
-                    let error = $crate::params::as_given(error, &given);
-                    $crate::errors::IntoPyErr::into_py_err(error, py)
-                })
+                let checked = params.checked();
+                Ok(Self(checked.map_err(|error| $crate::params::as_given(error, &given))?))
             }
 
             $(

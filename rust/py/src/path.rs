@@ -15,7 +15,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::functions::checked_point;
 use crate::params::{Count, NewArgs};
 use crate::projection::{PyLookahead, PyProjection};
@@ -73,16 +73,11 @@ impl PyPath {
         self.0.view()
     }
 
-    /// A waypoint to start from, by default the nearest of all.
-    fn start(
-        &self,
-        field: &'static str,
-        nearest: Option<Count>,
-        position: Point,
-    ) -> Result<usize, InputError> {
+    /// The waypoint `nearest` to start from, by default the nearest of all.
+    fn start(&self, nearest: Option<Count>, position: Point) -> Result<usize, InputError> {
         match nearest {
             None => Ok(projection::nearest_waypoint(&self.view(), position)),
-            Some(index) => self.index(field, index),
+            Some(index) => self.index("nearest", index),
         }
     }
 
@@ -93,17 +88,16 @@ impl PyPath {
     /// The grid around a waypoint, where it is not too large to visit all of it.
     fn grid(
         &self,
-        py: Python<'_>,
         nearest: usize,
         fields: (&'static str, &'static str),
         ahead: f64,
         spacing: f64,
-    ) -> PyResult<Grid<'_>> {
-        checked(fields.0, ahead, 1e-3, 1e6).or_raise(py)?;
-        checked(fields.1, spacing, 1e-4, 1e3).or_raise(py)?;
+    ) -> Raises<Grid<'_>> {
+        checked(fields.0, ahead, 1e-3, 1e6)?;
+        checked(fields.1, spacing, 1e-4, 1e3)?;
         let view = self.view();
         let window = resample::window(&view, nearest, ahead);
-        Grid::new(view, window, spacing).checked().or_raise(py)
+        Ok(Grid::new(view, window, spacing).checked()?)
     }
 }
 
@@ -115,7 +109,6 @@ impl PyPath {
         text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, drop_duplicates=False)"
     )]
     fn new(
-        py: Python<'_>,
         xy: &Bound<'_, PyAny>,
         more: &Bound<'_, PyTuple>,
         speed: Option<&Bound<'_, PyAny>>,
@@ -125,12 +118,11 @@ impl PyPath {
         yaw: Option<&Bound<'_, PyAny>>,
         curvature: Option<&Bound<'_, PyAny>>,
         drop_duplicates: bool,
-    ) -> PyResult<Self> {
+    ) -> Raises<Self> {
         if !more.is_empty() {
-            return Err(PyTypeError::new_err(
-                "Path takes one array of waypoints, shape (N, 2): \
-                 Path(numpy.column_stack((x, y)), speed=...)",
-            ));
+            let words = "Path takes one array of waypoints, shape (N, 2): \
+                         Path(numpy.column_stack((x, y)), speed=...)";
+            return Err(PyTypeError::new_err(words).into());
         }
         let is_spline =
             yaw.is_some_and(|yaw| yaw.extract::<&str>().is_ok_and(|text| text == "spline"));
@@ -140,15 +132,15 @@ impl PyPath {
             given = given.distinct(closed);
         }
         let [speed, grade, yaw, curvature] = given.others.each_ref().map(Option::as_deref);
-        let mut path = Path::new(&given.x, &given.y, speed, closed).or_raise(py)?;
+        let mut path = Path::new(&given.x, &given.y, speed, closed)?;
         if let Some(reverse) = given.reverse {
-            path = path.with_reverse(&reverse).or_raise(py)?;
+            path = path.with_reverse(&reverse)?;
         }
         if let Some(grade) = grade {
-            path = path.with_grade(grade).or_raise(py)?;
+            path = path.with_grade(grade)?;
         }
         if is_spline || yaw.is_some() || curvature.is_some() {
-            path = path.with_yaw(yaw, curvature).or_raise(py)?;
+            path = path.with_yaw(yaw, curvature)?;
         }
         Ok(Self(Arc::new(path)))
     }
@@ -298,8 +290,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If a coordinate is not finite or beyond its bound.
-    fn nearest_waypoint(&self, py: Python<'_>, x: f64, y: f64) -> PyResult<usize> {
-        let position = checked_point(x, y).or_raise(py)?;
+    fn nearest_waypoint(&self, x: f64, y: f64) -> Raises<usize> {
+        let position = checked_point(x, y)?;
         Ok(projection::nearest_waypoint(&self.view(), position))
     }
 
@@ -346,26 +338,22 @@ impl PyPath {
     #[pyo3(signature = (x, y, yaw, waypoint, reach, *, opposite_distance=10.0))]
     fn locate(
         &self,
-        py: Python<'_>,
         x: f64,
         y: f64,
         yaw: f64,
         waypoint: Count,
         reach: f64,
         opposite_distance: f64,
-    ) -> PyResult<PyProjection> {
-        let found = || -> Result<_, InputError> {
-            let position = checked_point(x, y)?;
-            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
-            let waypoint = self.index("waypoint", waypoint)?;
-            let reach = checked("reach", reach, 0.0, 1e9)?;
-            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
-            let heading = Point::new(math::cos(yaw), math::sin(yaw));
-            let view = self.view();
-            let closest = locate::locate(&view, waypoint, position, heading, reach, opposite);
-            Ok(closest.projection(&view))
-        };
-        found().map(PyProjection).or_raise(py)
+    ) -> Raises<PyProjection> {
+        let position = checked_point(x, y)?;
+        let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+        let waypoint = self.index("waypoint", waypoint)?;
+        let reach = checked("reach", reach, 0.0, 1e9)?;
+        let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
+        let heading = Point::new(math::cos(yaw), math::sin(yaw));
+        let view = self.view();
+        let closest = locate::locate(&view, waypoint, position, heading, reach, opposite);
+        Ok(PyProjection(closest.projection(&view)))
     }
 
     /// Find the first crossing of the lookahead circle ahead of a closest point on the path.
@@ -401,23 +389,19 @@ impl PyPath {
     /// ((12.0, 0.0), True)
     fn get_crossing(
         &self,
-        py: Python<'_>,
         x: f64,
         y: f64,
         lookahead: f64,
         segment: Count,
-    ) -> PyResult<((f64, f64), bool)> {
-        let found = || -> Result<_, InputError> {
-            let position = checked_point(x, y)?;
-            checked("lookahead", lookahead, 0.0, 1e6)?;
-            let segment = self.index("segment", segment)?;
-            let view = self.view();
-            let segment = segment.min(view.segments() - 1);
-            let closest = ClosestPoint::new(&view, segment, position);
-            let (point, on_circle) = lookahead::get_crossing(&view, &closest, position, lookahead);
-            Ok(((point.x, point.y), on_circle))
-        };
-        found().or_raise(py)
+    ) -> Raises<((f64, f64), bool)> {
+        let position = checked_point(x, y)?;
+        checked("lookahead", lookahead, 0.0, 1e6)?;
+        let segment = self.index("segment", segment)?;
+        let view = self.view();
+        let segment = segment.min(view.segments() - 1);
+        let closest = ClosestPoint::new(&view, segment, position);
+        let (point, on_circle) = lookahead::get_crossing(&view, &closest, position, lookahead);
+        Ok(((point.x, point.y), on_circle))
     }
 
     /// Find the waypoint to start from after a jump: the nearest one whose direction fits.
@@ -456,21 +440,11 @@ impl PyPath {
     /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
     /// (0, 2)
     #[pyo3(signature = (x, y, yaw, *, opposite_distance=10.0))]
-    fn relocalise(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        yaw: f64,
-        opposite_distance: f64,
-    ) -> PyResult<usize> {
-        let found = || -> Result<_, InputError> {
-            let position = checked_point(x, y)?;
-            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
-            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
-            Ok(relocalise(&self.view(), position, yaw, opposite))
-        };
-        found().or_raise(py)
+    fn relocalise(&self, x: f64, y: f64, yaw: f64, opposite_distance: f64) -> Raises<usize> {
+        let position = checked_point(x, y)?;
+        let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+        let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
+        Ok(relocalise(&self.view(), position, yaw, opposite))
     }
 
     /// Project a position exactly onto the segments at a waypoint.
@@ -495,15 +469,9 @@ impl PyPath {
     /// InputError
     ///     If `nearest` is no waypoint, or a coordinate is not finite or beyond its bound.
     #[pyo3(signature = (x, y, nearest=None))]
-    fn project(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        nearest: Option<Count>,
-    ) -> PyResult<PyProjection> {
-        let position = checked_point(x, y).or_raise(py)?;
-        let nearest = self.start("nearest", nearest, position).or_raise(py)?;
+    fn project(&self, x: f64, y: f64, nearest: Option<Count>) -> Raises<PyProjection> {
+        let position = checked_point(x, y)?;
+        let nearest = self.start(nearest, position)?;
         let closest = projection::project(&self.view(), nearest, position);
         Ok(PyProjection(closest))
     }
@@ -526,8 +494,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If `nearest` is no waypoint.
-    fn path_yaw_behind(&self, py: Python<'_>, nearest: Count) -> PyResult<f64> {
-        let nearest = self.index("nearest", nearest).or_raise(py)?;
+    fn path_yaw_behind(&self, nearest: Count) -> Raises<f64> {
+        let nearest = self.index("nearest", nearest)?;
         Ok(projection::path_yaw_behind(&self.view(), nearest))
     }
 
@@ -550,14 +518,8 @@ impl PyPath {
     /// InputError
     ///     If `nearest` is no waypoint, or a coordinate is not finite or beyond its bound.
     #[pyo3(signature = (x, y, nearest=None))]
-    fn reference_speed(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        nearest: Option<Count>,
-    ) -> PyResult<Option<f64>> {
-        let closest = self.project(py, x, y, nearest)?.0;
+    fn reference_speed(&self, x: f64, y: f64, nearest: Option<Count>) -> Raises<Option<f64>> {
+        let closest = self.project(x, y, nearest)?.0;
         Ok(projection::reference_speed(&self.view(), &closest))
     }
 
@@ -580,9 +542,9 @@ impl PyPath {
     /// InputError
     ///     If `nearest` is no waypoint or `ahead` out of range.
     #[pyo3(signature = (nearest, ahead=20.0))]
-    fn window(&self, py: Python<'_>, nearest: Count, ahead: f64) -> PyResult<(usize, usize)> {
-        let nearest = self.index("nearest", nearest).or_raise(py)?;
-        checked("ahead", ahead, 1e-3, 1e6).or_raise(py)?;
+    fn window(&self, nearest: Count, ahead: f64) -> Raises<(usize, usize)> {
+        let nearest = self.index("nearest", nearest)?;
+        checked("ahead", ahead, 1e-3, 1e6)?;
         let window = resample::window(&self.view(), nearest, ahead);
         Ok((window.first, window.segments))
     }
@@ -616,12 +578,12 @@ impl PyPath {
         nearest: Count,
         ahead: f64,
         spacing: f64,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let nearest = self.index("nearest", nearest).or_raise(py)?;
-        let grid = self.grid(py, nearest, ("ahead", "spacing"), ahead, spacing)?;
+    ) -> Raises<Bound<'py, PyArray2<f64>>> {
+        let nearest = self.index("nearest", nearest)?;
+        let grid = self.grid(nearest, ("ahead", "spacing"), ahead, spacing)?;
         let flat: Vec<f64> = grid.points().flat_map(|point| [point.x, point.y]).collect();
         let points = flat.len() / 2;
-        PyArray1::from_vec(py, flat).reshape([points, 2])
+        Ok(PyArray1::from_vec(py, flat).reshape([points, 2])?)
     }
 
     /// Search the re-discretised window for the lookahead point.
@@ -661,7 +623,6 @@ impl PyPath {
     ))]
     fn get_lookahead_point(
         &self,
-        py: Python<'_>,
         x: f64,
         y: f64,
         lookahead: f64,
@@ -669,13 +630,13 @@ impl PyPath {
         tolerance: f64,
         window_ahead: f64,
         grid_spacing: f64,
-    ) -> PyResult<PyLookahead> {
-        let position = checked_point(x, y).or_raise(py)?;
-        let nearest = self.start("nearest", nearest, position).or_raise(py)?;
-        checked("lookahead", lookahead, 0.0, 1e6).or_raise(py)?;
-        checked("tolerance", tolerance, 1e-9, 1e3).or_raise(py)?;
+    ) -> Raises<PyLookahead> {
+        let position = checked_point(x, y)?;
+        let nearest = self.start(nearest, position)?;
+        checked("lookahead", lookahead, 0.0, 1e6)?;
+        checked("tolerance", tolerance, 1e-9, 1e3)?;
         let names = ("window_ahead", "grid_spacing");
-        let grid = self.grid(py, nearest, names, window_ahead, grid_spacing)?;
+        let grid = self.grid(nearest, names, window_ahead, grid_spacing)?;
         let found = lookahead::get_lookahead_point(&grid, position, lookahead, tolerance);
         Ok(PyLookahead(found))
     }
@@ -693,7 +654,6 @@ impl PyPath {
     ))]
     fn get_lookahead_point_index(
         &self,
-        py: Python<'_>,
         x: f64,
         y: f64,
         lookahead: f64,
@@ -701,9 +661,9 @@ impl PyPath {
         tolerance: f64,
         window_ahead: f64,
         grid_spacing: f64,
-    ) -> PyResult<usize> {
+    ) -> Raises<usize> {
         let (ahead, spacing) = (window_ahead, grid_spacing);
-        self.get_lookahead_point(py, x, y, lookahead, nearest, tolerance, ahead, spacing)
+        self.get_lookahead_point(x, y, lookahead, nearest, tolerance, ahead, spacing)
             .map(|found| found.0.index)
     }
 }

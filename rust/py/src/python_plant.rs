@@ -9,7 +9,7 @@ use pyo3::PyVisit;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::errors::{OrRaise, module};
+use crate::errors::{Raises, module};
 use crate::vehicle::PyVehicle;
 
 /// An object with `name`, `vehicle`, `reset` and `advance`; `popsteer.plants` says what they do.
@@ -88,7 +88,7 @@ impl PythonPlant {
         drop(object);
     }
 
-    fn moved(&self, control: Control, dt: f64, substeps: usize) -> PyResult<PlantState> {
+    fn moved(&self, control: Control, dt: f64, substeps: usize) -> Raises<PlantState> {
         Python::attach(|py| {
             let arguments = (
                 control.steer,
@@ -103,7 +103,7 @@ impl PythonPlant {
                 state.extract(py)?;
             let vehicle = VehicleState { x, y, yaw, speed };
             Ok(PlantState {
-                vehicle: vehicle.checked().or_raise(py)?,
+                vehicle: vehicle.checked()?,
                 yaw_rate,
                 wheel,
                 throttle: control.throttle,
@@ -135,7 +135,7 @@ impl Plant for PythonPlant {
         }
         match self.moved(control, dt, substeps) {
             Ok(moved) => *state = moved,
-            Err(error) => *locked(&self.fault) = Some(error),
+            Err(error) => *locked(&self.fault) = Some(error.into()),
         }
     }
 }

@@ -11,7 +11,7 @@ use pyo3::types::{PyBool, PyDict, PyTuple};
 use pyo3::{PyTraverseError, PyVisit};
 
 use crate::driving::driven;
-use crate::errors::{OrRaise, argument_error};
+use crate::errors::{Raises, argument_error};
 use crate::metrics::{by_name, columns_of};
 use crate::params::params;
 use crate::path::PyPath;
@@ -118,7 +118,7 @@ impl PySimulation {
             None => Arc::new(CarlaIdentified::DEFAULT),
         };
         let (x, y, yaw) = start;
-        let begun = Self::begun(py, path, plant, (x, y, yaw, speed), tracked_point, settings)?;
+        let begun = Self::begun(path, plant, (x, y, yaw, speed), tracked_point, settings)?;
         if let Some(plant) = python_plant(&begun.simulation) {
             plant.reset(py, VehicleState { x, y, yaw, speed })?;
         }
@@ -152,14 +152,13 @@ impl PySimulation {
     #[staticmethod]
     #[pyo3(name = "_restored")]
     fn restored(
-        py: Python<'_>,
         begin: Begin<'_>,
         state: Bound<'_, PyAny>,
         limit: Option<String>,
     ) -> PyResult<Self> {
         let (path, plant, start, tracked_point, settings) = begin;
         let (plant, tracked_point) = (any_plant(&plant)?, Some(tracked_point));
-        let begun = Self::begun(py, path, plant, start, tracked_point, Some(settings))?;
+        let begun = Self::begun(path, plant, start, tracked_point, Some(settings))?;
         Ok(Self {
             simulation: begun.simulation.restored(state::of_data(state)?),
             limit,
@@ -277,11 +276,11 @@ impl PySimulation {
         throttle: f64,
         brake: f64,
         reverse: bool,
-    ) -> PyResult<()> {
+    ) -> Raises<()> {
         if reverse && !self.simulation.plant().reverses() {
             let required = format!("False, as {} does not reverse", self.plant());
             let given = PyBool::new(py, reverse).to_owned().into_any();
-            return Err(argument_error(py, "reverse", given, &required));
+            return Err(argument_error(py, "reverse", given, &required).into());
         }
         let nowhere = Point::new(f64::NAN, f64::NAN);
         let control = Control {
@@ -290,11 +289,9 @@ impl PySimulation {
             brake,
             reverse,
         };
-        self.simulation
-            .step(control, nowhere, Status::OK)
-            .or_raise(py)?;
+        self.simulation.step(control, nowhere, Status::OK)?;
         let fault = python_plant(&self.simulation).and_then(PythonPlant::take_fault);
-        self.take_note(py, fault)
+        Ok(self.take_note(py, fault)?)
     }
 
     /// Let a controller drive until the run is over.
@@ -384,13 +381,12 @@ impl PySimulation {
 impl PySimulation {
     /// A simulation at its start.
     fn begun(
-        py: Python<'_>,
         path: Py<PyPath>,
         plant: Arc<dyn Plant>,
         start: (f64, f64, f64, f64),
         tracked_point: Option<f64>,
         settings: Option<Py<PySettings>>,
-    ) -> PyResult<Self> {
+    ) -> Raises<Self> {
         let (x, y, yaw, speed) = start;
         let vehicle = *plant.vehicle();
         let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
@@ -398,7 +394,7 @@ impl PySimulation {
         let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
         let (shared, at) = (Arc::clone(&path.get().0), VehicleState { x, y, yaw, speed });
         Ok(Self {
-            simulation: Simulation::new(shared, plant, at, tracked, settings).or_raise(py)?,
+            simulation: Simulation::new(shared, plant, at, tracked, settings)?,
             owner: path,
             start,
             tracked_point: tracked_point.unwrap_or(vehicle.front_axle()),

@@ -8,7 +8,7 @@ use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
 use pyo3::prelude::*;
 
 use crate::choice::{Choice, Chosen};
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::params::{Number, hash, params};
 use crate::record::record;
 
@@ -65,8 +65,8 @@ popsteer_core::Vehicle! { params {
         /// --------
         /// >>> popsteer.Vehicle(understeer=0.01).turning_length(10.0)
         /// 4.0
-        fn turning_length(&self, py: Python<'_>, speed: Number) -> PyResult<f64> {
-            let speed = input_in_range("speed", speed.0, -MAX_SPEED, MAX_SPEED).or_raise(py)?;
+        fn turning_length(&self, speed: Number) -> Raises<f64> {
+            let speed = input_in_range("speed", speed.0, -MAX_SPEED, MAX_SPEED)?;
             Ok(self.0.turning_length(speed))
         }
 

@@ -10,7 +10,7 @@ use popsteer_sim::{Longitudinal, Plant};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use crate::errors::{OrRaise, argument_error};
+use crate::errors::{Raises, argument_error};
 use crate::params::params;
 use crate::speed::tracker::PySpeedTracker;
 use crate::tracker::state;
@@ -53,10 +53,10 @@ pub(crate) struct PyCoupledLongitudinal {
 impl PyCoupledLongitudinal {
     #[new]
     #[pyo3(signature = (params=None))]
-    fn new(py: Python<'_>, params: Option<Py<PyCoupledLongitudinalParams>>) -> PyResult<Self> {
+    fn new(py: Python<'_>, params: Option<Py<PyCoupledLongitudinalParams>>) -> Raises<Self> {
         let usual = PyCoupledLongitudinalParams(CoupledLongitudinalParams::DEFAULT);
         let params = params.map_or_else(|| Py::new(py, usual), Ok)?;
-        let law = CoupledLongitudinal::new(params.get().0).or_raise(py)?;
+        let law = CoupledLongitudinal::new(params.get().0)?;
         Ok(Self { law, params })
     }
 
@@ -78,8 +78,8 @@ impl PyCoupledLongitudinal {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound.
-    fn step(&self, py: Python<'_>, speed: f64, steer: f64) -> PyResult<(f64, f64)> {
-        let pedals = self.law.step(speed, steer).or_raise(py)?;
+    fn step(&self, speed: f64, steer: f64) -> Raises<(f64, f64)> {
+        let pedals = self.law.step(speed, steer)?;
         Ok((pedals.throttle, pedals.brake))
     }
 
@@ -121,10 +121,10 @@ pub(crate) struct PySpeedPid {
 impl PySpeedPid {
     #[new]
     #[pyo3(signature = (params=None))]
-    fn new(py: Python<'_>, params: Option<Py<PySpeedPidParams>>) -> PyResult<Self> {
+    fn new(py: Python<'_>, params: Option<Py<PySpeedPidParams>>) -> Raises<Self> {
         let usual = PySpeedPidParams(SpeedPidParams::DEFAULT);
         let params = params.map_or_else(|| Py::new(py, usual), Ok)?;
-        let law = SpeedPid::new(params.get().0).or_raise(py)?;
+        let law = SpeedPid::new(params.get().0)?;
         Ok(Self {
             law,
             state: SpeedPidState::default(),
@@ -152,15 +152,8 @@ impl PySpeedPid {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; the state is then unchanged.
-    fn step(
-        &mut self,
-        py: Python<'_>,
-        speed: f64,
-        target_speed: f64,
-        dt: f64,
-    ) -> PyResult<(f64, f64)> {
-        let state = &mut self.state;
-        let pedals = self.law.step(state, speed, target_speed, dt).or_raise(py)?;
+    fn step(&mut self, speed: f64, target_speed: f64, dt: f64) -> Raises<(f64, f64)> {
+        let pedals = self.law.step(&mut self.state, speed, target_speed, dt)?;
         Ok((pedals.throttle, pedals.brake))
     }
 
@@ -176,9 +169,9 @@ impl PySpeedPid {
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
         let restored = state::restored("SpeedPid", state)?;
-        self.law.check_state(&restored).or_raise(state.py())?;
+        self.law.check_state(&restored)?;
         self.state = restored;
         Ok(())
     }
@@ -191,7 +184,7 @@ impl PySpeedPid {
         self.state(py)
     }
 
-    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
         self.set_state(state)
     }
 

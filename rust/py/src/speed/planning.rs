@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{AsSliceError, PyArray1, PyReadonlyArray1};
 use popsteer_core::error::config_in_range;
 use popsteer_core::speed::{
     Course, Limit, OverSpeed, SpeedLimits, defaults, path_curvature as curvature_of,
@@ -11,7 +11,7 @@ use popsteer_core::speed::{
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::path::PyPath;
 use crate::vehicle::PyVehicle;
 
@@ -24,15 +24,15 @@ pub(crate) fn path_curvature<'py>(
     py: Python<'py>,
     path: &PyPath,
     smoothing_length: f64,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let length = config_in_range("smoothing_length", smoothing_length, 1e-3, 1e3).or_raise(py)?;
+) -> Raises<Bound<'py, PyArray1<f64>>> {
+    let length = config_in_range("smoothing_length", smoothing_length, 1e-3, 1e3)?;
     Ok(PyArray1::from_vec(py, curvature_of(&path.0.view(), length)))
 }
 
 /// A path with other reference speeds [m/s], and all else as it is.
 #[pyfunction(name = "_with_speed")]
-pub(crate) fn with_speed(py: Python<'_>, path: &PyPath, speed: Floats<'_>) -> PyResult<PyPath> {
-    let found = path.0.with_speed(speed.as_slice()?).or_raise(py)?;
+pub(crate) fn with_speed(path: &PyPath, speed: Floats<'_>) -> Raises<PyPath> {
+    let found = path.0.with_speed(speed.as_slice()?)?;
     Ok(PyPath(Arc::new(found)))
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn plan_speeds<'py>(
     longitudinal_grip: Option<f64>,
     exponent: f64,
     vehicle: &PyVehicle,
-) -> PyResult<Planned<'py>> {
+) -> Raises<Planned<'py>> {
     let limits = SpeedLimits {
         max_speed,
         max_lateral_acceleration,
@@ -109,12 +109,12 @@ pub(crate) fn plan_speeds<'py>(
     };
     let mut speed = vec![0.0; course.curvature.len()];
     let mut limit = vec![Limit::default(); course.curvature.len()];
-    plan(&course, &limits, &mut speed, &mut limit).or_raise(py)?;
+    plan(&course, &limits, &mut speed, &mut limit)?;
     let codes = limit.into_iter().map(Limit::code).collect();
     Ok((PyArray1::from_vec(py, speed), PyArray1::from_vec(py, codes)))
 }
 
-fn over_speed<'a>(table: &'a (Floats<'_>, Floats<'_>)) -> PyResult<OverSpeed<'a>> {
+fn over_speed<'a>(table: &'a (Floats<'_>, Floats<'_>)) -> Result<OverSpeed<'a>, AsSliceError> {
     Ok(OverSpeed {
         speeds: table.0.as_slice()?,
         values: table.1.as_slice()?,

@@ -10,7 +10,7 @@ use popsteer_sim::longitudinal::Tracked;
 use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
 
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::params::{Number, number, params};
 use crate::path::PyPath;
 use crate::record::record;
@@ -103,19 +103,18 @@ impl PySpeedTracker {
     #[new]
     #[pyo3(signature = (path, vehicle=None, params=None))]
     fn new(
-        py: Python<'_>,
         path: Py<PyPath>,
         vehicle: Option<&PyVehicle>,
         params: Option<&PySpeedTrackerParams>,
-    ) -> PyResult<Self> {
+    ) -> Raises<Self> {
         let vehicle = vehicle.copied().unwrap_or(PyVehicle(Vehicle::DEFAULT));
         let usual = PySpeedTrackerParams(SpeedTrackerParams::DEFAULT);
         let params = params.copied().unwrap_or(usual);
-        let law = SpeedTracker::new(vehicle.0, params.0).or_raise(py)?;
+        let law = SpeedTracker::new(vehicle.0, params.0)?;
         Ok(Self {
             law,
             state: SpeedTrackerState::default(),
-            plan: law.plan(&path.get().view()).or_raise(py)?.into(),
+            plan: law.plan(&path.get().view())?.into(),
             path,
             vehicle,
             params,
@@ -145,17 +144,15 @@ impl PySpeedTracker {
     /// InputError
     ///     If a number is not finite or beyond its bound; the state is then unchanged.
     #[pyo3(signature = (x, y, yaw, speed, dt, *, pose_age=0.0))]
-    #[expect(clippy::too_many_arguments, reason = "those of the controllers' step")]
     fn step(
         &mut self,
-        py: Python<'_>,
         x: Number,
         y: Number,
         yaw: Number,
         speed: Number,
         dt: Number,
         #[pyo3(from_py_with = number)] pose_age: f64,
-    ) -> PyResult<PySpeedCommand> {
+    ) -> Raises<PySpeedCommand> {
         let vehicle = VehicleState {
             x: x.0,
             y: y.0,
@@ -164,7 +161,7 @@ impl PySpeedTracker {
         };
         let (path, law, state) = (self.path.get().view(), &self.law, &mut self.state);
         let command = law.step_aged(&path, &self.plan, state, vehicle, dt.0, pose_age);
-        command.map(PySpeedCommand).or_raise(py)
+        Ok(PySpeedCommand(command?))
     }
 
     /// Keep the speeds of another path from the next step on, planned at once.
@@ -189,9 +186,9 @@ impl PySpeedTracker {
     /// >>> tracker.set_path(popsteer.Path([(float(x), 0.0) for x in range(51)]))
     /// >>> tracker.step(20.0, 0.0, 0.0, 9.0, 0.05).distance_to_stop
     /// 30.0
-    fn set_path(&mut self, py: Python<'_>, path: Py<PyPath>) -> PyResult<()> {
+    fn set_path(&mut self, path: Py<PyPath>) -> Raises<()> {
         let (old, new) = (self.path.get().view(), path.get().view());
-        self.plan = self.law.plan(&new).or_raise(py)?.into();
+        self.plan = self.law.plan(&new)?.into();
         self.law.set_path(&mut self.state, &old, &new);
         self.path = path;
         Ok(())
@@ -209,10 +206,9 @@ impl PySpeedTracker {
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
         let restored = state::restored("SpeedTracker", state)?;
-        let checked = self.law.check_state(&self.path.get().view(), &restored);
-        checked.or_raise(state.py())?;
+        self.law.check_state(&self.path.get().view(), &restored)?;
         self.state = restored;
         Ok(())
     }
@@ -231,7 +227,7 @@ impl PySpeedTracker {
         self.state(py)
     }
 
-    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
         self.set_state(state)
     }
 

@@ -112,12 +112,12 @@ macro_rules! controller {
                 params: Option<Py<$params>>,
                 adapt: Adapt,
                 monitor: Monitored,
-            ) -> PyResult<Self> {
+            ) -> Raises<Self> {
                 let vehicle_given = vehicle.is_some();
                 let vehicle = vehicle.map_or_else(|| Py::new(py, PyVehicle(Vehicle::DEFAULT)), Ok)?;
                 let params = params.map_or_else(|| Py::new(py, $params(Default::default())), Ok)?;
-                let law = $core::new(vehicle.get().0, params.get().0).or_raise(py)?;
-                let law = track(law, &adapt, &monitor).or_raise(py)?;
+                let law = $core::new(vehicle.get().0, params.get().0)?;
+                let law = track(law, &adapt, &monitor)?;
                 Ok(Self {
                     law,
                     state: law.initial_state(),
@@ -177,7 +177,6 @@ macro_rules! controller {
             ))]
             fn step(
                 &mut self,
-                py: Python<'_>,
                 x: Number,
                 y: Number,
                 yaw: Number,
@@ -186,13 +185,11 @@ macro_rules! controller {
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
                 #[pyo3(from_py_with = number)] pose_age: f64,
-            ) -> PyResult<PyCommand> {
+            ) -> Raises<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, measured_steer, pose_age);
-                self.law
-                    .step(&self.path.get().view(), &mut self.state, vehicle, dt.0, reported)
-                    .map(PyCommand)
-                    .or_raise(py)
+                let (path, state) = (self.path.get().view(), &mut self.state);
+                Ok(PyCommand(self.law.step(&path, state, vehicle, dt.0, reported)?))
             }
 
             /// Take one control step and give the angle alone, for tight loops.
@@ -208,7 +205,6 @@ macro_rules! controller {
             ))]
             fn steer(
                 &mut self,
-                py: Python<'_>,
                 x: Number,
                 y: Number,
                 yaw: Number,
@@ -217,12 +213,11 @@ macro_rules! controller {
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
                 #[pyo3(from_py_with = number)] pose_age: f64,
-            ) -> PyResult<f64> {
+            ) -> Raises<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let reported = reported(applied_steer, measured_steer, pose_age);
-                self.law
-                    .steer(&self.path.get().view(), &mut self.state, vehicle, dt.0, reported)
-                    .or_raise(py)
+                let (path, state) = (self.path.get().view(), &mut self.state);
+                Ok(self.law.steer(&path, state, vehicle, dt.0, reported)?)
             }
 
             /// Take one control step, and answer whatever comes in.
@@ -312,11 +307,11 @@ macro_rules! controller {
                 py: Python<'py>,
                 #[pyo3(from_py_with = number)] time: f64,
                 #[pyo3(from_py_with = number)] dt: f64,
-            ) -> PyResult<Bound<'py, PyAny>> {
-                let mut out = prediction::room(time, dt).or_raise(py)?;
+            ) -> Raises<Bound<'py, PyAny>> {
+                let mut out = prediction::room(time, dt)?;
                 let path = self.path.get().view();
-                let count = self.law.predict(&path, &self.state, dt, &mut out).or_raise(py)?;
-                prediction::shown(py, out.get(..count).unwrap_or_default())
+                let count = self.law.predict(&path, &self.state, dt, &mut out)?;
+                Ok(prediction::shown(py, out.get(..count).unwrap_or_default())?)
             }
 
             /// Find the vehicle's place on the path anew, after a jump.
@@ -337,15 +332,9 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
-            fn relocalise(
-                &mut self,
-                py: Python<'_>,
-                x: Number,
-                y: Number,
-                yaw: Number,
-            ) -> PyResult<()> {
+            fn relocalise(&mut self, x: Number, y: Number, yaw: Number) -> Raises<()> {
                 let path = self.path.get().view();
-                self.law.relocalise(&path, &mut self.state, x.0, y.0, yaw.0).or_raise(py)
+                Ok(self.law.relocalise(&path, &mut self.state, x.0, y.0, yaw.0)?)
             }
 
             /// Forget all steps taken so far.
@@ -364,10 +353,10 @@ macro_rules! controller {
             ///     If the angle is not within the vehicle's `max_steer`; the state is then
             ///     unchanged.
             #[pyo3(signature = (*, steer=None))]
-            fn reset(&mut self, py: Python<'_>, steer: Option<Number>) -> PyResult<()> {
+            fn reset(&mut self, steer: Option<Number>) -> Raises<()> {
                 self.state = match steer {
                     None => self.law.initial_state(),
-                    Some(steer) => self.law.state_from(steer.0).or_raise(py)?,
+                    Some(steer) => self.law.state_from(steer.0)?,
                 };
                 Ok(())
             }
@@ -400,9 +389,9 @@ macro_rules! controller {
             }
 
             #[setter]
-            fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+            fn set_state(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
                 let restored = state::restored($name, state)?;
-                self.law.check_state(&self.path.get().view(), &restored).or_raise(state.py())?;
+                self.law.check_state(&self.path.get().view(), &restored)?;
                 self.state = restored;
                 Ok(())
             }
@@ -457,7 +446,7 @@ macro_rules! controller {
                 self.state(py)
             }
 
-            fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+            fn __setstate__(&mut self, state: &Bound<'_, PyAny>) -> Raises<()> {
                 self.set_state(state)
             }
         }

@@ -10,7 +10,7 @@ use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
 use pyo3::prelude::*;
 
-use crate::errors::{OrRaise, argument_error};
+use crate::errors::{Raises, argument_error};
 use crate::vehicle::PyVehicle;
 
 /// More instants than this are a mistake.
@@ -73,16 +73,15 @@ impl PyInFlight {
     /// command given now reaches them. The pose given is that of the vehicle's point, now.
     fn advance(
         &mut self,
-        py: Python<'_>,
         last: f64,
         dt: f64,
         x: f64,
         y: f64,
         yaw: f64,
         speed: f64,
-    ) -> PyResult<(f64, f64, f64, f64, f64)> {
-        let now = VehicleState { x, y, yaw, speed }.checked().or_raise(py)?;
-        let dt = checked_dt(dt).or_raise(py)?;
+    ) -> Raises<(f64, f64, f64, f64, f64)> {
+        let now = VehicleState { x, y, yaw, speed }.checked()?;
+        let dt = checked_dt(dt)?;
         let Self { vehicle, in_flight } = self;
         in_flight.elapse(vehicle, last, dt, 0.0);
         let now = now.ahead(vehicle.no_slip());
