@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Write, read_to_string, stdin, stdout};
 use popsteer_wasm::{Session, Text};
 
 fn main() -> io::Result<()> {
-    let mut session = Session::new();
+    let mut session = Session::default();
     let controllers = session.text(Text::Controllers).to_owned();
     let mut out = BufWriter::new(stdout().lock());
     for line in read_to_string(stdin())?.lines() {

@@ -41,7 +41,7 @@ use std::cell::RefCell;
 type Refusal = Box<dyn std::error::Error>;
 
 thread_local! {
-    static SESSION: RefCell<Session> = const { RefCell::new(Session::new()) };
+    static SESSION: RefCell<Session> = RefCell::default();
 }
 
 fn with<T>(work: impl FnOnce(&mut Session) -> T) -> T {

@@ -1,7 +1,5 @@
 //! What a page works with: room for numbers, a track, and what a run came to.
 
-use std::fmt::Write;
-
 use popsteer_core::{Path, Point, Status};
 use popsteer_sim::{Record, Simulation};
 
@@ -55,8 +53,8 @@ impl Text {
     }
 }
 
-/// What a page works with.
-#[derive(Debug)]
+/// What a page works with; without a track to begin with.
+#[derive(Debug, Default)]
 pub struct Session {
     room: Vec<f64>,
     output: Vec<f64>,
@@ -66,24 +64,7 @@ pub struct Session {
     text: String,
 }
 
-impl Default for Session {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Session {
-    /// Without a track.
-    pub const fn new() -> Self {
-        Self {
-            room: Vec::new(),
-            output: Vec::new(),
-            path: None,
-            message: String::new(),
-            text: String::new(),
-        }
-    }
-
     /// Room for `count` numbers, 0 to begin with; none for more than a track needs.
     pub fn room(&mut self, count: usize) -> Option<&mut [f64]> {
         self.room.clear();
@@ -196,8 +177,7 @@ impl Session {
             Ok(value) => Some(value),
             Err(refusal) => {
                 self.output.clear();
-                // Writing to a string does not fail.
-                let _ = write!(self.message, "{refusal}");
+                self.message = refusal.to_string();
                 None
             }
         }

@@ -32,7 +32,7 @@ fn count(session: &mut Session, what: Text) -> usize {
 
 #[test]
 fn test_session_every_controller_drives_a_straight() {
-    let mut session = Session::new();
+    let mut session = Session::default();
     straight(&mut session);
     let controllers = count(&mut session, Text::Controllers);
     let (metrics, columns) = (
@@ -59,7 +59,7 @@ fn test_session_every_controller_drives_a_straight() {
 
 #[test]
 fn test_session_slower_in_bends_keeps_the_lateral_acceleration() {
-    let mut session = Session::new();
+    let mut session = Session::default();
     let ring: Vec<f64> = (0..126)
         .map(|k| f64::from(k) * std::f64::consts::TAU / 126.0)
         .flat_map(|angle| [20.0 * angle.cos(), 20.0 * angle.sin()])
@@ -82,7 +82,7 @@ fn test_session_slower_in_bends_keeps_the_lateral_acceleration() {
 
 #[test]
 fn test_session_refusal_says_why_and_the_next_call_works() {
-    let mut session = Session::new();
+    let mut session = Session::default();
     put(&mut session, &GOOD);
     assert!(!session.drive(0));
     assert_eq!(message(&mut session), "there is no track yet");
@@ -119,7 +119,7 @@ fn test_session_refusal_says_why_and_the_next_call_works() {
 
 #[test]
 fn test_session_drawn_line_is_driven() {
-    let mut session = Session::new();
+    let mut session = Session::default();
     let line: Vec<f64> = (0..40)
         .flat_map(|k| [5.0 * f64::from(k), 4.0 * (0.4 * f64::from(k)).sin()])
         .collect();
@@ -134,7 +134,7 @@ fn test_session_drawn_line_is_driven() {
 
 #[test]
 fn test_session_extreme_settings_answer() {
-    let mut session = Session::new();
+    let mut session = Session::default();
     straight(&mut session);
     for (index, extremes) in [
         [1e-3, 1e3],
