@@ -39,19 +39,6 @@ type StepArrays<'py> = (
 /// off_path; `longitudinal`, which works the pedals, or else the actions do; `stall_time` [s], after
 /// which an episode is truncated that gets no farther along its path. Raises ConfigError where a
 /// weight is out of its range.
-///
-/// Examples
-/// --------
-/// >>> import numpy as np
-/// >>> from popsteer._core import Episodes
-/// >>> episodes = Episodes(2, [5.0], (0.1, 1.0, 1.0, 0.1, 10.0))
-/// >>> path = popsteer.Path([(0.0, 0.0), (90.0, 0.0)])
-/// >>> for vehicle in range(2):
-/// ...     episodes.begin(vehicle, path, "kinematic-bicycle", (0.0, 0.0, 0.0), 5.0)
-/// >>> actions, rest = np.zeros((2, 2)), np.zeros(2, bool)
-/// >>> observations, *_ = episodes.step(actions, rest)
-/// >>> observations.shape
-/// (2, 9)
 #[pyclass(name = "Episodes", module = "popsteer._core")]
 #[derive(Debug)]
 pub(crate) struct PyEpisodes {
