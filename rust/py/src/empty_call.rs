@@ -31,7 +31,6 @@ impl PyEmptyCall {
     )]
     fn steer(
         &mut self,
-        py: Python<'_>,
         x: Number,
         y: Number,
         yaw: Number,

@@ -202,7 +202,8 @@ pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Pat
     macro_rules! try_each {
         ($($class:ty),+) => {$(
             if let Ok(controller) = object.cast_exact::<$class>() {
-                return controller.try_borrow().ok().map(|controller| controller.driver());
+                let Member { tracker, path, .. } = controller.try_borrow().ok()?.member();
+                return Some((tracker.map(Law::from), path));
             }
         )+};
     }

@@ -12,14 +12,12 @@ pub(crate) type Figure = (&'static str, fn(&Metrics) -> f64);
 macro_rules! stats {
     ($prefix:literal, $name:literal, $point:ident.$error:ident) => {
         [
-            (concat!($prefix, "mean_abs_", $name), |metrics| {
-                metrics.$point.$error.mean_abs
+            (concat!($prefix, "mean_abs_", $name), |run| {
+                run.$point.$error.mean_abs
             }),
-            (concat!($prefix, "rms_", $name), |metrics| {
-                metrics.$point.$error.rms
-            }),
-            (concat!($prefix, "max_abs_", $name), |metrics| {
-                metrics.$point.$error.max_abs
+            (concat!($prefix, "rms_", $name), |run| run.$point.$error.rms),
+            (concat!($prefix, "max_abs_", $name), |run| {
+                run.$point.$error.max_abs
             }),
         ]
     };

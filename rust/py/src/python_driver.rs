@@ -115,23 +115,18 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<DriverAnswer> {
             PyTypeError::new_err(text)
         })?,
     };
-    let target = match given(intern!(py, "target"))? {
-        None => nowhere,
-        Some(target) => Field::from_argument(target.extract()?),
-    };
+    let target = given(intern!(py, "target"))?.map(|target| target.extract());
+    let target = target.transpose()?.map_or(nowhere, Field::from_argument);
     let status = match given(intern!(py, "status"))? {
         None => Status::OK,
         Some(status) => Status::from_bits(status.extract()?).ok_or_else(|| {
             PyTypeError::new_err("a controller's status must be a popsteer.Status")
         })?,
     };
-    let reverse = match given(intern!(py, "reverse"))? {
-        None => reverse,
-        Some(reverse) => reverse.extract()?,
-    };
+    let turned = given(intern!(py, "reverse"))?.map(|reverse| reverse.extract());
     Ok(DriverAnswer {
         steer,
-        reverse,
+        reverse: turned.transpose()?.unwrap_or(reverse),
         target,
         status,
     })

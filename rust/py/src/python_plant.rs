@@ -39,15 +39,13 @@ impl PythonPlant {
         }
         let vehicle = object.getattr("vehicle")?;
         let vehicle = vehicle.cast::<PyVehicle>()?.get().0;
-        let reverses = match object.getattr_opt("reverses")? {
-            Some(reverses) => reverses.extract()?,
-            None => false,
-        };
+        let reverses = object.getattr_opt("reverses")?;
+        let reverses = reverses.map(|reverses| reverses.extract()).transpose()?;
         Ok(Some(Self {
             object: Mutex::new(Some(object.clone().unbind())),
             name: object.getattr("name")?.extract()?,
             vehicle,
-            reverses,
+            reverses: reverses.unwrap_or(false),
             pedals: pedals_of(object)?,
             fault: Mutex::new(None),
         }))
@@ -145,9 +143,10 @@ impl Plant for PythonPlant {
 fn pedals_of(object: &Bound<'_, PyAny>) -> PyResult<Option<PedalMap>> {
     let params = object.getattr_opt("params")?;
     let params = params.as_ref().unwrap_or(object);
-    let number = |name: &str| match params.getattr_opt(name)? {
-        Some(value) => Ok::<_, PyErr>(value.extract::<f64>().ok()),
-        None => Ok(None),
+    let number = |name: &str| -> PyResult<Option<f64>> {
+        Ok(params
+            .getattr_opt(name)?
+            .and_then(|value| value.extract().ok()))
     };
     let (drive, braking, drag) = (number("drive")?, number("braking")?, number("drag")?);
     let (Some(drive), Some(braking), Some(drag)) = (drive, braking, drag) else {

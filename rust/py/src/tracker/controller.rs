@@ -83,12 +83,7 @@ macro_rules! controller {
         }
 
         impl $class {
-            /// The controller as the closed loop takes it, and its path.
-            fn driver(&self) -> (Tracker<Law>, Arc<Path>) {
-                (self.law.map(Law::from), Arc::clone(&self.path.get().0))
-            }
-
-            /// The controller, its path and the present state, as a batch takes them.
+            /// The controller, its path and the present state.
             pub(crate) fn member(&self) -> Member<$core> {
                 Member {
                     tracker: self.law,
