@@ -13,7 +13,6 @@ from popsteer.lab.opponents.observer import Opponent
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer._core import Path, Vehicle
     from popsteer.lab.opponents.observer import Seen
 
     Matrix = NDArray[np.float64]
@@ -81,10 +80,7 @@ class Lqr(Opponent):
     """
 
     Params = Weights
-
-    def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
-        self.params = params
-        super().__init__(path, vehicle)
+    params: Weights
 
     def reset(self) -> None:
         """Forget the steps taken so far."""

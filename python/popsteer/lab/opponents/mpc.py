@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from popsteer.errors import PopsteerError
 from popsteer.extras import require
+from popsteer.lab.opponents import lqr
 from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.observer import Opponent
 
@@ -30,10 +31,8 @@ _SPEED, _GAIN = 0.005, 0.02
 
 
 @dataclass
-class Weights:
+class Weights(lqr.Weights):
     """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage."""
-
-    RANGES: ClassVar = {"heading": (0.0, 1e3), "change": (0.01, 1e4)}
 
     heading: float = 3.0
     change: float = 10.0
@@ -56,9 +55,8 @@ class Mpc(Opponent):
 
     def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
         require("the opponent Mpc", "mpc", "daqp")
-        self.params = params
         self._q, self._r = weights(vehicle.wheelbase, params.heading, params.change)
-        super().__init__(path, vehicle)
+        super().__init__(path, vehicle, params)
 
     def reset(self) -> None:
         """Forget the steps taken so far."""
@@ -69,7 +67,7 @@ class Mpc(Opponent):
     def update(self, x: float, y: float, yaw: float, speed: float, dt: float) -> None:
         """Take what `step` does, and set the problem up."""
         self._seen = self.observer.see(x, y, yaw, speed, dt)
-        self._pose(self._seen)
+        self._set_up(self._seen)
 
     def solve(self) -> float:
         """Solve it: the command [rad]. Raises PopsteerError where daqp finds no solution."""
@@ -77,10 +75,10 @@ class Mpc(Opponent):
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]. Raises PopsteerError where daqp finds no solution."""
-        self._pose(seen)
+        self._set_up(seen)
         return self._solved()
 
-    def _pose(self, seen: Seen) -> None:
+    def _set_up(self, seen: Seen) -> None:
         """Set the problem up."""
         ends = seen.speed * _STAGE * np.arange(_STAGES + 1, dtype=np.float64)
         bends = self.observer.curvature(seen, ends)

@@ -149,10 +149,10 @@ class Observer:
 
 
 class Opponent:
-    """What they have in common: a path, a vehicle, an observer."""
+    """What they have in common: a path, a vehicle, parameters, an observer."""
 
-    def __init__(self, path: Path, vehicle: Vehicle) -> None:
-        self.path, self.vehicle = path, vehicle
+    def __init__(self, path: Path, vehicle: Vehicle, params: object) -> None:
+        self.path, self.vehicle, self.params = path, vehicle, params
         self.reset()
 
     def reset(self) -> None:

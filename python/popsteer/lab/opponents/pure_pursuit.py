@@ -11,7 +11,6 @@ import numpy as np
 from popsteer.lab.opponents.observer import Opponent
 
 if TYPE_CHECKING:
-    from popsteer._core import Path, Vehicle
     from popsteer.lab.opponents.observer import Seen
 
 
@@ -42,10 +41,7 @@ class AutowarePurePursuit(Opponent):
     """
 
     Params = AutowareGains
-
-    def __init__(self, path: Path, vehicle: Vehicle, params: AutowareGains) -> None:
-        self.params = params
-        super().__init__(path, vehicle)
+    params: AutowareGains
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]."""
@@ -79,10 +75,7 @@ class AccelerationPursuit(Opponent):
     """
 
     Params = AccelerationGains
-
-    def __init__(self, path: Path, vehicle: Vehicle, params: AccelerationGains) -> None:
-        self.params = params
-        super().__init__(path, vehicle)
+    params: AccelerationGains
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]."""

@@ -11,7 +11,6 @@ import numpy as np
 from popsteer.lab.opponents.observer import Opponent
 
 if TYPE_CHECKING:
-    from popsteer._core import Path, Vehicle
     from popsteer.lab.opponents.observer import Seen
 
 
@@ -36,10 +35,7 @@ class RearWheelFeedback(Opponent):
     """
 
     Params = Gains
-
-    def __init__(self, path: Path, vehicle: Vehicle, params: Gains) -> None:
-        self.params = params
-        super().__init__(path, vehicle)
+    params: Gains
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]."""
