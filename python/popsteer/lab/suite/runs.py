@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from popsteer import controllers
-from popsteer._core import CarlaIdentified, KinematicBicycle
+from popsteer._core import KinematicBicycle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import controller_names
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from popsteer._core import Path, Vehicle
+    from popsteer.controllers import Law
+    from popsteer.lab.baselines import Baseline
 
 SUITE_CAR = "suite-car"
 PLANTS = (SUITE_CAR, "carla-identified")
@@ -111,9 +114,10 @@ def run(
     """
     roads = _chosen("scenario", scenarios, SCENARIOS)
     under = _chosen("condition", conditions, CONDITIONS)
-    params = dict(names) if isinstance(names, Mapping) else {k: _usual(k) for k in names}
+    kinds = {name: _known(name) for name in names}
+    own = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
-    parts = {"controllers": params, "plants": movers, "scenarios": roads, "conditions": under}
+    parts = {"controllers": kinds, "plants": movers, "scenarios": roads, "conditions": under}
     for field, given in parts.items():
         if not given:
             raise ConfigError(field, [], "at least one")
@@ -121,14 +125,13 @@ def run(
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
     }
-    makers = {name: _maker(name, given) for name, given in params.items()}
+    makers = {name: _maker(kind, own[name]) for name, kind in kinds.items()}
     # A plant that does not reverse has no cells where the path is driven backwards.
     places = [
         (road, condition, plant)
-        for road in roads
-        for condition in under
-        for plant, mover in moved.items()
-        if SCENARIOS[road].path().reverse is None or _reverses(mover)
+        for road, condition, (plant, mover) in itertools.product(roads, under, moved.items())
+        if SCENARIOS[road].path().reverse is None
+        or getattr(mover, "reverses", isinstance(mover, KinematicBicycle))
     ]
     cells: list[Cell] = []
     times: dict[str, list[float]] = {name: [] for name in makers}
@@ -159,27 +162,17 @@ def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -
     return list(known if wanted is None else wanted)
 
 
-def _reverses(plant: Any) -> bool:  # noqa: ANN401 - any kind of plant
-    """Whether a plant drives backwards when it is commanded to."""
-    if isinstance(plant, CarlaIdentified):
-        return False
-    return isinstance(plant, KinematicBicycle) or bool(plant.reverses)
-
-
-def _usual(name: str) -> Any:  # noqa: ANN401 - any law's
-    """Give the default parameters of a controller."""
+def _known(name: str) -> Law | Baseline:
+    """Give a controller of popsteer, a baseline or one of your own."""
     if name in controllers.names():
-        return controllers.get(name).params()
+        return controllers.get(name)
     if not baselines.is_known(name):
         raise ConfigError.unknown("controller", name, controller_names())
-    return baselines.get(name).params()
+    return baselines.get(name)
 
 
-def _maker(name: str, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401 - any law's
-    if name in controllers.names():
-        kind: Any = controllers.get(name).controller
-        return lambda path, vehicle: kind(path, vehicle, params)
-    make: Any = baselines.get(name).controller
+def _maker(kind: Law | Baseline, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401
+    make: Any = kind.controller
     return lambda path, vehicle: make(path, vehicle, params)
 
 
