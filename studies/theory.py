@@ -1,6 +1,6 @@
 """The tables of docs/theory.md, computed and driven.
 
-What is driven is a bicycle with lag and dead time, apart from the library's own plants.
+What is driven is a `Chain`, apart from the library's own plants.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 import popsteer
 from popsteer import AdaptParams, controllers, presets, sim, vehicles
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
+from studies.chain import Chain
 from studies.layout import line, track
 
 if TYPE_CHECKING:
@@ -23,21 +24,8 @@ if TYPE_CHECKING:
     from popsteer.controllers import Params
     from popsteer.sim import OwnSimpleController
 
-_SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
 _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
-
-
-class Car(NamedTuple):
-    """A kinematic bicycle about the middle of its rear axle."""
-
-    wheelbase: float
-    lag: float
-    dead_time: float
-
-    @classmethod
-    def of(cls, vehicle: popsteer.Vehicle) -> Car:
-        return cls(vehicle.turning_length(0.0), vehicle.steer_lag, vehicle.dead_time)
 
 
 def straight_path(length: float) -> popsteer.Path:
@@ -47,35 +35,21 @@ def straight_path(length: float) -> popsteer.Path:
 
 def roll(
     law: controllers.Controller,
-    car: Car,
+    car: popsteer.Vehicle,
     speed: float,
     pose: tuple[float, float, float],
     dt: float,
     steps: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Drive at constant speed; positions (x, y) and commanded angles at each control step."""
-    x, y, yaw = pose
-    yaw_rate = 0.0
-    whole = math.floor(car.dead_time / dt + 1e-9)
-    early = max(car.dead_time - whole * dt, 0.0)
-    # The wheels stand straight until the first command arrives.
-    commands = [0.0] * (whole + 1)
-    places = []
+    chain = Chain(car, pose, speed, dt)
+    places, commands = [], []
     for _ in range(steps):
+        x, y, yaw = chain.pose
         places.append((x, y))
         commands.append(law.steer(x, y, yaw, speed, dt))
-        for angle, duration in ((commands[-2 - whole], early), (commands[-1 - whole], dt - early)):
-            target = speed * math.tan(angle) / car.wheelbase
-            h = duration / _SUBSTEPS
-            for _ in range(_SUBSTEPS if duration > 0.0 else 0):
-                left = math.exp(-h / car.lag) if car.lag > 0.0 else 0.0
-                turned = target * h + (yaw_rate - target) * car.lag * (1.0 - left)
-                middle = yaw + 0.5 * turned
-                x += speed * h * math.cos(middle)
-                y += speed * h * math.sin(middle)
-                yaw += turned
-                yaw_rate = target + (yaw_rate - target) * left
-    return np.array(places), np.array(commands[whole + 1 :])
+        chain.advance(commands[-1])
+    return np.array(places), np.array(commands)
 
 
 class Given(NamedTuple):
@@ -105,7 +79,9 @@ class Given(NamedTuple):
         return make(path, self.vehicle, self.params, adapt=self.adapt)
 
 
-def grows(given: Given, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
+def grows(
+    given: Given, car: popsteer.Vehicle, speed: float, duration: float, dt: float = 0.05
+) -> bool:
     """Whether a small disturbance is still growing after a while."""
     steps = math.ceil(duration / dt)
     law = given.on(straight_path(speed * duration + 100.0))
@@ -120,7 +96,7 @@ def grows(given: Given, car: Car, speed: float, duration: float, dt: float = 0.0
 
 def critical_dead_time(
     given: Given,
-    car: Car,
+    car: popsteer.Vehicle,
     speed: float,
     guess: float,
     dt: float = 0.05,
@@ -130,7 +106,7 @@ def critical_dead_time(
     """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:
-        late = car._replace(dead_time=car.dead_time + dead_time)
+        late = car.replace(dead_time=car.dead_time + dead_time)
         return grows(given, late, speed, 20.0 + 40.0 * guess, dt)
 
     low, high = 0.0, 2.0 * guess + 0.05 if most is None else most
@@ -142,7 +118,9 @@ def critical_dead_time(
     return 0.5 * (low + high)
 
 
-def driven_preview_offset(given: Given, car: Car, radius: float, speed: float) -> float:
+def driven_preview_offset(
+    given: Given, car: popsteer.Vehicle, radius: float, speed: float
+) -> float:
     """Drive preview POP a lap of a circle; its tracked point's offset to the inside, at last."""
     count = round(2.0 * math.pi * radius / 0.5)
     angle = np.arange(count) * (2.0 * math.pi / count)
@@ -165,7 +143,7 @@ def margins_of(name: str) -> list[tuple[float, float]]:
     found = []
     for speed in SPEEDS:
         computed = margins(given.params, CAR, speed).dead_time
-        driven = critical_dead_time(given, Car.of(CAR), speed, computed)
+        driven = critical_dead_time(given, CAR, speed, computed)
         found.append((1e3 * computed, 1e3 * driven))
     return found
 
@@ -229,7 +207,7 @@ def choice_lines() -> list[str]:
             given = Given("preview-pop", params, believed, adapt=None)
             offsets += [
                 preview_offset(params, CAR, 50.0, 15.0, believed=believed, adapt=None),
-                driven_preview_offset(given, Car.of(CAR), 50.0, 15.0),
+                driven_preview_offset(given, CAR, 50.0, 15.0),
             ]
         dead_time = 1e3 * margins(params, CAR, 15.0).dead_time
         texts = [f"{offset:.3f}".replace("-", "−") for offset in offsets]

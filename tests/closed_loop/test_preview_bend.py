@@ -12,10 +12,9 @@ from popsteer import AdaptParams, PreviewPopParams, Vehicle, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
 from popsteer.lab.stability.carrot import carrot_curve, choice
-from studies.theory import Car, Given, driven_preview_offset, roll
+from studies.theory import Given, driven_preview_offset, roll
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)
-CAR = Car.of(VEHICLE)
 CONSTANT = AdaptParams(turn_time=0.0)
 
 
@@ -49,7 +48,7 @@ def test_preview_offset_of_a_wrong_vehicle_is_the_one_that_is_driven(
     computed = preview_offset(
         params, VEHICLE, radius, speed, believed=given.vehicle, adapt=given.adapt
     )
-    driven = driven_preview_offset(given, CAR, radius, speed)
+    driven = driven_preview_offset(given, VEHICLE, radius, speed)
     assert driven == pytest.approx(computed, rel=0.05, abs=1e-3)
     assert abs(computed) > 1e-3
 
@@ -68,7 +67,7 @@ def test_preview_offset_of_a_right_or_estimated_vehicle_is_none(
     )
     assert found == 0.0
     # The weight of what the controller was told keeps a part of it for a while.
-    assert driven_preview_offset(given, CAR, 50.0, speed) == pytest.approx(0.0, abs=4e-3)
+    assert driven_preview_offset(given, VEHICLE, 50.0, speed) == pytest.approx(0.0, abs=4e-3)
 
 
 def test_choice_varies_the_parameter_of_each_controller() -> None:
@@ -133,7 +132,7 @@ def test_carrot_offset_is_what_a_car_apart_from_the_library_drives(
     vehicle = Vehicle(wheelbase=wheelbase)
     pop = popsteer.Pop(path, vehicle, popsteer.PopParams(candidate_count=2001, min_lookahead=6.0))
     steps = int(3.0 * math.pi * radius / 5.0 / 0.05)
-    places, _ = roll(pop, Car(wheelbase, lag, 0.0), 5.0, (0.0, 0.0, 0.0), 0.05, steps)
+    places, _ = roll(pop, vehicle.replace(steer_lag=lag), 5.0, (0.0, 0.0, 0.0), 0.05, steps)
     # The rear axle is given; the front one is the wheelbase ahead along the tangent.
     rear = np.hypot(*(places[-40:] - [0.0, radius]).T)
     driven = radius - np.sqrt(rear**2 + wheelbase**2)

@@ -11,7 +11,6 @@ import popsteer
 from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
 from popsteer.lab.stability import margins
 from studies.theory import (
-    Car,
     Given,
     critical_dead_time,
     grows,
@@ -36,7 +35,7 @@ def test_dead_time_margin_is_where_the_driven_loop_begins_to_grow(
     vehicle = CAR.replace(steer_lag=lag)
     given = _given(name, vehicle)
     computed = margins(given.params, vehicle, speed).dead_time
-    driven = critical_dead_time(given, Car.of(vehicle), speed, computed)
+    driven = critical_dead_time(given, vehicle, speed, computed)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -47,7 +46,7 @@ def test_dead_time_margin_without_lag_and_at_another_rate_is_that_of_the_driven_
     vehicle = CAR.replace(wheelbase=2.5, steer_lag=0.0)
     given = _given(name, vehicle)
     computed = margins(given.params, vehicle, 12.0, dt=0.02).dead_time
-    driven = critical_dead_time(given, Car.of(vehicle), 12.0, computed, dt=0.02)
+    driven = critical_dead_time(given, vehicle, 12.0, computed, dt=0.02)
     assert driven == pytest.approx(computed, rel=0.01)
 
 
@@ -62,7 +61,7 @@ def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_lo
     computed = margins(given.params, vehicle, speed).dead_time
     # Far beyond its margin a controller that predicts may be stable once more.
     most = 1.5 * computed + 0.02
-    driven = critical_dead_time(given, Car.of(vehicle), speed, computed, most=most)
+    driven = critical_dead_time(given, vehicle, speed, computed, most=most)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -95,7 +94,7 @@ def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
 ) -> None:
     given = _given("preview-pop", CAR.replace(**believed), adapt, **changes)
     computed = margins(given.params, CAR, speed, believed=given.vehicle, adapt=adapt).dead_time
-    driven = critical_dead_time(given, Car.of(CAR), speed, computed)
+    driven = critical_dead_time(given, CAR, speed, computed)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -108,8 +107,7 @@ def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
     vehicle = CAR.replace(dead_time=dead_time)
     given = _given("preview-pop", vehicle)._replace(adapt="auto")
     computed = margins(given.params, vehicle, speed).dead_time
-    car = Car.of(vehicle)
-    late = car._replace(dead_time=car.dead_time + 0.85 * computed)
+    late = vehicle.replace(dead_time=vehicle.dead_time + 0.85 * computed)
     assert not grows(given, late, speed, 20.0 + 40.0 * computed)
 
 
@@ -122,7 +120,7 @@ def test_gain_margin_is_by_how_much_more_a_car_may_turn_than_the_controller_is_t
     given = _given(name, vehicle)
     gain = margins(given.params, vehicle, speed).gain
     for share, unstable in ((0.97, False), (1.03, True)):
-        car = Car(3.0 / (share * gain), 0.2, 0.0)
+        car = Vehicle(wheelbase=3.0 / (share * gain), steer_lag=0.2)
         assert grows(given, car, speed, 60.0) is unstable
 
 
@@ -133,7 +131,7 @@ def test_pid_said_to_be_unstable_oscillates_between_its_limits(speed: float) -> 
     assert not found.stable
     assert np.isnan([found.gain, found.phase, found.dead_time]).all()
     law = popsteer.Pid(straight_path(speed * 30.0), vehicle)
-    _, angles = roll(law, Car.of(vehicle), speed, (0.0, 1e-4, 0.0), 0.05, 400)
+    _, angles = roll(law, vehicle, speed, (0.0, 1e-4, 0.0), 0.05, 400)
     assert np.ptp(angles[-50:]) > 1.0
 
 
@@ -145,7 +143,7 @@ def test_pop_on_its_own_grid_stays_within_its_margin_and_leaves_the_road_beyond(
 
     def excursion(dead_time: float) -> float:
         law = popsteer.Pop(straight_path(speed * 60.0 + 100.0), CAR)
-        car = Car(3.0, 0.1, dead_time)
+        car = Vehicle(wheelbase=3.0, steer_lag=0.1, dead_time=dead_time)
         places, _ = roll(law, car, speed, (0.0, 0.3, 0.0), 0.05, 1200)
         return float(np.abs(places[-300:, 1]).max())
 
