@@ -5,26 +5,21 @@ python -m studies.front
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
 import popsteer
-from popsteer.files import write_text_atomic
+from popsteer import lab
 from popsteer.lab.common.draw import files_of
 from popsteer.lab.stability import margins
-from popsteer.lab.suite.conditions import CONDITIONS
-from popsteer.lab.suite.drive import drive, seed_of
-from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
-from studies.layout import DOCS, line, with_table
+from popsteer.lab.suite import suite_car
+from popsteer.lab.suite.runs import mean_error
+from studies.layout import DOCS, line, write_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from popsteer.lab.common.theme import Theme
-    from popsteer.lab.suite.drive import Driven
 
 STEER_RATE = (6.0, 12.0, 24.0, 48.0, 100.0, 200.0)
 """Shares of the wheelbase that `steer_rate_cost` is; the default is the second."""
@@ -33,62 +28,32 @@ HEADING = (1.0, 0.5)
 UNDER = ("as told", "noise", "play", "dead time untold")
 
 
-def params(steer_rate: float, heading: float) -> popsteer.PreviewPopParams:
-    """Give the parameters of a row, for the suite's car."""
-    length = suite_car().vehicle.wheelbase
-    return popsteer.PreviewPopParams(
+def front_line(steer_rate: float, heading: float) -> str:
+    """Drive the suite on its car, and word a row."""
+    car = suite_car().vehicle
+    length = car.wheelbase
+    given = popsteer.PreviewPopParams(
         steer_rate_cost=length / steer_rate, heading_cost=heading * length
     )
-
-
-def driven(given: popsteer.PreviewPopParams, condition: str) -> list[Driven]:
-    """Drive every scenario of the suite on its car."""
-    return [
-        drive(
-            scenario,
-            CONDITIONS[condition],
-            suite_car(),
-            lambda path, vehicle: popsteer.PreviewPop(path, vehicle, given),
-            seed_of(name, condition),
-        )
-        for name, scenario in SCENARIOS.items()
-    ]
-
-
-def mean(errors: Iterable[float]) -> float:
-    """Give the geometric mean."""
-    logs = [math.log(each) for each in errors]
-    return math.exp(sum(logs) / len(logs))
-
-
-def front_line(steer_rate: float, heading: float) -> str:
-    """Word a row."""
-    given = params(steer_rate, heading)
+    driven = lab.suite.run({"preview-pop": given}, ["suite-car"], conditions=UNDER).cells
     cells = []
     for condition in UNDER:
-        runs = driven(given, condition)
-        error = mean(each.metrics.rear_axle_mean_abs_cross_track_error for each in runs)
-        failed = sum(not each.metrics.finished for each in runs)
-        cells.append(f"{1e3 * error:.1f}" + (f" ({failed})" if failed else ""))
+        runs = [each for each in driven if each.condition == condition]
+        failed = sum(each.ending != "finished" for each in runs)
+        cells.append(f"{1e3 * mean_error(runs):.1f}" + (f" ({failed})" if failed else ""))
         if condition == "noise":
             effort = sum(each.steer_rate for each in runs) / len(runs)
-    found = margins(given, suite_car().vehicle, 10.0)
-    late = margins(given, suite_car().vehicle, 20.0).dead_time
+    found, faster = (margins(given, car, speed) for speed in (10.0, 20.0))
     cells += [
         f"{effort:.2f}",
         f"{found.gain:.1f}",
         f"{1e3 * found.dead_time:.0f}",
-        f"{1e3 * late:.0f}",
+        f"{1e3 * faster.dead_time:.0f}",
     ]
     costs = f"L/{steer_rate:g}", "L" if heading == 1.0 else f"L/{1.0 / heading:g}"
     if (steer_rate, heading) == (STEER_RATE[1], HEADING[0]):
         costs = f"**{costs[0]}**", f"**{costs[1]}**"
     return line(*costs, *cells)
-
-
-def front_lines() -> list[str]:
-    """Word all rows."""
-    return [front_line(rate, heading) for heading in HEADING for rate in STEER_RATE]
 
 
 def front_figure(lines: list[str], theme: Theme) -> Figure:
@@ -118,9 +83,8 @@ def front_figure(lines: list[str], theme: Theme) -> Figure:
 
 def main() -> None:
     """Put the table and the figure into docs/."""
-    lines = front_lines()
-    page = DOCS / "preview_pop.md"
-    write_text_atomic(page, with_table(page.read_text(encoding="utf-8"), "front", lines))
+    lines = [front_line(rate, heading) for heading in HEADING for rate in STEER_RATE]
+    write_table("preview_pop.md", "front", lines)
     for name, content in files_of(partial(front_figure, lines), "front").items():
         if name.endswith(".png"):
             (DOCS / "figures" / name).write_bytes(content)

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer.files import write_text_atomic
 from popsteer.logs import Log
-from studies.layout import DOCS, line, with_table
+from studies.layout import line, write_table
 from tests.closed_loop import drives
 
 if TYPE_CHECKING:
@@ -76,8 +75,7 @@ def main() -> None:
         for row in pool.map(error_line, CARS, [seeds] * len(CARS)):
             print(row, flush=True)
             rows.append(row)
-    page = DOCS / "identify.md"
-    write_text_atomic(page, with_table(page.read_text(encoding="utf-8"), "errors", rows))
+    write_table("identify.md", "errors", rows)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import popsteer
 from popsteer import tracks
+from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,14 +32,15 @@ def table(page: str, name: str) -> list[str]:
     return text.partition(f"<!-- table: {name} -->\n")[2].partition("\n\n")[0].splitlines()[2:]
 
 
-def with_table(text: str, name: str, rows: Sequence[str]) -> str:
-    """Put rows in the place of those of a table, below a comment with its name."""
-    before, mark, rest = text.partition(f"<!-- table: {name} -->\n")
+def write_table(page: str, name: str, rows: Sequence[str]) -> None:
+    """Put rows in the place of those of a table of a page, below a comment with its name."""
+    file = DOCS / page
+    before, mark, rest = file.read_text(encoding="utf-8").partition(f"<!-- table: {name} -->\n")
     if not mark:
         raise SystemExit(f"there is no table {name}")
     old, gap, after = rest.partition("\n\n")
     heads = old.splitlines()[:2]
-    return before + mark + "\n".join([*heads, *rows]) + gap + after
+    write_text_atomic(file, before + mark + "\n".join([*heads, *rows]) + gap + after)
 
 
 def line(*cells: str) -> str:

@@ -10,16 +10,13 @@ default of the opponent's parameters.
 from __future__ import annotations
 
 import itertools
-import math
 import sys
 from dataclasses import replace
 from typing import Any
 
-from popsteer import own
+from popsteer import lab, own
 from popsteer.lab import opponents
-from popsteer.lab.suite.conditions import CONDITIONS
-from popsteer.lab.suite.drive import drive, seed_of
-from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.lab.suite.runs import mean_error
 
 GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
     "Mpc": {"heading": (0.3, 1.0, 3.0, 10.0), "change": (1.0, 3.0, 10.0, 30.0)},
@@ -31,19 +28,9 @@ GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
 UNDER = ("as told", "noise")
 
 
-def score(kind: Any, params: Any) -> float:
+def score(name: str, params: Any) -> float:
     """Drive all scenarios, and give the geometric mean of their errors [m]."""
-    logs = []
-    for road, condition in itertools.product(SCENARIOS, UNDER):
-        found = drive(
-            SCENARIOS[road],
-            CONDITIONS[condition],
-            suite_car(),
-            lambda path, vehicle: kind(path, vehicle, params),
-            seed_of(road, condition),
-        )
-        logs.append(math.log(max(found.metrics.rear_axle_mean_abs_cross_track_error, 1e-4)))
-    return math.exp(sum(logs) / len(logs))
+    return mean_error(lab.suite.run({name: params}, ["suite-car"], conditions=UNDER).cells)
 
 
 def main() -> None:
@@ -53,10 +40,10 @@ def main() -> None:
         if kind.__name__ not in (sys.argv[1:] or GRIDS) or kind.__name__ not in GRIDS:
             continue
         grid = GRIDS[kind.__name__]
-        found = {}
-        for pair in itertools.product(*grid.values()):
-            params = replace(kind.Params(), **dict(zip(grid, pair, strict=True)))
-            found[pair] = score(kind, params)
+        found = {
+            pair: score(name, replace(kind.Params(), **dict(zip(grid, pair, strict=True))))
+            for pair in itertools.product(*grid.values())
+        }
         for pair in sorted(found, key=lambda each: -found[each]):
             chosen = ", ".join(f"{n} {v:g}" for n, v in zip(grid, pair, strict=True))
             print(f"{kind.__name__}: {chosen}: {found[pair]:.4f} m", flush=True)

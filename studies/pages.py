@@ -10,14 +10,13 @@ import sys
 from typing import TYPE_CHECKING
 
 from popsteer import controllers
-from popsteer.files import write_text_atomic
 from studies import edges, limits
 from studies.cars_loop import loop_lines
 from studies.cases import case_lines
 from studies.choose import adapting_lines, choose_lines, paper_lines
 from studies.dead_time import dead_time_lines, dead_time_rows
 from studies.grip import grip_lines
-from studies.layout import DOCS, table, with_table
+from studies.layout import table, write_table
 from studies.parking import parking_lines
 from studies.path_end import end_lines
 from studies.pose_age import age_lines
@@ -75,8 +74,7 @@ def main() -> None:
             if row not in old:
                 print(f"+ {row}", flush=True)
         if old != new:
-            file = DOCS / page
-            write_text_atomic(file, with_table(file.read_text(encoding="utf-8"), name, new))
+            write_table(page, name, new)
 
 
 if __name__ == "__main__":
