@@ -53,18 +53,13 @@ _RADII = (12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0, 120.0)
 
 
 class Carrot(NamedTuple):
-    """Offset of POP over the radius of a circle, computed and driven."""
+    """Offset of POP [m] over the radius of a circle [m]: computed, by R - √(R² - ld²), driven."""
 
     radii: NDArray[np.float64]
-    """Radii of the computed curves [m]."""
     computed: NDArray[np.float64]
-    """`carrot_offset` at each [m]."""
     rope: NDArray[np.float64]
-    """R - √(R² - ld²) at each [m]."""
     driven_radii: NDArray[np.float64]
-    """Radii that were driven [m]."""
     driven: NDArray[np.float64]
-    """`driven_offset` at each [m]."""
 
 
 def carrot_offset(distance: float, radius: float, vehicle: Vehicle, speed: float = 0.0) -> float:
@@ -149,14 +144,8 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
     path = Path(xy, speed=np.full(count, speed), closed=True)
     pop = Pop(path, sim.vehicle_of(plant))
-    result = sim.run(
-        pop,
-        plant,
-        start=(0.0, 0.0, 0.0),
-        start_at="front",
-        longitudinal=SpeedPid(),
-    )
-    records = result.records
+    start = (0.0, 0.0, 0.0)
+    records = sim.run(pop, plant, start=start, start_at="front", longitudinal=SpeedPid()).records
     half = records["time"] > 0.5 * records["time"][-1]
     reach = lookahead(pop.params, pop.vehicle, float(records["speed"][half].mean()))
     return float(records["cross_track_error"][half].mean()), reach or 0.0
@@ -171,12 +160,10 @@ def carrot_curve(plant: str) -> Carrot:
     vehicle = vehicles.get(plant)
     radii = np.geomspace(_RADII[0], _RADII[-1], 60)
     speeds = np.sqrt(LATERAL * radii)
-    reach = np.array(
-        [lookahead(PopParams(), vehicle, float(speed)) for speed in speeds], dtype=np.float64
-    )
+    reach = np.array([lookahead(PopParams(), vehicle, speed) for speed in speeds.tolist()])
     computed = [
-        carrot_offset(float(ld), float(radius), vehicle, float(speed))
-        for ld, radius, speed in zip(reach, radii, speeds, strict=True)
+        carrot_offset(ld, radius, vehicle, speed)
+        for ld, radius, speed in np.column_stack((reach, radii, speeds)).tolist()
     ]
     driven = [driven_offset(radius, plant, math.sqrt(LATERAL * radius))[0] for radius in _RADII]
     rope = radii - np.sqrt(radii**2 - reach**2)
@@ -187,7 +174,6 @@ class Choice(NamedTuple):
     """Margin and accuracy at each value of a parameter that trades one for the other."""
 
     values: tuple[float, ...]
-    """The values."""
     dead_times: tuple[float, ...]
     """Dead time that may be added [s]; NaN where the loop is unstable without."""
     offsets: tuple[float, ...]

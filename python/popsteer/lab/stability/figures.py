@@ -12,9 +12,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import files_of
 from popsteer.lab.common.names import title_of
-from popsteer.lab.common.theme import THEMES
 from popsteer.lab.stability.carrot import LATERAL, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
 from popsteer.lab.stability.runs import dead_time_map, run
@@ -54,24 +53,11 @@ def stability_figures(
             progress("figures", share)
 
     tell(0.0)
-    fine = run(
-        result.params,
-        result.vehicle,
-        _SPEEDS.tolist(),
-        believed=result.believed,
-        preset=result.preset,
-        dt=result.dt,
-    )
+    speeds, car, dt, believed = _SPEEDS.tolist(), result.vehicle, result.dt, result.believed
+    fine = run(result.params, car, speeds, believed=believed, preset=result.preset, dt=dt)
     tell(0.2)
     maps = {
-        name: dead_time_map(
-            params,
-            result.vehicle,
-            _SPEEDS.tolist(),
-            _DISTANCES.tolist(),
-            result.dt,
-            believed=result.believed,
-        )
+        name: dead_time_map(params, car, speeds, _DISTANCES.tolist(), dt, believed=believed)
         for name, params in result.params.items()
         if isinstance(params, PopParams | PurePursuitParams)
     }
@@ -86,11 +72,9 @@ def stability_figures(
         draw["carrot-offset"] = partial(_carrot_figure, curves)
     if choices := choice_curves(result):
         draw["preview-choice"] = partial(choice_figure, result, choices)
-    content = {}
+    content: dict[str, bytes] = {}
     for index, (figure, make) in enumerate(draw.items()):
-        for theme, colours in THEMES.items():
-            suffix = "" if theme == "light" else f"-{theme}"
-            content[f"{figure}{suffix}.png"] = drawn(make, colours)["png"]
+        content |= {k: v for k, v in files_of(make, figure).items() if k.endswith(".png")}
         tell(0.8 + 0.2 * (index + 1) / len(draw))
     return content
 
@@ -128,7 +112,8 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
     bar = figure.colorbar(colours, ax=list(panels), ticks=_LEVELS, pad=0.02)
     bar.set_label("dead time that may be added [ms]")
     bar.ax.tick_params(labelcolor=theme.faint)
-    return _captioned(figure, result, theme, "grey: unstable without any dead time")
+    note = "grey: unstable without any dead time"
+    return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
 
 
 def _margins_figure(result: Stability, theme: Theme) -> Figure:
@@ -145,23 +130,18 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
             panel.plot(
                 result.speeds, values, color=colours[name], label=title_of(name), linewidth=1.8
             )
-    for panel, title, log in zip(
-        panels,
-        ("gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"),
-        (True, False, True),
-        strict=True,
-    ):
+    titles = "gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"
+    for panel, title in zip(panels, titles, strict=True):
         panel.set(xlabel="speed [m/s]", xlim=(0.0, 30.0))
         panel.set_title(title, pad=8)
-        if log:
-            panel.set_yscale("log")
-            panel.yaxis.set_major_formatter("{x:g}")
-        else:
-            panel.set_ylim(bottom=0.0)
-    panels[0].set_ylim(bottom=1.0)
-    panels[2].set_ylim(bottom=1.0)
+    panels[1].set_ylim(bottom=0.0)
+    for panel in panels[[0, 2]]:
+        panel.set_yscale("log")
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.set_ylim(bottom=1.0)
     panels[2].legend(fontsize=8.5)
-    return _captioned(figure, result, theme, "a line ends where the loop becomes unstable")
+    note = "a line ends where the loop becomes unstable"
+    return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
 
 
 def _carrot_figure(curves: Mapping[str, Carrot], theme: Theme) -> Figure:
@@ -193,17 +173,15 @@ def _carrot_figure(curves: Mapping[str, Carrot], theme: Theme) -> Figure:
         panel.set_title(plant, pad=8)
     panels[0].set_ylabel("offset to the inside [m]")
     panels[0].legend(fontsize=8.5)
-    figure.suptitle(
+    caption = (
         f"POP, ld = 6 m + 0.2 s · v, on circles at {LATERAL:g} m/s² of lateral acceleration:"
-        " offset of the front axle",
-        fontsize=9,
-        color=theme.faint,
+        " offset of the front axle"
     )
-    return figure
+    return _captioned(figure, caption, theme)
 
 
-def _captioned(figure: Figure, result: Stability, theme: Theme, note: str) -> Figure:
-    figure.suptitle(f"{stability_caption(result)}; {note}", fontsize=9, color=theme.faint)
+def _captioned(figure: Figure, caption: str, theme: Theme) -> Figure:
+    figure.suptitle(caption, fontsize=9, color=theme.faint)
     return figure
 
 
@@ -257,8 +235,7 @@ def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme)
     panel.set_ylabel("offset in the bend [m]")
     panel.set_title(f"A bend of {_RADIUS:g} m radius at {_SPEED:g} m/s", pad=8)
     panel.legend(fontsize=8.5, loc="upper left")
-    figure.suptitle(stability_caption(result), fontsize=9, color=theme.faint)
-    return figure
+    return _captioned(figure, stability_caption(result), theme)
 
 
 def _mark(

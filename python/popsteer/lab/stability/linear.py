@@ -43,36 +43,26 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.controllers import Params
 
+    _Weights = tuple[list[float], ...]
+    """Those of `LinearLaw`, in its order; what is left out is its default."""
 
-class Weights(NamedTuple):
-    """What a controller's angle is made of, each with the latest first.
+
+class LinearLaw(NamedTuple):
+    """A controller in small signals: the point that it tracks, and weights, the latest first.
 
     Σ steer[i] δ(k - i) = -Σ (cross_track[i] e(k - i) + heading[i] ψ(k - i) + slip[i] s(k - i))
     """
 
-    cross_track: list[float]
-    """Of the cross-track errors [rad/m]."""
-    heading: list[float]
-    """Of the heading errors [-]."""
-    steer: list[float]
-    """Of the angles [-]; of the latest it is 1."""
-    slip: list[float]
-    """Of the slip that is estimated [-]."""
-
-
-class LinearLaw(NamedTuple):
-    """A controller in small signals: `Weights` as arrays, and the point that it tracks."""
-
     tracked_point: float
     """Where e is measured, ahead of the pose's point [m]."""
     cross_track: NDArray[np.float64]
-    """Weights of the cross-track errors, the latest first [rad/m]."""
+    """Of the cross-track errors [rad/m]."""
     heading: NDArray[np.float64]
-    """Weights of the heading errors, the latest first [-]."""
+    """Of the heading errors [-]."""
     steer: NDArray[np.float64] = np.ones(1)
-    """Weights of the angles, the latest first [-]; of that it is 1."""
+    """Of the angles [-]; of the latest it is 1."""
     slip: NDArray[np.float64] = np.zeros(1)
-    """Weights of the slip that is estimated, the latest first [-]."""
+    """Of the slip that is estimated [-]."""
 
 
 def no_slip(vehicle: Vehicle) -> float:
@@ -99,26 +89,28 @@ def _given(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _pop(params: PopParams, vehicle: Vehicle, speed: float, _dt: float) -> Weights:
+def _pop(params: PopParams, vehicle: Vehicle, speed: float, _dt: float) -> _Weights:
     """δ = β - ψ with the bearing β = -asin(e / ld) of the lookahead point."""
-    return Weights([1.0 / _positive_lookahead(params, vehicle, speed)], [1.0], [1.0], [0.0])
+    return [1.0 / _positive_lookahead(params, vehicle, speed)], [1.0]
 
 
-def _pure_pursuit(params: PurePursuitParams, vehicle: Vehicle, speed: float, _dt: float) -> Weights:
+def _pure_pursuit(
+    params: PurePursuitParams, vehicle: Vehicle, speed: float, _dt: float
+) -> _Weights:
     """δ = atan(2 L sin α / ld) with α = β - ψ."""
     distance = _positive_lookahead(params, vehicle, speed)
     gain = 2.0 * vehicle.wheelbase / distance
-    return Weights([gain / distance], [gain], [1.0], [0.0])
+    return [gain / distance], [gain]
 
 
-def _stanley(params: StanleyParams, vehicle: Vehicle, speed: float, _dt: float) -> Weights:
+def _stanley(params: StanleyParams, vehicle: Vehicle, speed: float, _dt: float) -> _Weights:
     """δ = -(ψ + atan(k e / (k_s + k_v v)))."""
     softening = _given(params.resolved(vehicle).softening)
     pull = params.cross_track_gain / (softening + params.speed_gain * speed)
-    return Weights([pull], [1.0], [1.0], [0.0])
+    return [pull], [1.0]
 
 
-def _pid(params: PidParams, vehicle: Vehicle, _speed: float, dt: float) -> Weights:
+def _pid(params: PidParams, vehicle: Vehicle, _speed: float, dt: float) -> _Weights:
     """δ = -(k_P e + k_I Σ e Δt + k_D Δe / Δt), the sum over the buffer."""
     params = params.resolved(vehicle)
     kp, ki, kd = map(_given, (params.kp, params.ki, params.kd))
@@ -128,20 +120,7 @@ def _pid(params: PidParams, vehicle: Vehicle, _speed: float, dt: float) -> Weigh
         weights[1] = 0.0
     weights[0] += kp + kd / dt
     weights[1] -= kd / dt
-    return Weights(weights, [0.0], [1.0], [0.0])
-
-
-def _preview_pop(params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float) -> Weights:
-    return Weights(*preview_pop(params, vehicle, speed, dt))
-
-
-_LINEAR: dict[type[Any], Callable[[Any, Vehicle, float, float], Weights]] = {
-    PopParams: _pop,
-    PurePursuitParams: _pure_pursuit,
-    StanleyParams: _stanley,
-    PidParams: _pid,
-    PreviewPopParams: _preview_pop,
-}
+    return weights, [0.0]
 
 
 def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> LinearLaw:
@@ -157,13 +136,7 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)
     weights = _LINEAR[type(params)](params, vehicle, speed, dt)
-    return LinearLaw(
-        _tracked_point(params, vehicle),
-        cross_track=np.array(weights.cross_track),
-        heading=np.array(weights.heading),
-        steer=np.array(weights.steer),
-        slip=np.array(weights.slip),
-    )
+    return LinearLaw(_tracked_point(params, vehicle), *map(np.array, weights))
 
 
 def _tracked_point(params: Params, vehicle: Vehicle) -> float:
@@ -204,15 +177,8 @@ def decay(time: float, time_constant: float) -> float:
     return math.exp(-time / time_constant) if time_constant > 0.0 else 0.0
 
 
-def preview_pop(
-    params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
-) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Linearise the controller about straight driving, within its neighbourhood and its limits.
-
-    Gives weights of the cross-track errors, of the heading errors, of the angles and of the slip,
-    the latest first, as `popsteer.lab.stability.linear.Weights` has them. Speed in [m/s], period in
-    [s].
-    """
+def _preview_pop(params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float) -> _Weights:
+    """Within its neighbourhood and its limits; the module has the formulas."""
     gains = preview_gains(params, vehicle, speed, dt)
     length = vehicle.turning_length(speed)
     kept = decay(dt, vehicle.steer_lag)
@@ -225,6 +191,15 @@ def preview_pop(
     return cross_track, heading, steer.coef.tolist(), heading
 
 
+_LINEAR: dict[type[Any], Callable[[Any, Vehicle, float, float], _Weights]] = {
+    PopParams: _pop,
+    PurePursuitParams: _pure_pursuit,
+    StanleyParams: _stanley,
+    PidParams: _pid,
+    PreviewPopParams: _preview_pop,
+}
+
+
 def preview_gains(
     params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
 ) -> PreviewGains:
@@ -234,8 +209,7 @@ def preview_gains(
     """
     params = params.resolved(vehicle)
     heading_cost, rate_cost, pace = map(
-        float,
-        (params.heading_cost or 0.0, params.steer_rate_cost or 0.0, params.min_speed or 0.0),
+        _given, (params.heading_cost, params.steer_rate_cost, params.min_speed)
     )
     count = int(min(max(params.horizon / dt + 1e-6, 1.0), _MAX_STEPS))
     period = max(params.horizon / count, dt)
