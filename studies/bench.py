@@ -18,10 +18,9 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from popsteer.files import write_text_atomic
 from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
-from popsteer.lab.bench.report import digits, duration
-from studies.layout import ROOT, replace_block
+from popsteer.lab.bench.report import cells, digits, duration
+from studies.layout import ROOT, line, write_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Lay out a table; all columns but the first are numbers."""
     lines = [heading, ["---", *["--:"] * (len(heading) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join(line(*row) for row in lines)
 
 
 def machine(latency: dict[str, Any], rustc: str) -> str:
@@ -50,17 +49,7 @@ def latency_table(latency: dict[str, Any]) -> str:
             if not label.startswith("-"):
                 rows.append([label, latency["absent"][name], *[""] * 7])
             continue
-        net = row["net_p50"]
-        rows.append(
-            [
-                label.replace("- ", "&nbsp;&nbsp;"),
-                *(duration(row[each]) for each in ("p50", "p99", "p999", "max")),
-                "-" if net is None else duration(net),
-                digits(row["p50"] / empty["p50"]),
-                "-" if net is None else digits(net / empty["net_p50"]),
-                digits(row["p50"] / step["p50"]),
-            ]
-        )
+        rows.append([label.replace("- ", "&nbsp;&nbsp;"), *cells(row, step, empty)])
     return markdown(heading, rows)
 
 
@@ -147,11 +136,7 @@ def main() -> None:
     rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True)
     made = figures(arguments.folder, arguments.criterion, rustc.stdout.strip())
     for file in (ROOT / "benches" / "README.md", ROOT / "README.md"):
-        old = new = file.read_text(encoding="utf-8")
-        for name, content in made.items():
-            new = replace_block(new, name, content)
-        if new != old:
-            write_text_atomic(file, new)
+        if write_blocks(file, made):
             print(f"wrote {file.relative_to(ROOT)}")
 
 

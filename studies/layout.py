@@ -12,7 +12,7 @@ from popsteer import tracks
 from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from popsteer.sim import Pose
 
@@ -57,6 +57,16 @@ def replace_block(text: str, name: str, content: str) -> str:
     if len(block.findall(text)) > 1:
         raise SystemExit(f"there is more than one block {name}")
     return block.sub(lambda found: f"{found[1]}{content}\n{found[2]}", text)
+
+
+def write_blocks(file: Path, blocks: Mapping[str, str]) -> bool:
+    """Put new content into the blocks of these names of a page; whether that changed it."""
+    old = new = file.read_text(encoding="utf-8")
+    for name, content in blocks.items():
+        new = replace_block(new, name, content)
+    if new != old:
+        write_text_atomic(file, new)
+    return new != old
 
 
 def before(name: str) -> list[str]:

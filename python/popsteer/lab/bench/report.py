@@ -19,6 +19,8 @@ from popsteer.lab.bench.calls import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rich.table import Table
 
     from popsteer.lab.common.timing import Percentiles
@@ -47,20 +49,22 @@ def table(report: LatencyReport) -> Table:
         layout.add_column(heading, justify="right", no_wrap=True)
     step, empty = report.row(POP_STEP), report.row(EMPTY_CALL)
     for name, row in report.results.items():
-        if row is None:
-            continue
-        net = net_ratio = "-"
-        if row.net_p50 is not None and empty.net_p50 is not None:
-            net, net_ratio = duration(row.net_p50), digits(row.net_p50 / empty.net_p50)
-        layout.add_row(
-            LABELS.get(name, name),
-            *(duration(value) for value in (row.p50, row.p99, row.p999, row.max)),
-            net,
-            digits(row.p50 / empty.p50),
-            net_ratio,
-            digits(row.p50 / step.p50),
-        )
+        if row is not None:
+            layout.add_row(LABELS.get(name, name), *cells(*map(asdict, (row, step, empty))))
     return layout
+
+
+def cells(row: Mapping[str, Any], step: Mapping[str, Any], empty: Mapping[str, Any]) -> list[str]:
+    """Word the figures of a call, as `table` has them, beside those of POP's and an empty call."""
+    net, of = row["net_p50"], empty["net_p50"]
+    nets = ("-", "-") if net is None or of is None else (duration(net), digits(net / of))
+    return [
+        *(duration(row[name]) for name in ("p50", "p99", "p999", "max")),
+        nets[0],
+        digits(row["p50"] / empty["p50"]),
+        nets[1],
+        digits(row["p50"] / step["p50"]),
+    ]
 
 
 def _caption(report: LatencyReport) -> str:
@@ -129,32 +133,27 @@ class LatencyReport:
         search), ``step_over_empty_call``, ``paper_over_step``, and ``numba_over_step`` and
         ``mpc_over_step``, None where those were not at hand.
         """
-        return _ratios(
-            {name: None if row is None else row.p50 for name, row in self.results.items()}
-        )
+        return self._ratios("p50")
 
     @property
     def net_ratios(self) -> dict[str, float | None]:
         """The same from the net p50, without clock and loop: the strict ones."""
-        return _ratios(
-            {name: None if row is None else row.net_p50 for name, row in self.results.items()}
-        )
+        return self._ratios("net_p50")
 
-
-def _ratios(medians: dict[str, float | None]) -> dict[str, float | None]:
-    step = medians[POP_STEP]
-
-    def over(numerator: float | None, denominator: float | None) -> float | None:
-        return None if numerator is None or denominator is None else numerator / denominator
-
-    return {
-        "reference_over_step": over(medians[REFERENCE_STEP], step),
-        "reference_over_step_of_paper": over(medians[PAPER_REFERENCE_STEP], medians[PAPER_STEP]),
-        "step_over_empty_call": over(step, medians[EMPTY_CALL]),
-        "paper_over_step": over(PAPER_NS, step),
-        "numba_over_step": over(medians[NUMBA_STEP], step),
-        "mpc_over_step": over(medians[MPC_STEP], step),
-    }
+    def _ratios(self, figure: str) -> dict[str, float | None]:
+        of = {name: getattr(row, figure, None) for name, row in self.results.items()}
+        pairs: dict[str, tuple[float | None, float | None]] = {
+            "reference_over_step": (of[REFERENCE_STEP], of[POP_STEP]),
+            "reference_over_step_of_paper": (of[PAPER_REFERENCE_STEP], of[PAPER_STEP]),
+            "step_over_empty_call": (of[POP_STEP], of[EMPTY_CALL]),
+            "paper_over_step": (PAPER_NS, of[POP_STEP]),
+            "numba_over_step": (of[NUMBA_STEP], of[POP_STEP]),
+            "mpc_over_step": (of[MPC_STEP], of[POP_STEP]),
+        }
+        return {
+            name: None if above is None or below is None else above / below
+            for name, (above, below) in pairs.items()
+        }
 
 
 def to_json(report: LatencyReport) -> str:

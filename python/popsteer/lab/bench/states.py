@@ -12,7 +12,7 @@ import popsteer
 from popsteer import tracks, vehicles
 from popsteer.errors import PathError
 from popsteer.lab.common.timing import Drive
-from popsteer.sim import run
+from popsteer.sim import default_start, run
 
 if TYPE_CHECKING:
     import os
@@ -46,11 +46,9 @@ def embedded() -> Drive:
     """
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
-    along = track.xy[1] - track.xy[0]
-    yaw = float(np.arctan2(along[1], along[0]))
-    x, y = (track.xy[0] + 2.44 * np.array((-np.sin(yaw), np.cos(yaw)))).tolist()
     vehicle = vehicles.get(_PLANT)
-    driven = run(popsteer.Pop(path, vehicle), _PLANT, start=(x, y, yaw), start_at="front")
+    start = default_start(path, 2.44, vehicle)
+    driven = run(popsteer.Pop(path, vehicle), _PLANT, start=start)
     table = np.column_stack([driven.records[name] for name in ("x", "y", "yaw", "speed")])
     return Drive("the embedded race track, closed loop", path, _tuples(table), vehicle)
 

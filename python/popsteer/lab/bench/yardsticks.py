@@ -8,11 +8,11 @@ and scipy; what is not at hand is left out, with its reason.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
+from popsteer import own
 from popsteer.errors import PopsteerError
 from popsteer.lab.bench.calls import (
     DAQP_SOLVE,
@@ -37,18 +37,19 @@ _NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks wit
 
 
 class _Yardstick(NamedTuple):
-    """A file, what it needs, the rows it gives, and how many calls are enough."""
+    """A function of a file, what it needs, the rows it gives, and how many calls are enough."""
 
     file: str
+    prepare: str
     needs: tuple[str, ...]
     rows: tuple[str, ...]
     calls: int
 
 
 _YARDSTICKS = (
-    _Yardstick("numba_pop.py", ("numba",), (NUMBA_STEP,), 200_000),
-    _Yardstick("osqp_mpc.py", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000),
-    _Yardstick("daqp_mpc.py", ("daqp", "scipy"), (DAQP_STEP, DAQP_UPDATE, DAQP_SOLVE), 10_000),
+    _Yardstick("numba_pop.py", "prepare", ("numba",), (NUMBA_STEP,), 200_000),
+    _Yardstick("mpc.py", "osqp", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000),
+    _Yardstick("mpc.py", "daqp", ("daqp", "scipy"), (DAQP_STEP, DAQP_UPDATE, DAQP_SOLVE), 10_000),
 )
 
 ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
@@ -86,17 +87,12 @@ def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yards
         elif any(find_spec(module) is None for module in yardstick.needs):
             absent |= dict.fromkeys(yardstick.rows, _NO_EXTRA)
         else:
-            makers[yardstick.rows[0]] = _load(file.resolve())(drive)
+            makers[yardstick.rows[0]] = _load(f"{file.resolve()}:{yardstick.prepare}")(drive)
             calls[yardstick.rows[0]] = yardstick.calls
     return Yardsticks(makers, calls, absent)
 
 
-@cache
-def _load(file: Path) -> Callable[[Drive], Callable[[], Driver]]:
-    """Run a file as a module of its own, once, as numba compiles it; give its `prepare`."""
-    spec = spec_from_file_location(f"popsteer_yardstick_{file.stem}", file)
-    if spec is None or spec.loader is None:
-        raise PopsteerError(f"{file}: is no Python file")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return cast("Callable[[Drive], Callable[[], Driver]]", module.prepare)
+def _load(place: str) -> Callable[[Drive], Callable[[], Driver]]:
+    """Give a function of a file, which is run once, as numba compiles it: what makes drivers."""
+    prepare: Callable[[Drive], Callable[[], Driver]] = own.load("controller", place)
+    return prepare
