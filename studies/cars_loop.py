@@ -19,6 +19,7 @@ import numpy as np
 import popsteer
 from studies.chain import Chain
 from studies.layout import line
+from tests.trust.car import TOLD, bends
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,14 +28,7 @@ if TYPE_CHECKING:
 
     Curve = npt.NDArray[np.float64]
 
-CAR = popsteer.Vehicle(
-    wheelbase=2.7,
-    rear_axle=-1.35,
-    max_steer=0.6,
-    max_steer_rate=0.4,
-    steer_lag=0.15,
-    dead_time=0.15,
-)
+CAR = TOLD
 CONTROLLERS: dict[str, Any] = {
     "Preview POP": popsteer.PreviewPop,
     "POP": popsteer.Pop,
@@ -48,19 +42,9 @@ SETTLING = 5.0
 """How long after the start errors do not count [s]."""
 
 
-@functools.cache
-def bends(spacing: float = 0.5, stretch: float = 1.0, length: float = 260.0) -> Curve:
-    """Bend to either side along a sine of 4 m: 25 m in radius, in square with `stretch`."""
-    x = np.arange(0.0, length * stretch, 0.01)
-    xy = np.column_stack((x, 4.0 * np.sin(x / (10.0 * stretch))))
-    arc = np.append(0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T)))
-    at = np.arange(0.0, arc[-1], spacing)
-    return np.column_stack([np.interp(at, arc, each) for each in xy.T])
-
-
 def wide_bends() -> Curve:
     """Bends that turn as fast at 30 m/s as the others at 8 m/s."""
-    return bends(stretch=3.75)
+    return bends(length=975.0, stretch=3.75)
 
 
 def straight() -> Curve:

@@ -22,24 +22,16 @@ RUNS = ("late", "predicted", "short", "long", "early", "later")
 
 @dataclass(frozen=True, eq=False)
 class DeadTimeRow:
-    """What dead time did to a controller, and what prediction made of it."""
+    """What each of the models of `run` did to a controller, by its name."""
 
     law: str
-    """Name of the controller."""
     prompt: Metrics
-    """Without dead time."""
     late: Metrics
-    """With it, and the controller given none: it does not predict."""
     predicted: Metrics
-    """With it, and the controller given it: it predicts through it."""
     short: Metrics
-    """... and given a turning wheelbase 15 % too short."""
     long: Metrics
-    """... 15 % too long."""
     early: Metrics
-    """... and given a dead time 50 ms too short."""
     later: Metrics
-    """... 50 ms too long."""
 
     def ratio(self, found: Metrics) -> float:
         """Give the mean error of one of the row's runs over that without dead time.
@@ -70,6 +62,7 @@ def run(
     prompt = plant.vehicle.replace(dead_time=0.0)
     real = prompt.replace(dead_time=dead_time)
     turning = real.turning_length(0.0)
+    # The vehicle, and what the controller is given: no dead time, none given, and right or wrong.
     models = {
         "prompt": (prompt, prompt),
         "late": (real, prompt),

@@ -8,33 +8,23 @@ The folder holds what `popsteer matrix --out` wrote. Its table goes between READ
 
 from __future__ import annotations
 
-import argparse
 import shutil
+import sys
 from pathlib import Path
 
-from popsteer.files import write_text_atomic
-from studies.layout import ROOT, replace_block
+from studies.layout import ROOT, write_blocks
 
 FIGURES = ("matrix.png", "matrix-dark.png")
 
 
 def update(folder: Path, root: Path) -> None:
     """Rewrite the block and the figures of a checkout."""
-    readme = root / "README.md"
     table = (folder / "matrix.md").read_text(encoding="utf-8")
-    text = readme.read_text(encoding="utf-8")
-    write_text_atomic(readme, replace_block(text, "matrix", table.rstrip("\n")))
+    write_blocks(root / "README.md", {"matrix": table.rstrip("\n")})
     for name in FIGURES:
         shutil.copyfile(folder / name, root / "docs" / "figures" / name)
 
 
-def main() -> None:
-    """Take what one run wrote."""
-    parser = argparse.ArgumentParser(description="Write one run's matrix into README.md.")
-    parser.add_argument("folder", type=Path, help="what `popsteer matrix --out` wrote")
-    update(parser.parse_args().folder, ROOT)
-    print("wrote README.md and docs/figures/matrix*.png")
-
-
 if __name__ == "__main__":
-    main()
+    update(Path(sys.argv[1]), ROOT)
+    print("wrote README.md and docs/figures/matrix*.png")

@@ -8,11 +8,10 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import popsteer
-from popsteer import tracks
+from popsteer import sim
 from popsteer.files import write_bytes_atomic
 from popsteer.lab import compare, report
-from studies.layout import DOCS
+from studies.layout import DOCS, track
 from tests.browser import Browser
 
 CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
@@ -36,12 +35,10 @@ SCENE = f"""(async () => {{
 
 def page() -> bytes:
     """The page of the command that docs/report.md shows."""
-    track = tracks.get("racetrack")
-    path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
     params = compare.parameters(CONTROLLERS, "reproduction")
-    found = replace(compare.run(path, params), track="racetrack")
+    found = replace(compare.run(track("racetrack"), params), track="racetrack")
     found = compare.time_steps(found, params)
-    plants = {found.plant: popsteer.sim.CarlaIdentified()}
+    plants = {found.plant: sim.CarlaIdentified()}
     return report.of_comparison(found, report.Origin(COMMAND, params, "auto", plants))
 
 

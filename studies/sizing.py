@@ -13,19 +13,19 @@ import os
 import sys
 import time
 
-from popsteer import Path, PreviewPopParams, sim, tracks
+from popsteer import PreviewPopParams, sim
 from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.varied import usual
 from popsteer.lab.sweep import Job, run
 from popsteer.plants import get
+from studies.layout import track
 
 
 def job(plant: sim.Plant, runs: int) -> Job:
     """Set up the sweep of a plant."""
-    track = tracks.get("racetrack")
     vary = usual(sim.vehicle_of(plant), plant)
     return Job(
-        Path(track.xy, speed=track.speed),
+        track("racetrack"),
         "preview-pop",
         PreviewPopParams(),
         plant,

@@ -7,18 +7,17 @@ The folder holds what `popsteer matrix --suite --out` wrote.
 
 from __future__ import annotations
 
-import argparse
 import json
 import shutil
+import sys
 from pathlib import Path
 
-from popsteer.files import write_text_atomic
 from popsteer.lab.common.names import title_of
 from popsteer.lab.suite import Cell, Suite
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.scenarios import SCENARIOS
 from popsteer.lab.suite.table import losses, suite_lines
-from studies.layout import ROOT, line, replace_block
+from studies.layout import ROOT, line, write_blocks
 
 OURS = "preview-pop"
 FIGURES = ("suite.png", "suite-dark.png")
@@ -55,22 +54,13 @@ def loss_lines(found: Suite) -> list[str]:
 def update(folder: Path, root: Path) -> None:
     """Rewrite the blocks and the figures of a checkout."""
     found = read(folder)
-    page = root / "docs" / "results.md"
-    text = page.read_text(encoding="utf-8")
-    text = replace_block(text, "suite", "\n".join(suite_lines(found)))
-    text = replace_block(text, "losses", "\n".join(loss_lines(found)))
-    write_text_atomic(page, text)
+    blocks = {"suite": suite_lines(found), "losses": loss_lines(found)}
+    texts = {name: "\n".join(lines) for name, lines in blocks.items()}
+    write_blocks(root / "docs" / "results.md", texts)
     for name in FIGURES:
         shutil.copyfile(folder / name, root / "docs" / "figures" / name)
 
 
-def main() -> None:
-    """Take what one run wrote."""
-    parser = argparse.ArgumentParser(description="Write one run's suite into docs/results.md.")
-    parser.add_argument("folder", type=Path, help="what `popsteer matrix --suite --out` wrote")
-    update(parser.parse_args().folder, ROOT)
-    print("wrote docs/results.md and docs/figures/suite*.png")
-
-
 if __name__ == "__main__":
-    main()
+    update(Path(sys.argv[1]), ROOT)
+    print("wrote docs/results.md and docs/figures/suite*.png")

@@ -12,8 +12,9 @@ import pytest
 
 import popsteer
 from popsteer import InputError, PathError, presets
-from studies.cars_loop import CAR, bends, recorded
+from studies.cars_loop import CAR, recorded
 from tests.helpers import looped
+from tests.trust.car import bends
 
 XY = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]
 
