@@ -97,13 +97,8 @@ def total(parts: dict[str, float]) -> float:
 
 def toolchain() -> dict[str, str]:
     """Name what the counts hang on."""
-    rustc = subprocess.run(
-        [_tool("rustc"), "--version", "--verbose"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    command = [_tool("rustc"), "--version", "--verbose"]
+    rustc = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     flags = re.search(r"^flags\s*:(.*)$", _read("/proc/cpuinfo"), re.MULTILINE)
     widest = [name for name in ("fma", "avx2") if flags and name in flags[1].split()]
     return {
@@ -151,25 +146,22 @@ def main() -> int:
     else:
         for call, instructions in counts.items():
             print(f"{call:24} {instructions:8.1f}")
-    text = json.dumps(counted, indent=2) + "\n"
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
-        arguments.json.write_text(text, encoding="utf-8")
-    if counted["counts"] is None:
-        return 0
-    if arguments.record:
+        arguments.json.write_text(json.dumps(counted, indent=2) + "\n", encoding="utf-8")
+    found: list[str] = []
+    if arguments.record and counted["counts"]:
         counted.pop("parts")
         BASELINE.write_text(json.dumps(counted, indent=2) + "\n", encoding="utf-8")
-        return 0
-    baseline = json.loads(BASELINE.read_text(encoding="utf-8"))
-    try:
-        comparable(baseline)
-    except Unavailable as reason:
-        print(f"not compared: {reason}")
-        return 0
-    found = compare(counts, baseline)
-    print("\n".join(found) if found else "no count above the baseline and its tolerance")
-    return 1 if found else 0
+    elif counted["counts"]:
+        baseline = json.loads(BASELINE.read_text(encoding="utf-8"))
+        try:
+            comparable(baseline)
+            found = compare(counts, baseline)
+            print("\n".join(found) if found else "no count above the baseline and its tolerance")
+        except Unavailable as reason:
+            print(f"not compared: {reason}")
+    return int(bool(found))
 
 
 def _run(program: Path, call: str, laps: int) -> tuple[int, Counter[str]]:

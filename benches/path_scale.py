@@ -40,12 +40,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
+from popsteer.files import write_bytes_atomic, write_text_atomic
 from popsteer.lab.common.machine import describe
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
+
+    from popsteer.lab.common.theme import Theme
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
 FIGURES = Path(__file__).resolve().parent / "figures"
@@ -262,65 +266,51 @@ def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Lay the rows out, quantities downwards."""
-    lines = []
-    for name in rows[0]:
-        texts = [_text(row[name]) for row in rows]
-        lines.append(f"{name:28}" + "".join(f"{text:>12}" for text in texts))
-    return "\n".join(lines)
+    return "\n".join(
+        f"{name:28}" + "".join(f"{text(row[name]):>12}" for row in rows) for name in rows[0]
+    )
 
 
-def _text(value: float | None) -> str:
+def text(value: float | None) -> str:
+    """Write a quantity of the table."""
     if value is None:
         return "-"
     return f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"
 
 
-def draw(rows: list[dict[str, Any]], on: str) -> None:
-    """Draw the figure, as PNG and SVG."""
-    import matplotlib as mpl
+def draw(rows: list[dict[str, Any]], on: str, theme: Theme) -> Figure:
+    """Draw the figure."""
     from matplotlib.figure import Figure
 
-    from popsteer.lab.common.theme import THEMES
-
-    theme = THEMES["light"]
     blue, orange, green = (theme.laws[name] for name in ("pop", "pid", "pure-pursuit"))
     counts = [row["waypoints"] for row in rows]
-    with mpl.rc_context(theme.settings):
-        figure = Figure(figsize=(10.0, 6.8), layout="constrained")
-        (step, jump), (times, held) = figure.subplots(2, 2)
-        panels: list[tuple[Any, str, str, list[tuple[str, str, str]]]] = [
-            (step, "A step of POP", "time [ns]", [(STEP, "p50, from Python", blue)]),
-            (jump, "A step that looks on the whole path", "time [µs]",
-             [("first step p50 [us]", "first step, p50", blue),
-              ("first step p99 [us]", "first step, p99", orange)]),
-            (times, "Making it", "time [ns/waypoint]", [(CONSTRUCTION, "construction", blue)]),
-            (held, "Memory", "memory [bytes/waypoint]",
-             [(MEMORY, "path with speeds, and index", blue)]),
-        ]  # fmt: skip
-        first = rows[0][STEP]
-        step.axhspan(first, 1.2 * first, color=green, alpha=0.12, lw=0)
-        step.axhline(1.2 * first, color=green, lw=1.0, ls="--", label="20 % over 1,000 waypoints")
-        jump.axhline(20.0, color=green, lw=1.0, ls="--", label="limit, 20 µs")
-        held.axhline(32.0, color=green, lw=1.0, ls="--", label="without the index, 32 bytes")
-        for axes, title, unit, lines in panels:
-            for name, label, colour in lines:
-                values = [np.nan if row[name] is None else row[name] for row in rows]
-                axes.plot(counts, values, "o-", color=colour, label=label)
-            top = max(axes.get_ylim()[1], 0.0)
-            axes.set(
-                title=title, ylabel=unit, xlabel="waypoints", xscale="log", ylim=(0, 1.3 * top)
-            )
-            axes.set_xlim(counts[0] / 1.6, counts[-1] * 1.6)
-            axes.legend(loc="upper left")
-        figure.suptitle("What a path costs as it grows", fontsize=14, fontweight="bold")
-        figure.supxlabel(on, fontsize=8, color=theme.faint)
-        FIGURES.mkdir(exist_ok=True)
-        none: dict[str, dict[str, str | None]] = {
-            "png": {"Software": None},
-            "svg": {"Date": None, "Creator": None},
-        }
-        for kind, metadata in none.items():
-            figure.savefig(FIGURES / f"path_scale.{kind}", dpi=150, metadata=metadata)
+    figure = Figure(figsize=(10.0, 6.8), layout="constrained")
+    (step, jump), (times, held) = figure.subplots(2, 2)
+    panels: list[tuple[Any, str, str, list[tuple[str, str, str]]]] = [
+        (step, "A step of POP", "time [ns]", [(STEP, "p50, from Python", blue)]),
+        (jump, "A step that looks on the whole path", "time [µs]",
+         [("first step p50 [us]", "first step, p50", blue),
+          ("first step p99 [us]", "first step, p99", orange)]),
+        (times, "Making it", "time [ns/waypoint]", [(CONSTRUCTION, "construction", blue)]),
+        (held, "Memory", "memory [bytes/waypoint]",
+         [(MEMORY, "path with speeds, and index", blue)]),
+    ]  # fmt: skip
+    first = rows[0][STEP]
+    step.axhspan(first, 1.2 * first, color=green, alpha=0.12, lw=0)
+    step.axhline(1.2 * first, color=green, lw=1.0, ls="--", label="20 % over 1,000 waypoints")
+    jump.axhline(20.0, color=green, lw=1.0, ls="--", label="limit, 20 µs")
+    held.axhline(32.0, color=green, lw=1.0, ls="--", label="without the index, 32 bytes")
+    for axes, title, unit, lines in panels:
+        for name, label, colour in lines:
+            values = [np.nan if row[name] is None else row[name] for row in rows]
+            axes.plot(counts, values, "o-", color=colour, label=label)
+        top = max(axes.get_ylim()[1], 0.0)
+        axes.set(title=title, ylabel=unit, xlabel="waypoints", xscale="log", ylim=(0, 1.3 * top))
+        axes.set_xlim(counts[0] / 1.6, counts[-1] * 1.6)
+        axes.legend(loc="upper left")
+    figure.suptitle("What a path costs as it grows", fontsize=14, fontweight="bold")
+    figure.supxlabel(on, fontsize=8, color=theme.faint)
+    return figure
 
 
 def main() -> None:
@@ -340,10 +330,15 @@ def main() -> None:
     machine = describe()
     print(table(rows))
     if arguments.json:
-        content = json.dumps({"rows": rows, "machine": machine}, indent=2)
-        arguments.json.write_text(content + "\n", encoding="utf-8")
+        document = json.dumps({"rows": rows, "machine": machine}, indent=2)
+        write_text_atomic(arguments.json, document + "\n")
     if arguments.largest >= SIZES[-1]:
-        draw(rows, f"{machine['cpu']}, {machine['python']}")
+        from popsteer.lab.common.draw import drawn
+        from popsteer.lab.common.theme import THEMES
+
+        make = partial(draw, rows, f"{machine['cpu']}, {machine['python']}")
+        for kind, content in drawn(make, THEMES["light"]).items():
+            write_bytes_atomic(FIGURES / f"path_scale.{kind}", content)
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ import numpy as np
 
 import popsteer
 from popsteer import InputError, tracks
+from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -202,17 +203,13 @@ def main() -> int:
     if asked.steps < 1:
         parser.error(f"--steps must be at least 1, got {asked.steps}")
     run, stopped = None, False
-    first, last_end = ("\r", "") if sys.stderr.isatty() else ("", "\n")
+    first, end = ("\r", "") if sys.stderr.isatty() else ("", "\n")
     try:
         for run in soak(asked.steps):
             last = run.samples[-1]
-            print(
-                f"{first}{last.steps / 1e6:,.1f} of {asked.steps / 1e6:,.1f} million steps, "
-                f"{last.resident / 2**20:.1f} MiB",
-                end=last_end,
-                file=sys.stderr,
-                flush=True,
-            )
+            done = f"{last.steps / 1e6:,.1f} of {asked.steps / 1e6:,.1f} million steps"
+            said = f"{first}{done}, {last.resident / 2**20:.1f} MiB"
+            print(said, end=end, file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         stopped = True
     except Fault as fault:
@@ -223,9 +220,8 @@ def main() -> int:
         return 130
     print(report(run))
     if asked.json:
-        asked.json.parent.mkdir(parents=True, exist_ok=True)
         summary = asdict(run) | {"growth": growth(run.samples), "bound": BOUND, "stopped": stopped}
-        asked.json.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        write_text_atomic(asked.json, json.dumps(summary, indent=2) + "\n")
     if growth(run.samples) > BOUND:
         print("memory grows", file=sys.stderr)
         return 1

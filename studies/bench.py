@@ -18,6 +18,7 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benches.path_scale import text
 from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
 from popsteer.lab.bench.report import cells, digits, duration
 from studies.layout import ROOT, line, write_blocks
@@ -95,7 +96,7 @@ def instructions_table(counted: dict[str, Any]) -> str:
 def scale_table(scale: dict[str, Any]) -> str:
     """Lay out the bench over the length of the path, lengths side by side; its figure above."""
     rows = scale["rows"]
-    heading, *lines = [[name, *(_text(row[name]) for row in rows)] for name in rows[0]]
+    heading, *lines = [[name, *(text(row[name]) for row in rows)] for name in rows[0]]
     image = "![What a path costs as it grows](figures/path_scale.png)"
     return f"{image}\n\n{markdown(heading, lines)}"
 
@@ -146,12 +147,6 @@ def _read(file: Path) -> dict[str, Any]:
     except OSError as error:
         raise SystemExit(f"{file}: {error.strerror}; run the whole of `make bench`") from error
     return content
-
-
-def _text(value: float | None) -> str:
-    if value is None:
-        return "-"
-    return f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"
 
 
 def _natural(row: Sequence[str]) -> list[tuple[int, str]]:
