@@ -49,45 +49,21 @@ def _jit(function: _F) -> _F:
 
 
 def prepare(drive: Drive) -> Callable[[], Driver]:
-    """Compile the step; give a maker of drivers for a drive."""
-    path = drive.path
+    """Compile the step; give a maker of drivers for a drive.
+
+    Vehicle, parameters and shape of the path become constants of the machine code. The step takes
+    the state, the path's x, y and s, and what every step takes; numba turns no class into machine
+    code, so they are arrays.
+    """
+    path, car = drive.path, Vehicle(**drive.vehicle.as_dict())
     if path.reverse is not None:
         raise ValueError("this step drives forward only, and the path is driven backwards in parts")
-    columns = tuple(np.array(column) for column in (path.x, path.y, path.s))
-    car = Vehicle(**drive.vehicle.as_dict())
-    step = compiled(car, PopParams(), path.closed, path.length)
-
-    def make() -> Driver:
-        state = np.array(
-            [-1.0, 0.0, 0.0]
-        )  # the last segment, -1 for none yet; the last angle; speed
-
-        def reset() -> None:
-            state[:] = -1.0, 0.0, 0.0
-
-        return Driver(partial(step, state, columns), reset)
-
-    make().call(*drive.states[0], 0.05)  # numba compiles at the first call
-    return make
-
-
-def compiled(
-    car: Vehicle,
-    params: PopParams,
-    closed: bool,  # noqa: FBT001
-    length: float,
-) -> Callable[..., float]:
-    """Compile the step; vehicle, parameters and shape become constants of the machine code.
-
-    It takes the state, the path's x, y and s, and what every step takes; numba turns no class into
-    machine code, so they are arrays.
-    """
-    if not params.exact_lookahead:
-        raise ValueError("this step takes the exact lookahead, not the paper's search")
     limits = (car.max_steer_rate, car.max_lateral_acceleration)
     if car.dead_time > 0.0 or car.steer_offset != 0.0 or limits != (None, None):
         raise ValueError("this step gives POP's angle to the wheels as it is")
-    params = params.resolved(car)
+    params = PopParams().resolved(car)
+    columns = (np.array(path.x), np.array(path.y), np.array(path.s))
+    closed, length = path.closed, path.length
     base, offset, opposite = car.rear_axle, car.front_axle, car.wheelbase * 10.0 / 3.0
     search, lost = _given(params.search_distance), _given(params.lost_distance)
     min_lookahead, lookahead_gain = _given(params.min_lookahead), params.lookahead_gain
@@ -129,7 +105,16 @@ def compiled(
         state[0], state[1], state[2] = closest[0], steer, abs(speed)
         return steer
 
-    return step
+    def make() -> Driver:
+        state = np.array([-1.0, 0.0, 0.0])  # last segment, -1 for none yet; last angle; speed
+
+        def reset() -> None:
+            state[:] = -1.0, 0.0, 0.0
+
+        return Driver(partial(step, state, columns), reset)
+
+    make().call(*drive.states[0], 0.05)  # numba compiles at the first call
+    return make
 
 
 def _given(value: float | None) -> float:
