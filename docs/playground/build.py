@@ -42,15 +42,9 @@ def missing() -> str:
 def build_module() -> bytes:
     """Compile the module."""
     command = ["cargo", "build", "--locked", "--package", "popsteer-wasm", "--lib"]
-    options = [
-        "--profile",
-        "wasm",
-        "--target",
-        TARGET,
-        "--message-format",
-        "json-render-diagnostics",
-    ]
-    done = subprocess.run([*command, *options], cwd=ROOT, stdout=subprocess.PIPE, check=True)
+    command += ["--profile", "wasm", "--target", TARGET]
+    command += ["--message-format", "json-render-diagnostics"]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True)
     messages = map(json.loads, done.stdout.splitlines())
     files = [file for message in messages for file in message.get("filenames", ())]
     return Path(next(file for file in files if file.endswith(".wasm"))).read_bytes()
@@ -75,18 +69,16 @@ def packed(name: str, content: bytes) -> str:
 def page(module: bytes) -> str:
     """Put the whole page together."""
 
-    def script(found: re.Match[str]) -> str:
-        return f"<script>\n{(HERE / found[1]).read_text(encoding='utf-8')}</script>"
-
-    def style(found: re.Match[str]) -> str:
-        return f"<style>\n{(HERE / found[1]).read_text(encoding='utf-8')}</style>"
+    def inlined(found: re.Match[str]) -> str:
+        tag = "style" if found[1].endswith(".css") else "script"
+        return f"<{tag}>\n{(HERE / found[1]).read_text(encoding='utf-8')}</{tag}>"
 
     text = (HERE / "index.html").read_text(encoding="utf-8")
     text = re.sub(r'role="alert">[^<]+</p>', 'role="alert" hidden></p>', text)
-    text = re.sub(r'<link rel="stylesheet" href="([\w.]+)">', style, text)
+    text = re.sub(r'<link rel="stylesheet" href="([\w.]+)">', inlined, text)
     data = f"{packed('module', module)}\n{packed('tracks', embedded_tracks())}\n"
     text = text.replace('<script src="engine.js">', f'{data}<script src="engine.js">')
-    return re.sub(r'<script src="([\w.]+)"></script>', script, text)
+    return re.sub(r'<script src="([\w.]+)"></script>', inlined, text)
 
 
 def main() -> None:

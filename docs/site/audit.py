@@ -43,16 +43,8 @@ def crates_known_holes() -> tuple[str, str]:
 
 def packages_known_holes() -> tuple[str, str]:
     """Check the installed Python packages against the data base of PyPI."""
-    status, said = _run(
-        sys.executable,
-        "-m",
-        "pip_audit",
-        "--format",
-        "json",
-        "--progress-spinner",
-        "off",
-        "--local",
-    )
+    options = ("--format", "json", "--progress-spinner", "off", "--local")
+    status, said = _run(sys.executable, "-m", "pip_audit", *options)
     begin = said.find('{"dependencies"')
     if begin < 0:
         return NOT_MADE, said.strip()
