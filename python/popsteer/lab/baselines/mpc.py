@@ -15,7 +15,7 @@ import numpy as np
 from popsteer._core import Vehicle, _InFlight
 from popsteer.lab.baselines.ahead import Ahead
 from popsteer.lab.baselines.mpc_params import MpcParams
-from popsteer.lab.baselines.mpc_problem import Instant, Problem
+from popsteer.lab.baselines.mpc_problem import Instant, Problem, within
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -101,19 +101,9 @@ class Mpc:
         limited = not lowest < self._mirror(steer) < highest
         return MpcCommand(steer, Status.SATURATED if limited else Status.OK, self._reverse)
 
-    def steer(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        /,
-        *,
-        reverse: bool | None = None,
-    ) -> float:
+    def steer(self, *pose: float, reverse: bool | None = None) -> float:
         """Answer as `step` does, with the angle alone [rad]."""
-        self.update(x, y, yaw, speed, dt, reverse=reverse)
+        self.update(*pose, reverse=reverse)
         return self.solve()
 
     def update(
@@ -150,14 +140,14 @@ class Mpc:
             projection.segment, projection.arc_length, speed * self._ends
         )
         error = math.remainder(yaw - float(heading[0]), math.tau)
-        offset = self.vehicle.steer_offset
+        offset, far = self.vehicle.steer_offset, _MOST_ERROR * length
         self._problem.update(
             Instant(
                 curvature=np.diff(heading) / (speed * self.params.stage_time),
                 speed=speed,
                 ahead=ahead,
-                cross_track=_within(projection.cross_track_error, _MOST_ERROR * length),
-                heading=_within(error, _MOST_HEADING),
+                cross_track=within(projection.cross_track_error, -far, far),
+                heading=within(error, -_MOST_HEADING, _MOST_HEADING),
                 wheel=self._mirror(wheel - offset),
                 offset=self._mirror(offset),
                 previous=self._mirror(self.previous_steer),
@@ -192,7 +182,3 @@ class Mpc:
     def _mirror(self, value: float) -> float:
         """Give an angle or a speed of the vehicle as that of the mirrored one, and back."""
         return -value if self._reverse else value
-
-
-def _within(value: float, bound: float) -> float:
-    return min(max(value, -bound), bound)

@@ -124,8 +124,8 @@ class Problem:
         self._x = result.x.reshape(stages, _VARIABLES)
         self._y = result.y.reshape(stages, _ROWS)
         # The solver keeps limits to its tolerance; the wheels keep them.
-        within_rate = _within(float(self._x[0, 0]), self._low[0, 4], self._high[0, 4])
-        return _within(within_rate, *self.reach)
+        angle = within(float(self._x[0, 0]), self._low[0, 4], self._high[0, 4])
+        return within(angle, *self.reach)
 
     def _change(self, time: float) -> float:
         most = self._most_change
@@ -196,8 +196,8 @@ class Problem:
         self._low[0, 4], self._high[0, 4] = now.previous - change, now.previous + change
         # Where the last command is beyond the limits, they are those that it can come back to.
         back = change + self._changes_before
-        lowest = _within(-widest - now.offset, -most, most)
-        highest = _within(widest - now.offset, -most, most)
+        lowest = within(-widest - now.offset, -most, most)
+        highest = within(widest - now.offset, -most, most)
         self._low[:, 3] = np.minimum(lowest, now.previous + back)
         self._high[:, 3] = np.maximum(highest, now.previous - back)
 
@@ -238,5 +238,6 @@ def _moved_on(stages: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate((stages[1:], stages[-1:])).ravel()
 
 
-def _within(value: float, low: float, high: float) -> float:
+def within(value: float, low: float, high: float) -> float:
+    """Bound a value."""
     return float(min(max(value, low), high))
