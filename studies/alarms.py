@@ -17,13 +17,14 @@ import math
 import random
 import sys
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from popsteer import Path, SpeedTracker, Status, Vehicle, controllers, sim
 from popsteer.lab import compare
 from studies import edges
+from studies.grip import LIMITS
 from studies.layout import track
 from tests.trust.car import TOLD, Car, bends, circuit, drive, jitter, somebody
 
@@ -104,15 +105,13 @@ def healthy() -> Iterator[bool]:
         rng = random.Random(seed)
         car, speed = somebody(rng), rng.uniform(3.0, 9.0)
         law = controllers.get(NAMES[seed % len(NAMES)]).controller
-        loop: dict[str, Any] = {
-            "speed": speed,
-            "noise": (0.05, 0.01, 0.05),
-            "loss": 0.2,
-            "periods": jitter(0.5),
-        }
+        noise, periods = (0.05, 0.01, 0.05), jitter(0.5)
         # The largest of some hundred noisy measurements is farther off than the car.
         limit = 0.5 * TOLD.wheelbase - 0.2
-        yield is_wrong(drive(law, car=car, fresh=True, seed=seed, **loop), limit)
+        loop = drive(
+            law, car=car, speed=speed, periods=periods, noise=noise, fresh=True, loss=0.2, seed=seed
+        )
+        yield is_wrong(loop, limit)
 
 
 def others() -> Iterator[bool]:
@@ -127,24 +126,16 @@ def others() -> Iterator[bool]:
         yield is_wrong(drive(law, waypoints=ahead, seconds=10.0), 1.35)
         for speed in (1.0, 2.0, 3.0):
             car = Car(0.33, 0.05, 0.05, 3.0, 0.5, centre=0.165)
-            options: dict[str, Any] = {
-                "told": SMALL,
-                "course": narrow,
-                "speed": speed,
-                "seconds": 15.0,
-            }
-            yield is_wrong(drive(law, car=car, fresh=True, **options), 0.165)
+            loop = drive(
+                law, car=car, told=SMALL, course=narrow, speed=speed, seconds=15.0, fresh=True
+            )
+            yield is_wrong(loop, 0.165)
 
 
 def circuits() -> Iterator[bool]:
     """Drive closed splines with hairpins at 4 m/s²; the largest lateral acceleration is kept."""
     for plant in PLANTS:
-        limits: dict[str, Any] = {
-            "max_speed": 30.0,
-            "max_acceleration": 2.5,
-            "max_deceleration": 4.0,
-        }
-        car = sim.vehicle_of(plant).replace(max_lateral_acceleration=4.0, **limits)
+        car = sim.vehicle_of(plant).replace(max_lateral_acceleration=4.0, **LIMITS)
         for seed in range(CIRCUITS):
             path = Path(circuit(seed, 1.0), closed=True)
             controller = controllers.get("preview-pop").controller(path, car)

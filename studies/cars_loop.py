@@ -72,24 +72,12 @@ def staircase(cell: float = 0.25) -> Curve:
 
 @dataclass(frozen=True)
 class Loop:
-    """What a loop is like.
+    """What a loop is like; in SI units, and radians.
 
-    Attributes
-    ----------
-    speed, dt, seconds
-        Speed [m/s], control period [s], and how long is driven [s].
-    course, waypoints
-        Where the car is to go, and the path that the controller is given: by default the same.
-    car
-        The car, and what the controller is told of it.
-    quantum, backlash
-        To multiples of what the command is rounded, and the play of the steering [rad].
-    noise
-        Of the measured position, heading and speed: standard deviations [m, rad, m/s].
-    standing
-        How long the car stands before it drives off [s].
-    jump
-        How far the measured position jumps to the left after the settling time [m].
+    The car goes along `course`, the controller is given the path of other `waypoints`. Commands are
+    rounded to multiples of `quantum`; `noise` has the standard deviations of the measured position,
+    heading and speed. It stands for a while before it drives off, and after the settling time the
+    measured position jumps to the left.
     """
 
     speed: float = 8.0

@@ -11,7 +11,7 @@ from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.varied import usual
 from popsteer.sim import CarlaIdentified
-from studies.layout import AUTHORS_START, ROOT, course, line, table
+from studies.layout import AUTHORS_START, ROOT, cells, course, line, table
 
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
 # Its wheels turn at once, which is not every controller's case.
@@ -20,33 +20,28 @@ BICYCLE = "kinematic-bicycle"
 CROSS_TRACK, HEADING = 0.05, 0.10
 
 
-def _cells(row: str) -> list[str]:
-    return [cell.strip() for cell in row.split("|")[1:-1]]
-
-
 def matrix() -> dict[str, dict[tuple[str, str], float]]:
     """The record of `make matrix` in README: by title the errors by plant and track."""
     block = (ROOT / "README.md").read_text(encoding="utf-8").partition("<!-- matrix: begin")[2]
     head, _, *rows = re.findall(r"^\|.*\|$", block.partition("<!-- matrix: end")[0], re.MULTILINE)
     found: dict[str, dict[tuple[str, str], float]] = {}
-    for column, title in enumerate(_cells(head)[2:], start=2):
-        cells = [_cells(row) for row in rows]
-        found[title] = {(row[0], row[1]): float(row[column]) for row in cells}
+    for column, title in enumerate(cells(head)[2:], start=2):
+        found[title] = {(row[0], row[1]): float(row[column]) for row in map(cells, rows)}
     return found
 
 
 def _loop(title: str, row: str) -> str:
     page = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8")
     head = page.partition("<!-- table: cars loop -->\n")[2].partition("\n")[0]
-    titles = [each.lower() for each in _cells(head)]
+    titles = [each.lower() for each in cells(head)]
     if title.lower() not in titles:
         return "-"
-    cells = next(_cells(each) for each in table("loop.md", "cars loop") if row in each)
-    return cells[titles.index(title.lower())].partition(" / ")[0]
+    found = next(cells(each) for each in table("loop.md", "cars loop") if row in each)
+    return found[titles.index(title.lower())].partition(" / ")[0]
 
 
 def _margins(title: str) -> list[str]:
-    rows = {each[0]: each for each in map(_cells, table("theory.md", "margins"))}
+    rows = {each[0]: each for each in map(cells, table("theory.md", "margins"))}
     # Each speed has two columns; the first is computed.
     return [f"{float(rows[title][at]):.0f}" for at in (3, 7)] if title in rows else ["-", "-"]
 

@@ -66,33 +66,26 @@ class EdgeTrack(NamedTuple):
     """A path that is hard to follow, and where its run starts."""
 
     name: str
-    """What it is called in the table."""
     path: Path
-    """The path, with reference speeds."""
     start: Pose
     """Pose of the rear axle at the start [m, m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeRun:
-    """What a controller did on an edge."""
+    """What a controller did on an edge, and how long it took [s]."""
 
     track: str
-    """Name of the track."""
     law: str
-    """Name of the controller."""
     finished: bool
-    """Whether the end was reached."""
     ending: str
     """How the run ended; `Simulation.ending` lists the ways."""
     time: float
-    """How long it took [s]."""
     max_error: float
     """Largest distance of the rear axle from the path [m]."""
     max_jump: float
     """Largest change of the commanded angle from one step to the next [rad]."""
     steps: int
-    """How many steps it took."""
     statuses: Mapping[Status, int]
     """In how many steps each condition held, `Status.OK` where none did; only what came up, the
     most frequent first. Several conditions may hold in one step."""

@@ -16,7 +16,7 @@ from popsteer.lab.common.draw import files_of
 from popsteer.lab.stability import margins
 from popsteer.lab.suite import suite_car
 from popsteer.lab.suite.runs import mean_error
-from studies.layout import DOCS, line, write_table
+from studies.layout import DOCS, cells, line, write_table
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
@@ -36,33 +36,32 @@ def front_line(steer_rate: float, heading: float) -> str:
         steer_rate_cost=length / steer_rate, heading_cost=heading * length
     )
     driven = lab.suite.run({"preview-pop": given}, ["suite-car"], conditions=UNDER).cells
-    cells = []
+    found = []
     for condition in UNDER:
         runs = [each for each in driven if each.condition == condition]
         failed = sum(each.ending != "finished" for each in runs)
-        cells.append(f"{1e3 * mean_error(runs):.1f}" + (f" ({failed})" if failed else ""))
+        found.append(f"{1e3 * mean_error(runs):.1f}" + (f" ({failed})" if failed else ""))
         if condition == "noise":
             effort = sum(each.steer_rate for each in runs) / len(runs)
-    found, faster = (margins(given, car, speed) for speed in (10.0, 20.0))
-    cells += [
+    slow, fast = (margins(given, car, speed) for speed in (10.0, 20.0))
+    found += [
         f"{effort:.2f}",
-        f"{found.gain:.1f}",
-        f"{1e3 * found.dead_time:.0f}",
-        f"{1e3 * faster.dead_time:.0f}",
+        f"{slow.gain:.1f}",
+        f"{1e3 * slow.dead_time:.0f}",
+        f"{1e3 * fast.dead_time:.0f}",
     ]
     costs = f"L/{steer_rate:g}", "L" if heading == 1.0 else f"L/{1.0 / heading:g}"
     if (steer_rate, heading) == (STEER_RATE[1], HEADING[0]):
         costs = f"**{costs[0]}**", f"**{costs[1]}**"
-    return line(*costs, *cells)
+    return line(*costs, *found)
 
 
 def front_figure(lines: list[str], theme: Theme) -> Figure:
     """Draw the error in noise over that as told, the margin beside each point."""
     figure = Figure(figsize=(6.4, 4.4), layout="constrained")
     panel = figure.subplots()
-    split = [[each.strip(" *") for each in row.strip("| ").split("|")] for row in lines]
     for title, role in (("L", "preview-pop"), ("L/2", "pop")):
-        own = [row for row in split if row[1] == title]
+        own = [row for row in map(cells, lines) if row[1] == title]
         x, y = ([float(row[at]) for row in own] for at in (2, 3))
         panel.plot(
             x, y, "o-", color=theme.colour(role), label=f"heading_cost {title}", markersize=6

@@ -48,6 +48,11 @@ def line(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
 
 
+def cells(row: str) -> list[str]:
+    """Give the cells of a line of a table, without what makes them bold."""
+    return [cell.strip(" *") for cell in row.split("|")[1:-1]]
+
+
 def replace_block(text: str, name: str, content: str) -> str:
     """Put new content between a block's marks, which stay; the text without such a block as is."""
     block = re.compile(

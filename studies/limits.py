@@ -14,21 +14,22 @@ import math
 import os
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import osqp
 from scipy import sparse
 
 import popsteer
-from popsteer import plants, sim, tracks, vehicles
+from popsteer import sim, tracks
+from popsteer.lab import baselines
+from popsteer.lab.common.varied import varied
+from popsteer.sim.geometry import object_of
 from studies.chain import Chain
 from studies.layout import DOCS, line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from popsteer.plants import PythonPlant
 
     Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -133,9 +134,8 @@ def best_overshoot(case: Straight) -> float:
     # The state when the first command arrives: the wheels stand straight until then.
     error = chain.y + late * DT * chain.speed * math.sin(chain.yaw)
     curvature = math.tan(largest_angle(case)) / length
-    moves = _Manoeuvre.of(case).solve(
-        (error, chain.yaw, 0.0, 0.0), case.rate * DT / length, curvature
-    )
+    manoeuvre = _Manoeuvre(chain.speed, case.lag, car.wheelbase)
+    moves = manoeuvre.solve((error, chain.yaw, 0.0, 0.0), case.rate * DT / length, curvature)
     lowest = chain.y
     for commanded in np.cumsum(moves):
         chain.advance(math.atan(commanded * length))
@@ -143,18 +143,9 @@ def best_overshoot(case: Straight) -> float:
     return max(0.0, -lowest / case.scale)
 
 
+@functools.cache
 class _Manoeuvre:
     """The quadratic program of a whole manoeuvre: states x' = A x + B c, moves of c."""
-
-    @classmethod
-    @functools.cache
-    def _at(cls, speed: float, lag: float, wheelbase: float) -> _Manoeuvre:
-        return cls(speed, lag, wheelbase)
-
-    @classmethod
-    def of(cls, case: Straight) -> _Manoeuvre:
-        """Give the one of a case."""
-        return cls._at(case.speed * case.scale, case.lag, case.wheelbase)
 
     def __init__(self, speed: float, lag: float, wheelbase: float) -> None:
         step, kept = speed * DT, math.exp(-DT / lag)
@@ -252,17 +243,10 @@ class Slalom(NamedTuple):
     rate: float
     speed: float
 
-    def make(self) -> sim.CarlaIdentified | PythonPlant:
+    def make(self) -> Any:
         """Give the plant."""
-        if self.plant == "carla-identified":
-            given = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
-            return sim.CarlaIdentified(given)
-        if self.plant == "mujoco-car":
-            from popsteer.plants.mujoco_car import MujocoCar
-            from popsteer.plants.pedals import MujocoCarParams
-
-            return MujocoCar(MujocoCarParams(steer_rate=self.rate))
-        plant = plants.get(self.plant)
+        rate = {"carla-identified": "max_steer_rate", "mujoco-car": "steer_rate"}.get(self.plant)
+        plant = varied(object_of(self.plant), LINE, {rate: self.rate} if rate else {}).plant
         assert plant.vehicle.max_steer_rate == self.rate
         return plant
 
@@ -270,12 +254,9 @@ class Slalom(NamedTuple):
         """Drive it by "preview-pop" or by "mpc"."""
         path = popsteer.Path(tracks.get("slalom").xy)
         plant = self.make()
+        law: Any = popsteer.PreviewPop(path)
         if controller == "mpc":
-            from popsteer.lab.baselines.mpc import Mpc
-
-            mpc = Mpc(path, plant.vehicle)
-            return sim.run(mpc, plant, path=path, constant_speed=self.speed).metrics
-        law = popsteer.PreviewPop(path)
+            law = baselines.get("mpc").controller(path, plant.vehicle, None)
         return sim.run(law, plant, path=path, constant_speed=self.speed).metrics
 
 
@@ -333,15 +314,11 @@ def sweep_lines() -> list[str]:
         scale = wheelbase / 2.7
         speeds = f"{25 * scale:.1f}" if fast else f"{3 * scale:.1f} to {15 * scale:.1f}"
         over = [joined.overshoot - most for _, joined, most in runs if joined.overshoot > most]
-        cells = (
-            f"{wheelbase:g}",
-            speeds,
-            str(len(runs)),
-            str(len(over)),
-            str(sum(each > 0.1 for each in over)),
-            str(sum(joined.late > 0.02 for _, joined, _ in runs)),
+        counts = (
+            *(len(runs), len(over), sum(each > 0.1 for each in over)),
+            sum(joined.late > 0.02 for _, joined, _ in runs),
         )
-        lines.append(line(*cells))
+        lines.append(line(f"{wheelbase:g}", speeds, *map(str, counts)))
     return lines
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 import popsteer
 from popsteer import plants
+from popsteer.lab.suite.scenarios import arcs
 from studies.layout import before, line
 from studies.slopes import PERIOD, Moved, OwnCar, Shipped
 
@@ -67,31 +68,14 @@ def bays(radius: float) -> dict[str, list[Piece]]:
     return found
 
 
-def drawn(pieces: list[Piece]) -> tuple[popsteer.Path, np.ndarray, list[bool]]:
-    """Draw a path with a waypoint every 0.2 m; also x, y, yaw at each, and how it is driven."""
-    x = y = yaw = 0.0
-    poses, reverse = [(x, y, yaw)], []
-    for backwards, curvature, length in pieces:
-        count = round(length / 0.2)
-        step = (-length if backwards else length) / count
-        for _ in range(count):
-            half = 0.5 * step * curvature
-            chord = step * (math.sin(half) / half if half else 1.0)
-            x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
-            yaw += 2.0 * half
-            poses.append((x, y, yaw))
-            reverse.append(backwards)
-    reverse.append(reverse[-1])
-    found = np.array(poses)
-    return popsteer.Path(found[:, :2], reverse=reverse), found, reverse
-
-
 def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked:
     """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults.
 
     It is the car above, or a plant by its name; `told` is what they are told otherwise.
     """
-    path, poses, reverse = drawn(pieces)
+    drawn, reverse = arcs(pieces)
+    poses = np.array(drawn)
+    path = popsteer.Path(poses[:, :2], reverse=reverse)
     car: Moved = OwnCar(popsteer.Vehicle(**CAR), play=PLAY)
     if plant:
         car = Shipped(plants.get(plant), path)

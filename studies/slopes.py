@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 import popsteer
 from popsteer import Path, Vehicle, planning, plants, sim, tracks
+from popsteer.lab.suite.drive import along, pedals_on, rms
 from popsteer.sim.geometry import pose_of
 from studies.layout import before, line
 
@@ -18,27 +19,6 @@ if TYPE_CHECKING:
 
 PERIOD, STEP = 0.05, 0.005
 """Of the control and of the car's motion [s]."""
-GRAVITY = 9.806_65
-
-
-class Moved(Protocol):
-    """A vehicle that steers, pulls and brakes as commanded."""
-
-    vehicle: Vehicle
-    stands: bool
-    """Whether it can."""
-
-    @property
-    def state(self) -> tuple[float, float, float, float]:
-        """Pose of its point and speed, [m, m, rad, m/s]."""
-
-    def advance(self, steer: float, acceleration: float, *, reverse: bool) -> None:
-        """Move on by `PERIOD`; the acceleration is that of a `SpeedCommand`."""
-
-
-def along(grade: float) -> float:
-    """Acceleration by gravity on a slope [m/s²], negative uphill."""
-    return -GRAVITY * grade / math.hypot(1.0, grade)
 
 
 class OwnCar:
@@ -98,8 +78,7 @@ class Shipped:
         start = pose_of((x[0], y[0], yaw), "rear", self.vehicle)
         settings = sim.Settings(dt=PERIOD, stop_distance=0.0, time_limit=300.0)
         self.run = sim.Simulation(path, plant, start=start, speed=speed, settings=settings)
-        push = along(grade)
-        self.always = max(push, 0.0) / self.pedals.drive, max(-push, 0.0) / self.pedals.braking
+        self.always = pedals_on(grade, self.pedals)
 
     @property
     def state(self) -> tuple[float, float, float, float]:
@@ -112,6 +91,8 @@ class Shipped:
         self.run.step(steer, throttle, brake, reverse)
 
 
+Moved: TypeAlias = OwnCar | Shipped
+"""A vehicle that steers, pulls and brakes as commanded, and whether it can stand."""
 LENGTH, SPEED = 200, 12.0
 """Of the straight [m], and of the start [m/s]."""
 GRADES = (0.0, 0.02, -0.02, 0.05, -0.05, 0.08, -0.08, 0.1, -0.1)
@@ -188,11 +169,6 @@ def stop(name: str, grade: float, comfort: float, *, slope_told: bool, lag_told:
     speed, wanted, _ = rows[SETTLED:].T
     hardest = -float(np.diff(speed).min()) / PERIOD
     return Stopped(abs(end - LENGTH), rms(speed - wanted), hardest - comfort, changes)
-
-
-def rms(error: NDArray[np.float64]) -> float:
-    """Root mean square."""
-    return float(np.sqrt((error * error).mean()))
 
 
 def stop_lines() -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 import popsteer
 from popsteer import AdaptParams, controllers, presets, sim, vehicles
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
+from popsteer.lab.stability.carrot import circle
 from studies.chain import Chain
 from studies.layout import line, track
 
@@ -122,10 +123,7 @@ def driven_preview_offset(
     given: Given, car: popsteer.Vehicle, radius: float, speed: float
 ) -> float:
     """Drive preview POP a lap of a circle; its tracked point's offset to the inside, at last."""
-    count = round(2.0 * math.pi * radius / 0.5)
-    angle = np.arange(count) * (2.0 * math.pi / count)
-    xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    law = given.on(popsteer.Path(xy, closed=True))
+    law = given.on(popsteer.Path(circle(radius), closed=True))
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
     places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)

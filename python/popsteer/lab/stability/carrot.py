@@ -139,16 +139,21 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     >>> round(offset, 1), round(distance, 1)
     (0.6, 7.6)
     """
-    count = max(round(2.0 * math.pi * radius / 0.5), 16)
-    angle = np.arange(count) * (2.0 * math.pi / count)
-    xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    path = Path(xy, speed=np.full(count, speed), closed=True)
+    xy = circle(radius)
+    path = Path(xy, speed=np.full(len(xy), speed), closed=True)
     pop = Pop(path, sim.vehicle_of(plant))
     start = (0.0, 0.0, 0.0)
     records = sim.run(pop, plant, start=start, start_at="front", longitudinal=SpeedPid()).records
     half = records["time"] > 0.5 * records["time"][-1]
     reach = lookahead(pop.params, pop.vehicle, float(records["speed"][half].mean()))
     return float(records["cross_track_error"][half].mean()), reach or 0.0
+
+
+def circle(radius: float) -> NDArray[np.float64]:
+    """Give waypoints every half metre on a circle to the left, from the origin along x [m]."""
+    count = max(round(2.0 * math.pi * radius / 0.5), 16)
+    angle = np.arange(count) * (2.0 * math.pi / count)
+    return radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
 
 
 def carrot_curve(plant: str) -> Carrot:

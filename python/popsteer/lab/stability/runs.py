@@ -224,20 +224,17 @@ def run(
     """
     vehicle = Vehicle() if vehicle is None else vehicle
     believed = vehicle if believed is None else believed
-    chosen: dict[str, Params]
-    if isinstance(names, Mapping):
-        chosen = dict(names)
-    else:
-        chosen = {name: presets.get(name, preset) for name in names}
+    if not isinstance(names, Mapping):
+        names = {name: presets.get(name, preset) for name in names}
     speeds = tuple(speeds)
     return Stability(
-        params=chosen,
+        params=dict(names),
         margins={
             name: [
                 margins(params, vehicle, speed, dt, believed=believed, adapt=adapt)
                 for speed in speeds
             ]
-            for name, params in chosen.items()
+            for name, params in names.items()
         },
         vehicle=vehicle,
         believed=believed,
@@ -324,8 +321,5 @@ def _dead_time_margin(loop: Loop, dead_time: float, guess: float, dt: float) -> 
             return math.inf
     while high - low > 1e-5:
         middle = 0.5 * (low + high)
-        if loop.is_stable(dead_time + middle):
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if loop.is_stable(dead_time + middle) else (low, middle)
     return low

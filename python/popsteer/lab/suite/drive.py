@@ -104,8 +104,7 @@ class _Loop:
         self.run, self.path, self.condition, self.pace = run, path, condition, pace
         self.pedals, self.random = pedals, random
         self.xy = np.column_stack((path.x, path.y))
-        push = -_GRAVITY * condition.grade / math.hypot(1.0, condition.grade)
-        self.push = max(push, 0.0) / pedals.drive, max(-push, 0.0) / pedals.braking
+        self.push = pedals_on(condition.grade, pedals)
         self.steer = self.wheels = self.waited = 0.0
         self.times: list[float] = []
         self.faults = 0
@@ -163,8 +162,8 @@ class _Loop:
             wheelbase=self.run.vehicle.wheelbase,
             end_error=abs(float(records["cross_track_error"][-1])) if len(yaw) else math.nan,
             ending=ending,
-            steer_rate=_rms(np.diff(records["steer"]) / dt),
-            lateral_jerk=_rms(np.diff(lateral) / dt),
+            steer_rate=rms(np.diff(records["steer"]) / dt),
+            lateral_jerk=rms(np.diff(lateral) / dt),
             faults=self.faults / count,
             step_time=float(np.median(self.times)) if self.times else math.nan,
             traceback=trace,
@@ -176,5 +175,17 @@ def seed_of(*names: str) -> int:
     return zlib.crc32("/".join(names).encode())
 
 
-def _rms(values: np.ndarray[Any, Any]) -> float:
+def along(grade: float) -> float:
+    """Give the acceleration by gravity on a slope [m/s²], negative uphill."""
+    return -_GRAVITY * grade / math.hypot(1.0, grade)
+
+
+def pedals_on(grade: float, pedals: PedalMap) -> tuple[float, float]:
+    """Give the throttle and the brake that act as a slope does."""
+    push = along(grade)
+    return max(push, 0.0) / pedals.drive, max(-push, 0.0) / pedals.braking
+
+
+def rms(values: np.ndarray[Any, Any]) -> float:
+    """Give the root mean square; not a number of no values."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan

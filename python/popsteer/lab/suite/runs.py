@@ -118,9 +118,8 @@ def run(
     own = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
     parts = {"controllers": kinds, "plants": movers, "scenarios": roads, "conditions": under}
-    for field, given in parts.items():
-        if not given:
-            raise ConfigError(field, [], "at least one")
+    if lacking := [field for field, given in parts.items() if not given]:
+        raise ConfigError(lacking[0], [], "at least one")
     moved = {
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
@@ -202,14 +201,18 @@ def mean_error(cells: Iterable[Cell]) -> float:
     return math.exp(sum(logs) / len(logs)) if logs else math.nan
 
 
+def grouped(cells: Iterable[Cell], field: str) -> dict[str, list[Cell]]:
+    """Give the cells by one of their fields, in the order in which its values come."""
+    groups: dict[str, list[Cell]] = {}
+    for each in cells:
+        groups.setdefault(getattr(each, field), []).append(each)
+    return groups
+
+
 def rows(found: Suite) -> list[tuple[str, dict[str, list[Cell]]]]:
     """Give the cells of each scenario, then of each condition, by controller."""
-    lines = []
-    for field, known in (("scenario", SCENARIOS), ("condition", CONDITIONS)):
-        for name in dict.fromkeys(getattr(each, field) for each in found.cells):
-            cells: dict[str, list[Cell]] = {}
-            for each in found.cells:
-                if getattr(each, field) == name:
-                    cells.setdefault(each.controller, []).append(each)
-            lines.append((known[name].title, cells))
-    return lines
+    return [
+        (known[name].title, grouped(cells, "controller"))
+        for field, known in (("scenario", SCENARIOS), ("condition", CONDITIONS))
+        for name, cells in grouped(found.cells, field).items()
+    ]

@@ -14,7 +14,7 @@ from popsteer._core import KinematicBicycle, Path, Vehicle
 from popsteer.tracks.geometry import sample, straight, turn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -70,26 +70,34 @@ def _hairpin() -> Path:
     return Path(sample(pieces, round(length / 0.5) + 1).xy)
 
 
-def _bay() -> Path:
-    """Past a bay and backwards into it: a bend of 90 degrees and 7 m, drawn as line and arcs."""
-    poses: list[tuple[float, float]] = []
-    reverse: list[bool] = []
+def arcs(
+    pieces: Iterable[tuple[bool, float, float]],
+) -> tuple[list[tuple[float, float, float]], list[bool]]:
+    """Poses every 0.2 m along arcs from the origin [m, m, rad], and which are driven backwards.
+
+    A piece says whether it is, its curvature to the left [1/m] and its length [m].
+    """
     x = y = yaw = 0.0
-    for backwards, curvature, length in (
-        (False, 0.0, 6.0),
-        (True, 1.0 / 7.0, 3.5 * math.pi),
-        (True, 0.0, 4.0),
-    ):
+    poses, reverse = [(x, y, yaw)], []
+    for backwards, curvature, length in pieces:
         count = round(length / 0.2)
         step = (-length if backwards else length) / count
         for _ in range(count):
-            poses.append((x, y))
-            reverse.append(backwards)
             half = 0.5 * step * curvature
             chord = step * float(np.sinc(half / math.pi))
             x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
             yaw += 2.0 * half
-    return Path([*poses, (x, y)], reverse=[*reverse, True])
+            poses.append((x, y, yaw))
+            reverse.append(backwards)
+    return poses, [*reverse, reverse[-1]]
+
+
+def _bay() -> Path:
+    """Past a bay and backwards into it: a bend of 90 degrees and 7 m, drawn as line and arcs."""
+    poses, reverse = arcs(
+        ((False, 0.0, 6.0), (True, 1.0 / 7.0, 3.5 * math.pi), (True, 0.0, 4.0)),
+    )
+    return Path([(x, y) for x, y, _ in poses], reverse=reverse)
 
 
 def _zigzag() -> Path:

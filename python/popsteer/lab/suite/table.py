@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import asdict, fields
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
@@ -18,7 +20,7 @@ from popsteer.lab.common.layout import (
 )
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.suite.runs import Cell, mean_error, rows
+from popsteer.lab.suite.runs import Cell, grouped, mean_error, rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -49,17 +51,14 @@ def losses(found: Suite, name: str) -> list[tuple[Cell, Cell]]:
         places.setdefault((each.scenario, each.condition, each.plant), []).append(each)
     ratio, more = LOSS
     for cells in places.values():
-        best = min((each for each in cells if each.success), key=_error, default=None)
+        succeeded = (each for each in cells if each.success)
+        best = min(succeeded, key=attrgetter("mean_error"), default=None)
         for each in cells:
             if best is None or each.controller != name:
                 continue
             if each.mean_error > max(ratio * best.mean_error, best.mean_error + more):
                 lost.append((each, best))
     return lost
-
-
-def _error(cell: Cell) -> float:
-    return cell.mean_error
 
 
 _OTHERS: tuple[tuple[str, Callable[[Cell], float], str], ...] = (
@@ -71,9 +70,7 @@ _OTHERS: tuple[tuple[str, Callable[[Cell], float], str], ...] = (
 
 def _others(found: Suite) -> list[tuple[str, dict[str, str]]]:
     """Word what is not an error: means over all cells, and the time of a step."""
-    cells: dict[str, list[Cell]] = {}
-    for each in found.cells:
-        cells.setdefault(each.controller, []).append(each)
+    cells = grouped(found.cells, "controller")
     lines = [
         (title, {name: format(sum(map(of, own)) / len(own), spec) for name, own in cells.items()})
         for title, of, spec in _OTHERS
@@ -148,15 +145,8 @@ def suite_lines(found: Suite) -> list[str]:
     lines = [("", {name: title_of(name) for name in names}), ("---", dict.fromkeys(names, "--:"))]
     for title, cells in rows(found):
         least = min(mean_error(each) for each in cells.values())
-        lines.append(
-            (
-                title,
-                {
-                    k: f"**{worded(v)}**" if mean_error(v) == least else worded(v)
-                    for k, v in cells.items()
-                },
-            )
-        )
+        bold = {k: "**" if mean_error(v) == least else "" for k, v in cells.items()}
+        lines.append((title, {k: f"{bold[k]}{worded(v)}{bold[k]}" for k, v in cells.items()}))
     lines += _others(found)
     return [
         f"| {' | '.join((title, *(cells[name] for name in names)))} |" for title, cells in lines
@@ -166,15 +156,10 @@ def suite_lines(found: Suite) -> list[str]:
 def _head(name: str) -> str:
     """Fold a title for the head of a column."""
     title = title_of(name)
-    for k in range(1, len(title)):
-        if len(title) > 10 and title[k].isupper() and title[k - 1].islower():
-            return f"{title[:k]}\n{_head_rest(title[k:])}"
+    folded = re.sub(r"(?<=[a-z])(?=[A-Z])", "\n", title, count=2)
+    if len(title) > 10 and folded != title:
+        return folded
     return title.replace(" ", "\n").replace("-", "-\n")
-
-
-def _head_rest(title: str) -> str:
-    cut = next((k for k in range(1, len(title)) if title[k].isupper()), len(title))
-    return title[:cut] + (f"\n{title[cut:]}" if cut < len(title) else "")
 
 
 def _csv(value: object) -> str:
