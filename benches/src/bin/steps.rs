@@ -45,36 +45,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     let steps = laps.parse::<usize>()? * course.lap.len();
     let car = Vehicle::DEFAULT;
     let pop = PopParams::DEFAULT;
-    let preview_pop = PreviewPopParams::DEFAULT;
+    let pursuit = PurePursuitParams::DEFAULT;
+    let stanley = StanleyParams::DEFAULT;
+    let paper = PopParams {
+        exact_lookahead: false,
+        ..pop
+    };
+    let preview = |car| PreviewPop::new(car, PreviewPopParams::DEFAULT);
     match law.as_str() {
         "pop" => take_steps(&course, Pop::new(car, pop)?, call, steps),
-        "pop-paper" => {
-            let paper = PopParams {
-                exact_lookahead: false,
-                ..pop
-            };
-            take_steps(&course, Pop::new(car, paper)?, call, steps);
-        }
+        "pop-paper" => take_steps(&course, Pop::new(car, paper)?, call, steps),
         "pop-late" => take_steps(&course, Pop::new(DELAYED, pop)?, call, steps),
-        "preview-pop" => take_steps(&course, PreviewPop::new(car, preview_pop)?, call, steps),
-        "preview-pop-free" => {
-            take_steps(&course, PreviewPop::new(FREE, preview_pop)?, call, steps);
-        }
-        "preview-pop-slow" => {
-            take_steps(&course, PreviewPop::new(SLOW, preview_pop)?, call, steps);
-        }
-        "preview-pop-late" => {
-            take_steps(&course, PreviewPop::new(DELAYED, preview_pop)?, call, steps);
-        }
+        "preview-pop" => take_steps(&course, preview(car)?, call, steps),
+        "preview-pop-free" => take_steps(&course, preview(FREE)?, call, steps),
+        "preview-pop-slow" => take_steps(&course, preview(SLOW)?, call, steps),
+        "preview-pop-late" => take_steps(&course, preview(DELAYED)?, call, steps),
         "pid" => take_steps(&course, Pid::new(car, PidParams::DEFAULT)?, call, steps),
-        "pure-pursuit" => {
-            let law = PurePursuit::new(car, PurePursuitParams::DEFAULT)?;
-            take_steps(&course, law, call, steps);
-        }
-        "stanley" => {
-            let law = Stanley::new(car, StanleyParams::DEFAULT)?;
-            take_steps(&course, law, call, steps);
-        }
+        "pure-pursuit" => take_steps(&course, PurePursuit::new(car, pursuit)?, call, steps),
+        "stanley" => take_steps(&course, Stanley::new(car, stanley)?, call, steps),
         _ => return Err("unknown law".into()),
     }
     writeln!(stdout(), "{steps}")?;
