@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import posixpath
 import shutil
 import subprocess
 import sys
@@ -51,12 +50,10 @@ def _chapters(folder: Path, places: dict[str, str]) -> list[Any]:
 
 def _api(folder: Path) -> list[dict[str, str]]:
     (folder / "api").mkdir()
-    entries = []
-    for module in pages.MODULES:
-        place = f"api/{module}.md"
+    places = {module: f"api/{module}.md" for module in pages.MODULES}
+    for module, place in places.items():
         (folder / place).write_text(pages.api_page(module), encoding="utf-8")
-        entries.append({module: place})
-    return entries
+    return [{module: place} for module, place in places.items()]
 
 
 def stage(folder: Path) -> None:
@@ -66,12 +63,10 @@ def stage(folder: Path) -> None:
     places = dict(pages.ELSEWHERE)
     for source in (source for _, sources in pages.CHAPTERS for source in sources):
         places[source] = pages.name_of(source)
-    for figures in (ROOT / "docs" / "figures", ROOT / "benches" / "figures"):
-        for figure in figures.iterdir():
-            place = f"figures/{figure.name}"
-            places[posixpath.join(*figure.relative_to(ROOT).parts)] = place
-            (content / "figures").mkdir(exist_ok=True)
-            shutil.copy(figure, content / place)
+    (content / "figures").mkdir()
+    for figure in (*ROOT.glob("docs/figures/*"), *ROOT.glob("benches/figures/*")):
+        places[figure.relative_to(ROOT).as_posix()] = f"figures/{figure.name}"
+        shutil.copy(figure, content / "figures")
     shutil.copy(HERE / "site.css", content)
 
     navigation = _chapters(content, places)
@@ -111,13 +106,8 @@ def main() -> None:
     shutil.rmtree(folder, ignore_errors=True)
     licences.main()
     stage(folder)
-    built = subprocess.run(
-        [sys.executable, "-m", "zensical", "build", "--strict"],
-        cwd=folder,
-        check=False,
-        capture_output=True,
-        text=True,
-    )
+    command = (sys.executable, "-m", "zensical", "build", "--strict")
+    built = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True)
     said = built.stdout + built.stderr
     if built.returncode != 0 or "No issues found" not in said:
         sys.exit(f"the site was not built:\n{said}")
