@@ -31,21 +31,15 @@ _GIVE_UP = 10.0
 
 
 class Driven(NamedTuple):
-    """What a run came to; errors are those of the rear axle."""
+    """What a run came to, as `Cell` has it; also the plant's wheelbase [m]."""
 
     metrics: Metrics
     wheelbase: float
-    """Of the plant [m]."""
     end_error: float
-    """Absolute cross-track error of the last step [m]."""
     ending: str
-    """How it ended."""
     steer_rate: float
-    """Root mean square of the rate of the command [rad/s]."""
     lateral_jerk: float
-    """Root mean square of the change of the lateral acceleration [m/s³]."""
     faults: float
-    """Share of the steps with a fault."""
     step_time: float
     """Median time of the controller's step [s]."""
     traceback: str
