@@ -23,31 +23,18 @@ from tests.closed_loop import drives
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from popsteer.identification import Identification
-
 CARS = ("kinematic-bicycle", "carla-identified", "commonroad-mb-2", "mujoco-car")
-NAMES = {
-    "wheelbase": "wheelbase",
-    "understeer": "understeer",
-    "steer_offset": "offset",
-    "steer_lag": "lag",
-    "dead_time": "dead time",
-    "delay": "both",
-    "rear_axle": "rear axle",
-    "no_slip_point": "no-slip point",
-}
-
-
-def identified(car: str, seed: int) -> Identification:
-    """Identify a car from two minutes with the noise of a seed."""
-    return popsteer.identify(Log(**drives.drive(car, seed=seed), name=car))
+NAMES = (
+    *("wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "delay"),
+    *("rear_axle", "no_slip_point"),
+)
 
 
 def estimates(car: str, seeds: Sequence[int]) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
     """Give values and stated errors by parameter, (N, 2): of the seeds that state one."""
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in NAMES}
     for seed in seeds:
-        each = identified(car, seed)
+        each = popsteer.identify(Log(**drives.drive(car, seed=seed), name=car))
         for name, error in each.errors.items():
             if name in found:
                 found[name].append((getattr(each.vehicle, name), error))
