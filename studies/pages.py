@@ -14,12 +14,10 @@ from studies import edges, limits
 from studies.cars_loop import loop_lines
 from studies.cases import case_lines
 from studies.choose import adapting_lines, choose_lines, paper_lines
-from studies.dead_time import dead_time_lines, dead_time_rows
+from studies.dead_time import age_lines, dead_time_lines, dead_time_rows
 from studies.grip import grip_lines
 from studies.layout import table, write_table
 from studies.parking import parking_lines
-from studies.path_end import end_lines
-from studies.pose_age import age_lines
 from studies.preview_pop import preview_lines
 from studies.replanning import input_lines, replanning_lines
 from studies.slopes import speed_lines, stop_lines
@@ -39,7 +37,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "grip": ("planning.md", grip_lines),
     "parking": ("planning.md", parking_lines),
     "pose age": ("edges.md", age_lines),
-    "end": ("edges.md", end_lines),
+    "end": ("edges.md", edges.end_lines),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),
     "carrot": ("theory.md", carrot_lines),

@@ -13,9 +13,9 @@ import pytest
 
 import popsteer
 from studies.chain import Chain
+from studies.dead_time import CAR as DELAYED
+from studies.dead_time import SLALOM, START, age_lines, mean_error
 from studies.layout import table
-from studies.pose_age import CAR as DELAYED
-from studies.pose_age import SLALOM, START, age_lines, mean_error
 
 DT = 0.05
 PROMPT = DELAYED.replace(dead_time=0.0)

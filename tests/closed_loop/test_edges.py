@@ -14,17 +14,21 @@ from popsteer.errors import PathError
 from popsteer.sim import Simulation
 from studies import edges
 from studies.edges import (
+    CUT,
     NAMES,
     PLANT,
     TOP_SPEED,
     TURNING_SPEED,
     EdgeRun,
+    angles_by_arc,
+    controller,
     edge_controller,
     edge_lines,
     edge_tracks,
+    end_lines,
+    shortened,
 )
 from studies.layout import course, table
-from studies.path_end import CUT, angles_by_arc, controller, end_lines, shortened
 from tests.helpers import authors_data
 
 if TYPE_CHECKING:
