@@ -150,21 +150,31 @@ impl<'a, L: LateralLaw> LapRunner<'a, L> {
     /// The next angle [rad]; not a number where the state is refused.
     #[inline]
     pub fn steer(&mut self) -> f64 {
-        let (path, vehicle, state) = (self.course.path.view(), self.vehicle(), &mut self.state);
-        let angle = self
-            .tracker
-            .steer(&path, state, vehicle, DT, Reported::NOTHING);
-        angle.unwrap_or(f64::NAN)
+        let vehicle = self.vehicle();
+        self.tracker
+            .steer(
+                &self.course.path.view(),
+                &mut self.state,
+                vehicle,
+                DT,
+                Reported::NOTHING,
+            )
+            .unwrap_or(f64::NAN)
     }
 
     /// The next command; none where the state is refused.
     #[inline]
     pub fn step(&mut self) -> Option<popsteer_core::Command> {
-        let (path, vehicle, state) = (self.course.path.view(), self.vehicle(), &mut self.state);
-        let command = self
-            .tracker
-            .step(&path, state, vehicle, DT, Reported::NOTHING);
-        command.ok()
+        let vehicle = self.vehicle();
+        self.tracker
+            .step(
+                &self.course.path.view(),
+                &mut self.state,
+                vehicle,
+                DT,
+                Reported::NOTHING,
+            )
+            .ok()
     }
 
     #[inline]
