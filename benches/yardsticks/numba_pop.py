@@ -65,8 +65,11 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     columns = (np.array(path.x), np.array(path.y), np.array(path.s))
     closed, length = path.closed, path.length
     base, offset, opposite = car.rear_axle, car.front_axle, car.wheelbase * 10.0 / 3.0
-    search, lost = _given(params.search_distance), _given(params.lost_distance)
-    min_lookahead, lookahead_gain = _given(params.min_lookahead), params.lookahead_gain
+    search, lost, min_lookahead = (
+        float(each or 0.0)
+        for each in (params.search_distance, params.lost_distance, params.min_lookahead)
+    )
+    lookahead_gain = params.lookahead_gain
     span, count, max_steer = params.steer_span, params.candidate_count, car.max_steer
 
     @_jit
@@ -115,11 +118,6 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
 
     make().call(*drive.states[0], 0.05)  # numba compiles at the first call
     return make
-
-
-def _given(value: float | None) -> float:
-    """Give a number that `resolved` has filled in."""
-    return math.nan if value is None else value
 
 
 @_jit
