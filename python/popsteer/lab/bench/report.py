@@ -163,11 +163,6 @@ def to_json(report: LatencyReport) -> str:
     ``states``, ``machine`` and ``timing``.
     """
     fields = asdict(report)
-    ordered = {
-        "build_profile": fields.pop("build_profile"),
-        "results": fields.pop("results"),
-        "ratios": report.ratios,
-        "net_ratios": report.net_ratios,
-        **fields,
-    }
+    ordered = {name: fields.pop(name) for name in ("build_profile", "results")}
+    ordered |= {"ratios": report.ratios, "net_ratios": report.net_ratios, **fields}
     return json.dumps(ordered, indent=2, allow_nan=False) + "\n"

@@ -64,22 +64,21 @@ class Mpc(Opponent):
         self._key = (math.inf, 0.0)
         self._solver: Any = None
 
-    def update(self, x: float, y: float, yaw: float, speed: float, dt: float) -> None:
-        """Take what `step` does, and set the problem up."""
-        self._seen = self.observer.see(x, y, yaw, speed, dt)
-        self._set_up(self._seen)
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        """Answer a pose [m, m, rad] and a speed [m/s] with the angle of the wheels [rad]."""
+        self.update(x, y, yaw, speed, dt)
+        return self.solve()
 
     def solve(self) -> float:
         """Solve it: the command [rad]. Raises PopsteerError where daqp finds no solution."""
-        return self.observer.commanded(self._solved(), self._seen)
+        x, _, flag, _ = self._solver.solve()
+        if flag < 1:
+            raise PopsteerError(f"daqp found no solution: {flag}")
+        return self.observer.commanded(self._before + float(x[0]), self._seen)
 
-    def wheels(self, seen: Seen) -> float:
-        """Give the angle of the wheels [rad]. Raises PopsteerError where daqp finds no solution."""
-        self._set_up(seen)
-        return self._solved()
-
-    def _set_up(self, seen: Seen) -> None:
-        """Set the problem up."""
+    def update(self, x: float, y: float, yaw: float, speed: float, dt: float) -> None:
+        """Take what `step` does, and set the problem up."""
+        self._seen = seen = self.observer.see(x, y, yaw, speed, dt)
         ends = seen.speed * _STAGE * np.arange(_STAGES + 1, dtype=np.float64)
         bends = self.observer.curvature(seen, ends)
         reference = np.arctan(seen.length * bends)
@@ -138,10 +137,3 @@ class Mpc(Opponent):
             self._pull[:, rows] = moved[rows].T @ (last if k == _STAGES - 1 else self._q)
         hessian: NDArray[np.float64] = self._pull @ moved + self._r[0, 0] * np.eye(_STAGES)
         return 0.5 * (hessian + hessian.T)
-
-    def _solved(self) -> float:
-        """Solve for the angle of the wheels [rad]."""
-        x, _, flag, _ = self._solver.solve()
-        if flag < 1:
-            raise PopsteerError(f"daqp found no solution: {flag}")
-        return self._before + float(x[0])
