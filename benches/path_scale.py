@@ -30,9 +30,9 @@ import gc
 import json
 import os
 import statistics
-import subprocess
 import sys
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Any
@@ -209,24 +209,21 @@ def resident() -> int:
     return int(pages) * os.sysconf("SC_PAGESIZE")
 
 
-def print_memory(count: int) -> None:
-    """Print what the path and its index hold [bytes a waypoint]."""
+def held(count: int) -> float:
+    """Measure what a path and its index hold [bytes a waypoint], in a process of its own."""
     popsteer.Path(field(1000))
     xy, speed = field(count), np.ones(count)
     before = resident()
     path = popsteer.Path(xy, speed=speed)
-    print(json.dumps((resident() - before) / count))
-    del path
+    return (resident() - before) / len(path)
 
 
 def memory(count: int) -> float | None:
     """Give what the path with speeds and its index hold, where it can be told."""
     if count < 1_000_000 or not sys.platform.startswith("linux"):
         return None
-    command = [sys.executable, __file__, "--memory", str(count)]
-    printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
-    held: float = json.loads(printed)
-    return held
+    with get_context("spawn").Pool(1) as pool:
+        return pool.apply(held, (count,))
 
 
 def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
@@ -235,13 +232,13 @@ def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
     drives: list[RowRunner] = []
     for count in sizes:
         xy = field(count)
-        held = memory(count)
+        of_path = memory(count)
         path, construction = time_construction(xy)
         drives.append(RowRunner(path, xy))
         row: dict[str, Any] = {
             "waypoints": count,
             CONSTRUCTION: construction,
-            MEMORY: held,
+            MEMORY: of_path,
             STEP: 0.0,
             "step p99 of batches [ns]": 0.0,
             "step, to 1,000": 0.0,
@@ -285,21 +282,21 @@ def draw(rows: list[dict[str, Any]], on: str, theme: Theme) -> Figure:
     blue, orange, green = (theme.laws[name] for name in ("pop", "pid", "pure-pursuit"))
     counts = [row["waypoints"] for row in rows]
     figure = Figure(figsize=(10.0, 6.8), layout="constrained")
-    (step, jump), (times, held) = figure.subplots(2, 2)
+    (step, jump), (times, memories) = figure.subplots(2, 2)
     panels: list[tuple[Any, str, str, list[tuple[str, str, str]]]] = [
         (step, "A step of POP", "time [ns]", [(STEP, "p50, from Python", blue)]),
         (jump, "A step that looks on the whole path", "time [µs]",
          [("first step p50 [us]", "first step, p50", blue),
           ("first step p99 [us]", "first step, p99", orange)]),
         (times, "Making it", "time [ns/waypoint]", [(CONSTRUCTION, "construction", blue)]),
-        (held, "Memory", "memory [bytes/waypoint]",
+        (memories, "Memory", "memory [bytes/waypoint]",
          [(MEMORY, "path with speeds, and index", blue)]),
     ]  # fmt: skip
     first = rows[0][STEP]
     step.axhspan(first, 1.2 * first, color=green, alpha=0.12, lw=0)
     step.axhline(1.2 * first, color=green, lw=1.0, ls="--", label="20 % over 1,000 waypoints")
     jump.axhline(20.0, color=green, lw=1.0, ls="--", label="limit, 20 µs")
-    held.axhline(32.0, color=green, lw=1.0, ls="--", label="without the index, 32 bytes")
+    memories.axhline(32.0, color=green, lw=1.0, ls="--", label="without the index, 32 bytes")
     for axes, title, unit, lines in panels:
         for name, label, colour in lines:
             values = [np.nan if row[name] is None else row[name] for row in rows]
@@ -319,11 +316,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="where to write the rows")
     parser.add_argument("--largest", type=int, default=SIZES[-1], metavar="N", help="stop there")
     parser.add_argument("--drives", type=int, default=200, help="drives on each path")
-    parser.add_argument("--memory", type=int, metavar="N", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.memory:
-        print_memory(arguments.memory)
-        return
     if popsteer.build_profile != "release":
         raise SystemExit("a debug build of popsteer is not worth measuring")
     rows = measure([size for size in SIZES if size <= arguments.largest], arguments.drives)
