@@ -10,11 +10,11 @@ folder, those newer than the file `started`. Blocks stand between `<!-- NAME: be
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,13 +129,9 @@ def figures(folder: Path, criterion: Path, rustc: str) -> dict[str, str]:
 
 def main() -> None:
     """Rewrite the blocks."""
-    parser = argparse.ArgumentParser(description="Write one run's figures into the READMEs.")
-    parser.add_argument("folder", type=Path, help="what `make bench` wrote, such as out/bench")
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    parser.add_argument("--criterion", type=Path, default=target / "criterion", metavar="DIR")
-    arguments = parser.parse_args()
     rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True)
-    made = figures(arguments.folder, arguments.criterion, rustc.stdout.strip())
+    made = figures(Path(sys.argv[1]), target / "criterion", rustc.stdout.strip())
     for file in (ROOT / "benches" / "README.md", ROOT / "README.md"):
         if write_blocks(file, made):
             print(f"wrote {file.relative_to(ROOT)}")

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 import statistics
-from typing import Any
 
-from popsteer import AdaptParams, PreviewPopParams, controllers, lab
-from popsteer.lab.common.distributions import distribution
+from popsteer import AdaptParams, controllers, lab
 from popsteer.lab.common.names import title_of
-from popsteer.lab.common.varied import usual
 from popsteer.sim import CarlaIdentified
 from studies.layout import AUTHORS_START, ROOT, cells, course, line, table
+from studies.sizing import job
 
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
 # Its wheels turn at once, which is not every controller's case.
@@ -71,21 +69,6 @@ def choose_lines() -> list[str]:
     return lines
 
 
-def _swept(
-    vary: dict[str, str], speed: float | None, adapt: AdaptParams | None
-) -> list[dict[str, Any]]:
-    """Drive 1,000 runs of preview POP, with what usually varies changed by `vary`."""
-    plant = CarlaIdentified()
-    texts = usual(plant.vehicle, plant) | vary
-    drawn = {name: distribution(name, text) for name, text in texts.items()}
-    params, path = PreviewPopParams(), course("racetrack")[0]
-    return lab.sweep.run(
-        lab.sweep.Job(
-            path, "preview-pop", params, plant, drawn, 1000, adapt=adapt, constant_speed=speed
-        )
-    )
-
-
 def adapting_lines() -> list[str]:
     """1,000 runs of preview POP with and without estimation, each pair of the same draws."""
     error = "settled_mean_abs_cross_track_error"
@@ -96,7 +79,10 @@ def adapting_lines() -> list[str]:
         ("... the dead time up to 0.2 s", {"dead_time": "uniform(0,0.2)"}, 10.0),
         ("... an offset of 3° (standard deviation)", {"steer_offset": "normal(0,0.05)"}, 10.0),
     ):
-        with_it, without = (_swept(vary, speed, adapt) for adapt in (AdaptParams(), None))
+        with_it, without = (
+            lab.sweep.run(job(CarlaIdentified(), 1000, vary, adapt=adapt, constant_speed=speed))
+            for adapt in (AdaptParams(), None)
+        )
         pairs = list(zip(with_it, without, strict=True))
         times = statistics.quantiles((a[error] / b[error] for a, b in pairs), n=20)
         lines.append(

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from typing import TYPE_CHECKING, Any
 
 from popsteer import PreviewPopParams, sim
 from popsteer.lab.common.distributions import distribution
@@ -20,18 +21,16 @@ from popsteer.lab.sweep import Job, run
 from popsteer.plants import get
 from studies.layout import track
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
-def job(plant: sim.Plant, runs: int) -> Job:
-    """Set up the sweep of a plant."""
-    vary = usual(sim.vehicle_of(plant), plant)
-    return Job(
-        track("racetrack"),
-        "preview-pop",
-        PreviewPopParams(),
-        plant,
-        {name: distribution(name, text) for name, text in vary.items()},
-        runs,
-    )
+
+def job(plant: sim.Plant, runs: int, vary: Mapping[str, str] | None = None, **options: Any) -> Job:
+    """Set up a sweep of a plant by preview POP, with what usually varies changed by `vary`."""
+    texts = usual(sim.vehicle_of(plant), plant) | dict(vary or {})
+    drawn = {name: distribution(name, text) for name, text in texts.items()}
+    path, params = track("racetrack"), PreviewPopParams()
+    return Job(path, "preview-pop", params, plant, drawn, runs, **options)
 
 
 def main() -> None:
