@@ -106,21 +106,12 @@ class Mpc:
         self.update(*pose, reverse=reverse)
         return self.solve()
 
-    def update(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        /,
-        *,
-        reverse: bool | None = None,
-    ) -> None:
+    def update(self, *pose: float, reverse: bool | None = None) -> None:
         """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
 
         Takes and raises what `step` does.
         """
+        x, y, yaw, speed, dt = pose
         # The no-slip point when the next command reaches the wheels.
         then = self._in_flight.advance(self.previous_steer, dt, x, y, yaw, speed)
         segment = self._find(x, y, yaw, reverse=reverse)

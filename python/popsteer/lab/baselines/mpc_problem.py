@@ -54,26 +54,22 @@ _OWN = [_KINDS.index(kind) for kind in ((0, 1, 0), (1, 2, 0), (2, 3, 0), (4, 0, 
 
 
 class Instant(NamedTuple):
-    """What a problem is about: a vehicle that drives forward, beside its path."""
+    """What a problem is about: a vehicle that drives forward, beside its path; SI units, radians.
+
+    The curvature is the path's mean over each stage, `ahead` how far the tracked point, whose
+    errors these are, lies ahead of the no-slip point; `wheel` is without the steering offset, and
+    `dt` is the time since the command `previous`.
+    """
 
     curvature: NDArray[np.float64]
-    """Mean curvature of the path over each stage [1/m]."""
     speed: float
-    """Speed [m/s]; positive."""
     ahead: float
-    """How far the tracked point lies ahead of the no-slip point [m]."""
     cross_track: float
-    """Cross-track error of the tracked point [m]."""
     heading: float
-    """Heading error [rad]."""
     wheel: float
-    """Angle of the wheels, without the steering offset [rad]."""
     offset: float
-    """Steering offset [rad]."""
     previous: float
-    """The last command [rad]."""
     dt: float
-    """Time since that command [s]."""
 
 
 class Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-from popsteer import own
+from popsteer import Path, Vehicle, own
 from popsteer.errors import ConfigError
 from popsteer.extras import require
 from popsteer.lab.baselines.mpc_params import MpcParams
@@ -13,7 +13,6 @@ from popsteer.lab.baselines.mpc_params import MpcParams
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer import Path, Vehicle
     from popsteer.sim.steering import OwnSimpleController
 
 
