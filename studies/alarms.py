@@ -26,12 +26,11 @@ from popsteer.lab import compare
 from studies import edges
 from studies.grip import LIMITS
 from studies.layout import track
-from tests.trust.car import TOLD, Car, bends, circuit, drive, jitter, somebody
+from tests.trust.car import TOLD, Car, Drive, bends, circuit, drive, jitter, somebody
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from tests.trust.car import Drive
 
 NAMES = ("pop", "preview-pop", "pure-pursuit", "stanley", "pid")
 PLANTS = ("carla-identified", "kinematic-bicycle", "commonroad-mb-2", "mujoco-car")

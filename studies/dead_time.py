@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from popsteer import Path, Vehicle, controllers, presets, sim
-from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics
+from popsteer import AdaptParams, Path, Vehicle, controllers, presets, sim
+from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Pose
 from studies.chain import Chain
 from studies.layout import AUTHORS_START, course, line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from popsteer import AdaptParams
-    from popsteer.sim import Pose
 
 NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
 RUNS = ("late", "predicted", "short", "long", "early", "later")

@@ -14,16 +14,18 @@ import numpy as np
 
 from popsteer import (
     AdaptParams,
+    Command,
     Path,
     SpeedPid,
     SpeedPidParams,
     Status,
+    Vehicle,
     controllers,
     presets,
     sim,
     vehicles,
 )
-from popsteer.sim import KinematicBicycle, Settings, vehicle_of
+from popsteer.sim import KinematicBicycle, Plant, Pose, Run, Settings, vehicle_of
 from popsteer.tracks import edges as shapes
 from studies.layout import course, line
 
@@ -32,9 +34,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer import Command, Vehicle
-    from popsteer.controllers import Controller
-    from popsteer.sim import Plant, Pose, Run
     from popsteer.tracks.geometry import Waypoints
 
 NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
@@ -160,7 +159,7 @@ def run(
     ]
 
 
-def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
+def edge_controller(name: str, path: Path, vehicle: Vehicle) -> controllers.Controller:
     """Make a controller as it drives the edges: its default, with `CHANGES`."""
     # The registry pairs each controller with its parameters; the type checker cannot see that.
     usual: Any = presets.get(name, "default")
@@ -223,7 +222,7 @@ CUT = 15.0
 class Shortened:
     """A controller on a path without its last metres, driven along the whole of it."""
 
-    def __init__(self, law: Controller) -> None:
+    def __init__(self, law: controllers.Controller) -> None:
         self.tracked_point = law.tracked_point
         self._law = law
 
@@ -231,9 +230,9 @@ class Shortened:
         return self._law.step(x, y, yaw, speed, dt)
 
 
-def controller(name: str, path: Path, preset: str) -> Controller:
+def controller(name: str, path: Path, preset: str) -> controllers.Controller:
     """Make a controller of the plant's vehicle."""
-    make: Callable[..., Controller] = controllers.get(name).controller
+    make: Callable[..., controllers.Controller] = controllers.get(name).controller
     return make(path, END_CAR, presets.get(name, preset))
 
 
@@ -246,7 +245,7 @@ def shortened(name: str, path: Path, preset: str) -> Shortened:
 
 
 def angles_by_arc(
-    law: Controller | Shortened, path: Path, start: Pose | None
+    law: controllers.Controller | Shortened, path: Path, start: Pose | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where on the path the front axle was at each step [m], and the angle commanded [rad]."""
     done = sim.run(law, END_PLANT, path=path, start=start, settings=TO_THE_END)

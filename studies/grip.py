@@ -9,16 +9,13 @@ The controller is told the vehicle's own limit, but in the first rows, whose lim
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from popsteer import Path, PreviewPop, SpeedTracker, Status, plants, sim
 from studies.layout import line
 from tests.trust.car import circuit
-
-if TYPE_CHECKING:
-    from popsteer.plants import PlantState
 
 PLANTS = ("commonroad-mb-1", "commonroad-mb-2", "commonroad-mb-3", "mujoco-car")
 CIRCUITS = 6
@@ -46,8 +43,8 @@ class Watched:
     def reset(self, *pose: float) -> None:
         self.plant.reset(*pose)
 
-    def advance(self, *command: Any) -> PlantState:
-        state: PlantState = self.plant.advance(*command)
+    def advance(self, *command: Any) -> plants.PlantState:
+        state: plants.PlantState = self.plant.advance(*command)
         loads = self._deflections()
         self.least.append(min(loads) / (sum(loads) / len(loads)))
         self.lateral.append(abs(state.speed * state.yaw_rate))
@@ -84,7 +81,6 @@ class Driven(NamedTuple):
     """Steps that are `too-fast`."""
     ahead: float | None
     """How long before a wheel lifted a status said so first [s]; 0 if none did. None: none did."""
-    faults: Status
 
 
 def drive(name: str, seed: int, asked: float | None = None, told: float | None = None) -> Driven:
@@ -111,7 +107,6 @@ def drive(name: str, seed: int, asked: float | None = None, told: float | None =
         min(plant.least[SETTLED:]),
         sum(bool(each & Status.TOO_FAST) for each in statuses[SETTLED:]),
         ahead,
-        run.metrics.faults,
     )
 
 

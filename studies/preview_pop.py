@@ -10,13 +10,12 @@ import numpy as np
 import popsteer
 from popsteer import AdaptParams, PreviewPop, sim, vehicles
 from popsteer.lab import baselines
-from popsteer.sim import CarlaIdentified, Noise
+from popsteer.sim import CarlaIdentified, Noise, OwnSimpleController
 from studies.layout import course, line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from popsteer.sim import OwnSimpleController
 
 START = (-183.797, 79.760, -1.574)
 CAR = vehicles.get("carla-identified")

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.controllers import Params
-    from popsteer.sim import OwnSimpleController
 
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
 _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
@@ -57,7 +55,7 @@ class Given(NamedTuple):
     """A controller by its name, its tuning, the vehicle that it is told, and how it adapts."""
 
     name: str
-    params: Params
+    params: controllers.Params
     vehicle: popsteer.Vehicle
     adapt: AdaptParams | Literal["auto"] | None = "auto"
 
@@ -188,7 +186,7 @@ def late_line(name: str) -> str:
     given = Given(name, presets.get(name, "default"), vehicles.get("carla-identified"))
     cells = []
     for milliseconds in (0, 50, 100, 150, 200, 300):
-        late: OwnSimpleController = _Late(given.on(path), milliseconds // 50)
+        late: sim.OwnSimpleController = _Late(given.on(path), milliseconds // 50)
         metrics = sim.run(late, path=path).metrics
         error = f"{metrics.settled_mean_abs_cross_track_error:.3f}"
         cells.append(error if metrics.finished else "off the road")

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.lab.bench.calls import DAQP_SOLVE, DAQP_UPDATE, MPC_SOLVE, MPC_UPDATE
-from popsteer.lab.common.timing import Driver
+from popsteer.lab.common.timing import Drive, Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from popsteer.lab.common.timing import Drive
 
 
 def osqp(drive: Drive) -> Callable[[], Driver]:

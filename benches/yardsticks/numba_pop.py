@@ -21,15 +21,13 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 import numba
 import numpy as np
 
-from popsteer.lab.common.timing import Driver
+from popsteer.lab.common.timing import Drive, Driver
 from popsteer.reference import PopParams, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
-
-    from popsteer.lab.common.timing import Drive
 
     _Array: TypeAlias = NDArray[np.float64]
     # Abscissas, ordinates, arc lengths, whether it is closed, its length.

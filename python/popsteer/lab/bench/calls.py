@@ -9,12 +9,11 @@ import numpy as np
 import popsteer
 from popsteer import reference
 from popsteer._core import _EmptyCall
-from popsteer.lab.common.timing import Driver
+from popsteer.lab.common.timing import Drive, Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.lab.common.timing import Drive
 
 POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"

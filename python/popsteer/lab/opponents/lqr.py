@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from popsteer.lab.opponents.observer import Opponent
+from popsteer.lab.opponents.observer import Opponent, Seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from popsteer.lab.opponents.observer import Seen
 
     Matrix = NDArray[np.float64]
 

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer._core import PreviewPop
+from popsteer._core import Path, PreviewPop, Vehicle
 from popsteer.lab.baselines.ahead import Ahead
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer._core import Path, Vehicle
 
 # Below this speed, in wheelbases a second, laws are computed for this one.
 _LEAST_SPEED = 1.0 / 3.0

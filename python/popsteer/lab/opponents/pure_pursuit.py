@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from popsteer.lab.opponents.observer import Opponent
-
-if TYPE_CHECKING:
-    from popsteer.lab.opponents.observer import Seen
+from popsteer.lab.opponents.observer import Opponent, Seen
 
 
 @dataclass

@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from popsteer import sim, vehicles
-from popsteer._core import AdaptParams, Path, Pop, PopParams, PreviewPopParams, SpeedPid
+from popsteer._core import AdaptParams, Path, Pop, PopParams, PreviewPopParams, SpeedPid, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab.stability.linear import lookahead, no_slip, preview_gains
 from popsteer.lab.stability.runs import margins
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-
-    from popsteer._core import Vehicle
 
 
 LATERAL = 2.0

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
 from popsteer.lab.common.draw import files_of
 from popsteer.lab.common.names import title_of
-from popsteer.lab.stability.carrot import LATERAL, Choice, carrot_curve, choice
+from popsteer.lab.stability.carrot import LATERAL, Carrot, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
 from popsteer.lab.stability.runs import dead_time_map, run
 from popsteer.lab.stability.table import stability_caption
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.stability import Stability
-    from popsteer.lab.stability.carrot import Carrot
 
 
 _LEVELS = (0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 1000.0)  # ms

@@ -18,7 +18,7 @@ Without a and c, δ is a ratio of polynomials of b.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -30,17 +30,16 @@ from popsteer._core import (
     PreviewPopParams,
     PurePursuitParams,
     StanleyParams,
+    Vehicle,
 )
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any
 
     from numpy.typing import NDArray
 
-    from popsteer._core import Vehicle
     from popsteer.controllers import Params
 
     _Weights = tuple[list[float], ...]

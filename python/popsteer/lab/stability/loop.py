@@ -26,13 +26,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from popsteer.lab.stability.linear import decay, no_slip
+from popsteer.lab.stability.linear import LinearLaw, decay, no_slip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer._core import Vehicle
-    from popsteer.lab.stability.linear import LinearLaw
 
 _Response: TypeAlias = "NDArray[np.complex128]"
 

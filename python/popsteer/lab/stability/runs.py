@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from popsteer import controllers, presets
-from popsteer._core import AdaptParams, PreviewPopParams, Vehicle
+from popsteer._core import AdaptParams, PopParams, PreviewPopParams, PurePursuitParams, Vehicle
 from popsteer.lab.stability.linear import linearised
 from popsteer.lab.stability.loop import Loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from numpy.typing import NDArray
 
-    from popsteer._core import PopParams, PurePursuitParams
     from popsteer.controllers import Params
 
 DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)

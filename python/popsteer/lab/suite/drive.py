@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import Path, Settings, Simulation, SpeedTracker
+from popsteer._core import Path, Settings, Simulation, SpeedTracker, Vehicle
 from popsteer.lab.common.varied import varied
 from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.metrics import Metrics
@@ -19,7 +19,6 @@ from popsteer.sim.pedals import PedalMap
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer._core import Vehicle
     from popsteer.lab.suite.conditions import Condition
     from popsteer.lab.suite.scenarios import Scenario
 

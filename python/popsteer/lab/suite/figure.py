@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from popsteer.lab.common.names import title_of
-from popsteer.lab.suite.runs import mean_error, rows
+from popsteer.lab.suite.runs import Suite, mean_error, rows
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
-    from popsteer.lab.suite.runs import Suite
 
 _LOW, _HIGH = 1e-3, 1.0  # of the colours [m]
 _GOOD, _FAIR, _BAD = "#2a9d8f", "#e9c46a", "#c8553d"  # told apart by colour-blind readers too

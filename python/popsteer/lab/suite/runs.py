@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from popsteer import controllers
-from popsteer._core import KinematicBicycle
+from popsteer._core import KinematicBicycle, Path, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import controller_names
@@ -17,13 +17,6 @@ from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import Driven, drive, seed_of
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
 from popsteer.sim.geometry import object_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from popsteer._core import Path, Vehicle
-    from popsteer.controllers import Law
-    from popsteer.lab.baselines import Baseline
 
 SUITE_CAR = "suite-car"
 PLANTS = (SUITE_CAR, "carla-identified")
@@ -115,16 +108,16 @@ def run(
     roads = _chosen("scenario", scenarios, SCENARIOS)
     under = _chosen("condition", conditions, CONDITIONS)
     kinds = {name: _known(name) for name in names}
-    own = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
+    given = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
     parts = {"controllers": kinds, "plants": movers, "scenarios": roads, "conditions": under}
-    if lacking := [field for field, given in parts.items() if not given]:
+    if lacking := [field for field, part in parts.items() if not part]:
         raise ConfigError(lacking[0], [], "at least one")
     moved = {
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
     }
-    makers = {name: _maker(kind, own[name]) for name, kind in kinds.items()}
+    makers = {name: _maker(kind.controller, given[name]) for name, kind in kinds.items()}
     # A plant that does not reverse has no cells where the path is driven backwards.
     places = [
         (road, condition, plant)
@@ -161,7 +154,7 @@ def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -
     return list(known if wanted is None else wanted)
 
 
-def _known(name: str) -> Law | Baseline:
+def _known(name: str) -> controllers.Law | baselines.Baseline:
     """Give a controller of popsteer, a baseline or one of your own."""
     if name in controllers.names():
         return controllers.get(name)
@@ -170,8 +163,7 @@ def _known(name: str) -> Law | Baseline:
     return baselines.get(name)
 
 
-def _maker(kind: Law | Baseline, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401
-    make: Any = kind.controller
+def _maker(make: Any, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401 - any law's
     return lambda path, vehicle: make(path, vehicle, params)
 
 

@@ -20,14 +20,13 @@ from popsteer.lab.common.layout import (
 )
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.suite.runs import Cell, grouped, mean_error, rows
+from popsteer.lab.suite.runs import Cell, Suite, grouped, mean_error, rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from rich.table import Table
 
-    from popsteer.lab.suite.runs import Suite
 
 FILES = ("suite.csv", "suite.md", "suite.json", *figure_names("suite"))
 """The names of the files that `suite_files` gives."""
