@@ -1,4 +1,4 @@
-//! The rooms that a step walks through, each by itself.
+//! The modules that a step passes through, each by itself.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -18,7 +18,7 @@ use popsteer_core::vehicle::bicycle::get_predicted_location;
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator, InFlight};
 use popsteer_core::{LateralLaw, Vehicle, VehicleState};
 
-/// A state of the lap, and what the rooms before have found out about it.
+/// A state of the lap, and what the modules before have found out about it.
 #[derive(Clone, Copy)]
 struct At {
     vehicle: VehicleState,
@@ -77,16 +77,12 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
     });
     // The closest point as the controllers find it, and the scan that defines it.
     bench_part(criterion, "path/locate", lap, |at| {
-        let Located {
-            position, heading, ..
-        } = at.located;
-        locate(&path, at.last, position, heading, at.reach, OPPOSITE)
+        let (here, heading) = (at.located.position, at.located.heading);
+        locate(&path, at.last, here, heading, at.reach, OPPOSITE)
     });
     bench_part(criterion, "path/locate_by_scan", lap, |at| {
-        let Located {
-            position, heading, ..
-        } = at.located;
-        locate_by_scan(&path, at.last, position, heading, at.reach, OPPOSITE)
+        let (here, heading) = (at.located.position, at.located.heading);
+        locate_by_scan(&path, at.last, here, heading, at.reach, OPPOSITE)
     });
     bench_part(criterion, "path/follow", lap, |at| {
         follow.locate(&path, Some(at.last), at.vehicle, DT)
@@ -100,12 +96,8 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
 fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     let params = search();
     bench_part(criterion, "path/get_crossing", lap, |at| {
-        get_crossing(
-            &path,
-            &at.located.closest,
-            at.located.position,
-            at.lookahead,
-        )
+        let place = at.located;
+        get_crossing(&path, &place.closest, place.position, at.lookahead)
     });
     bench_part(criterion, "path/window", lap, |at| {
         window(&path, at.nearest, params.window_ahead)
@@ -125,12 +117,8 @@ fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     bench_part(criterion, "path/get_lookahead_point", lap, |at| {
         let ahead = window(&path, at.nearest, params.window_ahead);
         let grid = Grid::new(path, ahead, params.grid_spacing);
-        get_lookahead_point(
-            &grid,
-            at.located.position,
-            at.lookahead,
-            params.lookahead_tolerance,
-        )
+        let (here, tolerance) = (at.located.position, params.lookahead_tolerance);
+        get_lookahead_point(&grid, here, at.lookahead, tolerance)
     });
 }
 
