@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-import popsteer
-from popsteer import lab
+from popsteer import PreviewPopParams, lab
 from popsteer.lab.common.draw import files_of
 from popsteer.lab.stability import margins
 from popsteer.lab.suite import suite_car
@@ -32,9 +31,7 @@ def front_line(steer_rate: float, heading: float) -> str:
     """Drive the suite on its car, and word a row."""
     car = suite_car().vehicle
     length = car.wheelbase
-    given = popsteer.PreviewPopParams(
-        steer_rate_cost=length / steer_rate, heading_cost=heading * length
-    )
+    given = PreviewPopParams(steer_rate_cost=length / steer_rate, heading_cost=heading * length)
     driven = lab.suite.run({"preview-pop": given}, ["suite-car"], conditions=UNDER).cells
     found = []
     for condition in UNDER:

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import popsteer
-from popsteer import plants
+from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, plants
 from popsteer.lab.suite.scenarios import arcs
 from studies.layout import before, line
 from studies.slopes import PERIOD, Moved, OwnCar, Shipped
@@ -75,12 +74,12 @@ def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked
     """
     drawn, reverse = arcs(pieces)
     poses = np.array(drawn)
-    path = popsteer.Path(poses[:, :2], reverse=reverse)
-    car: Moved = OwnCar(popsteer.Vehicle(**CAR), play=PLAY)
+    path = Path(poses[:, :2], reverse=reverse)
+    car: Moved = OwnCar(Vehicle(**CAR), play=PLAY)
     if plant:
         car = Shipped(plants.get(plant), path)
     vehicle = car.vehicle.replace(**{"steers_at_rest": True, **told})
-    steering, pace = popsteer.PreviewPop(path, vehicle), popsteer.SpeedTracker(path, vehicle)
+    steering, pace = PreviewPop(path, vehicle), SpeedTracker(path, vehicle)
     noise = np.random.default_rng(seed)
     cusps = [k for k in range(1, len(reverse)) if reverse[k] != reverse[k - 1]]
     legs = [0, *cusps, len(poses) - 1]

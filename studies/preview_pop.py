@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import popsteer
-from popsteer import AdaptParams, PreviewPop, sim, vehicles
+from popsteer import AdaptParams, Pop, PreviewPop, Vehicle, sim, vehicles
 from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise, OwnSimpleController
 from studies.layout import course, line
@@ -56,10 +55,10 @@ def _row(name: str, law: OwnSimpleController, noise: Noise | None = None, **sett
 def _lines() -> Iterator[str]:
     path, _ = course("authors")
 
-    def law(vehicle: popsteer.Vehicle = CAR, adapt: Any = "auto") -> PreviewPop:
+    def law(vehicle: Vehicle = CAR, adapt: Any = "auto") -> PreviewPop:
         return PreviewPop(path, vehicle, adapt=adapt)
 
-    yield _row("POP", popsteer.Pop(path, CAR))
+    yield _row("POP", Pop(path, CAR))
     yield _row("MPC, on osqp", baselines.get("mpc").controller(path, CAR, baselines.MpcParams()))
     yield _row("**preview POP**", law())
     yield _row("not adapting", law(adapt=None))

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-import popsteer
-from popsteer import Path, Vehicle, planning, plants, sim, tracks
+from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, planning, plants, sim, tracks
 from popsteer.lab.suite.drive import along, pedals_on, rms
 from popsteer.sim.geometry import pose_of
 from studies.layout import before, line
@@ -97,7 +96,7 @@ LENGTH, SPEED = 200, 12.0
 """Of the straight [m], and of the start [m/s]."""
 GRADES = (0.0, 0.02, -0.02, 0.05, -0.05, 0.08, -0.08, 0.1, -0.1)
 COMFORT = (1.5, 3.0)
-OWN = popsteer.Vehicle(wheelbase=2.7, max_steer=0.6, drive_lag=0.3, brake_deceleration=6.0)
+OWN = Vehicle(wheelbase=2.7, max_steer=0.6, drive_lag=0.3, brake_deceleration=6.0)
 OWN_NAME = "of the study"
 PLANTS = ("carla-identified", "commonroad-mb-2", OWN_NAME)
 SETTLED = round(3.0 / PERIOD)
@@ -131,13 +130,11 @@ def mover(name: str, path: Path, speed: float, grade: float = 0.0) -> Moved:
     return Shipped(plant, path, speed, grade)
 
 
-def drive(
-    car: Moved, path: Path, vehicle: popsteer.Vehicle
-) -> tuple[NDArray[np.float64], float, int]:
+def drive(car: Moved, path: Path, vehicle: Vehicle) -> tuple[NDArray[np.float64], float, int]:
     """Drive to the end: speed, planned speed, yaw a period, and after 20 s of standing the rear
     axle's x [m], not a number for a model that cannot stand, and how often it stood no more.
     """
-    steering, pace = popsteer.PreviewPop(path, car.vehicle), popsteer.SpeedTracker(path, vehicle)
+    steering, pace = PreviewPop(path, car.vehicle), SpeedTracker(path, vehicle)
     noise = np.random.default_rng(1)
     rows: list[tuple[float, float, float]] = []
     stood = changes = 0

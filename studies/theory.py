@@ -6,6 +6,7 @@ What is driven is a `Chain`, apart from the library's own plants.
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -166,18 +167,15 @@ def carrot_lines() -> list[str]:
     return lines
 
 
-class _Late:
-    """A controller whose commands are held back by some steps."""
+def _late(law: controllers.Controller, steps: int) -> Any:
+    """Hold the commands of a controller back by some steps."""
+    in_flight = [0.0] * steps
 
-    def __init__(self, law: controllers.Controller, steps: int) -> None:
-        self.path = law.path
-        self.tracked_point = law.tracked_point
-        self._law = law
-        self._in_flight = [0.0] * steps
+    def step(x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        in_flight.append(law.steer(x, y, yaw, speed, dt))
+        return in_flight.pop(0)
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-        self._in_flight.append(self._law.steer(x, y, yaw, speed, dt))
-        return self._in_flight.pop(0)
+    return SimpleNamespace(step=step, path=law.path, tracked_point=law.tracked_point)
 
 
 def late_line(name: str) -> str:
@@ -186,8 +184,7 @@ def late_line(name: str) -> str:
     given = Given(name, presets.get(name, "default"), vehicles.get("carla-identified"))
     cells = []
     for milliseconds in (0, 50, 100, 150, 200, 300):
-        late: sim.OwnSimpleController = _Late(given.on(path), milliseconds // 50)
-        metrics = sim.run(late, path=path).metrics
+        metrics = sim.run(_late(given.on(path), milliseconds // 50), path=path).metrics
         error = f"{metrics.settled_mean_abs_cross_track_error:.3f}"
         cells.append(error if metrics.finished else "off the road")
     return line(controllers.get(name).title, *cells)

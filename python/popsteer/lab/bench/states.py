@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import popsteer
-from popsteer import tracks, vehicles
+from popsteer import Path, Pop, tracks, vehicles
 from popsteer.errors import PathError
 from popsteer.lab.common.timing import Drive
 from popsteer.sim import default_start, run
@@ -45,10 +44,10 @@ def embedded() -> Drive:
     The states are those of the closed loop, from a start at rest 2.44 m beside the path.
     """
     track = tracks.get("racetrack")
-    path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
+    path = Path(track.xy, speed=track.speed, closed=track.closed)
     vehicle = vehicles.get(_PLANT)
     start = default_start(path, 2.44, vehicle)
-    driven = run(popsteer.Pop(path, vehicle), _PLANT, start=start)
+    driven = run(Pop(path, vehicle), _PLANT, start=start)
     table = np.column_stack([driven.records[name] for name in ("x", "y", "yaw", "speed")])
     return Drive("the embedded race track, closed loop", path, _tuples(table), vehicle)
 
@@ -67,7 +66,7 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
     against the segment that leads to the nearest waypoint; that gives the yaw back.
     """
     folder = FilePath(folder)
-    path = popsteer.Path.from_csv(folder / "waypoints.csv")
+    path = Path.from_csv(folder / "waypoints.csv")
     trajectory = _table(folder / "trajectory.csv", 4)[1:]
     errors = _table(folder / "tracking_error.csv", 2)
     if len(errors) != len(trajectory):
