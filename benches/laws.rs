@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, FREE, LapRunner, PAPER, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
@@ -29,12 +29,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let each = &mut criterion;
     let car = Vehicle::DEFAULT;
     let pop = PopParams::DEFAULT;
-    let paper = PopParams {
-        exact_lookahead: false,
-        ..pop
-    };
     bench_law(each, &course, "pop", Pop::new(car, pop)?);
-    bench_law(each, &course, "pop-paper", Pop::new(car, paper)?);
+    bench_law(each, &course, "pop-paper", Pop::new(car, PAPER)?);
     bench_law(each, &course, "pop-late", Pop::new(DELAYED, pop)?);
     let preview = |car| PreviewPop::new(car, PreviewPopParams::DEFAULT);
     bench_law(each, &course, "preview-pop", preview(car)?);

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
-use popsteer_bench::{Course, LapRunner, WAYPOINTS};
+use popsteer_bench::{Course, LapRunner, PAPER, WAYPOINTS};
 use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::tracker::Tracker;
 use popsteer_core::{ConfigError, Vehicle};
@@ -32,11 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         .configure_from_args();
     let course = Course::new(WAYPOINTS)?;
     let default = PopParams::DEFAULT;
-    // The paper's search: the exact one knows neither window nor grid.
-    let paper = PopParams {
-        exact_lookahead: false,
-        ..default
-    };
 
     let mut group = criterion.benchmark_group("pop/candidate_count");
     for candidate_count in [5, 11, 21, 51, 101] {
@@ -52,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for window_ahead in [12.0, 20.0, 50.0, 100.0] {
         let params = PopParams {
             window_ahead: Some(window_ahead),
-            ..paper
+            ..PAPER
         };
         bench_pop(&mut group, &course, window_ahead, params)?;
     }
@@ -64,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let params = PopParams {
             grid_spacing: Some(grid_spacing),
             lookahead_tolerance: Some(grid_spacing),
-            ..paper
+            ..PAPER
         };
         bench_pop(&mut group, &course, grid_spacing, params)?;
     }

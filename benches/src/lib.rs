@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 
+use popsteer_core::laws::PopParams;
 use popsteer_core::math::from_count;
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::{LateralLaw, Path, PathError, Reported, Tracker, Vehicle, VehicleState};
@@ -38,6 +39,12 @@ pub const SLOW: Vehicle = Vehicle {
     max_lateral_acceleration: Some(2.0),
     max_steer_rate: Some(0.1),
     ..Vehicle::DEFAULT
+};
+
+/// POP with the paper's search, which alone knows window and grid.
+pub const PAPER: PopParams = PopParams {
+    exact_lookahead: false,
+    ..PopParams::DEFAULT
 };
 
 /// How far the course swings to either side of its circle [m].

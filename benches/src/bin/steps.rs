@@ -10,7 +10,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, FREE, LapRunner, PAPER, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
@@ -47,14 +47,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pop = PopParams::DEFAULT;
     let pursuit = PurePursuitParams::DEFAULT;
     let stanley = StanleyParams::DEFAULT;
-    let paper = PopParams {
-        exact_lookahead: false,
-        ..pop
-    };
     let preview = |car| PreviewPop::new(car, PreviewPopParams::DEFAULT);
     match law.as_str() {
         "pop" => take_steps(&course, Pop::new(car, pop)?, call, steps),
-        "pop-paper" => take_steps(&course, Pop::new(car, paper)?, call, steps),
+        "pop-paper" => take_steps(&course, Pop::new(car, PAPER)?, call, steps),
         "pop-late" => take_steps(&course, Pop::new(DELAYED, pop)?, call, steps),
         "preview-pop" => take_steps(&course, preview(car)?, call, steps),
         "preview-pop-free" => take_steps(&course, preview(FREE)?, call, steps),
