@@ -55,27 +55,25 @@ class Course:
         """Points at these distances along the course, straight on beyond its ends."""
         inside = np.clip(s, 0.0, self.s[-1])
         at = np.column_stack([np.interp(inside, self.s, column) for column in self.xy.T])
-        for end, over in ((slice(0, 2), np.minimum(s, 0.0)), (slice(-2, None), s - inside)):
-            a, b = self.xy[end]
-            beyond = np.maximum(over, 0.0) if end.start == -2 else over
+        before, after = np.minimum(s, 0.0), np.maximum(s - inside, 0.0)
+        for (a, b), beyond in ((self.xy[:2], before), (self.xy[-2:], after)):
             at += beyond[:, None] * ((b - a) / np.hypot(*(b - a)))
         return at
 
-    def nearest(self, x: float, y: float) -> tuple[float, float]:
-        """The distance along the course of a place, and the signed distance to it [m].
+    def nearest(self, x: float, y: float) -> tuple[float, float, int]:
+        """The distance along the course of a place, the signed distance to it [m], its waypoint.
 
-        Looked for from the last place on.
+        Looked for from the last waypoint on.
         """
         low, high = max(self.last - 100, 0), self.last + 400
         squares = np.sum((self.xy[low:high] - (x, y)) ** 2, axis=1)
         k = low + int(np.argmin(squares))
-        self.last = k
         (ax, ay), (bx, by) = self.xy[max(k - 1, 0)], self.xy[min(k + 1, len(self.xy) - 1)]
         along = math.hypot(bx - ax, by - ay)
         to = x - self.xy[k][0], y - self.xy[k][1]
         ahead = (to[0] * (bx - ax) + to[1] * (by - ay)) / along
         aside = ((bx - ax) * to[1] - (by - ay) * to[0]) / along
-        return float(self.s[k] + ahead), float(aside)
+        return float(self.s[k] + ahead), float(aside), k
 
     def whole(self, spacing: float = 0.5, noise: float = 0.0, seed: int = 0) -> popsteer.Path:
         """The course as one path."""
@@ -165,7 +163,7 @@ def drive(
             for _ in range(round(dt / SUBSTEP)):
                 chain.advance(commands[-1].steer)
         x, y, yaw = chain.pose
-        s, _ = course.nearest(x, y)
+        s, _, course.last = course.nearest(x, y)
         path = replan(k, s)
         if path is not None:
             controller.set_path(path)
@@ -173,19 +171,12 @@ def drive(
         command = controller.step_or_hold(*seen, dt) if step is None else step(controller, seen, dt)
         commands.append(command)
         angles.append(command.steer)
-        aside = _aside(course, x + point * math.cos(yaw), y + point * math.sin(yaw))
+        _, aside, _ = course.nearest(x + point * math.cos(yaw), y + point * math.sin(yaw))
         errors.append(aside)
         periods.append(dt)
         if abs(aside) > 20.0:
             break
     return Run(np.array(errors), np.array(angles), commands, controller, np.array(periods))
-
-
-def _aside(course: Course, x: float, y: float) -> float:
-    last = course.last
-    _, aside = course.nearest(x, y)
-    course.last = last
-    return aside
 
 
 COURSE = Course(s_bends())
