@@ -311,24 +311,6 @@ fn test_old_pose_is_rolled_through_the_angles_since() {
     }
 }
 
-#[test]
-fn test_past_that_no_wheels_can_have_is_refused() {
-    let restored = |angle: f64, time: f64, wheel: f64, since: f64| {
-        let angles = [(0.0, 0.5), (angle, time)];
-        Past::restore(angles.into_iter(), wheel, since)
-    };
-    assert!(restored(0.1, 0.2, 0.1, 0.05).is_ok());
-    for (angle, time, wheel, since, field) in [
-        (1.6, 0.2, 0.1, 0.05, "past.angles"),
-        (0.1, -0.2, 0.1, 0.05, "past.angles"),
-        (0.1, 0.2, -1.6, 0.05, "past.wheel"),
-        (0.1, 0.2, 0.1, -0.1, "past.since"),
-    ] {
-        let refused = restored(angle, time, wheel, since).unwrap_err();
-        assert_eq!(refused.field, field);
-    }
-}
-
 /// A vehicle slips, and moves off its heading by that, and by what its curvature adds.
 #[test]
 fn test_slip_turns_the_way_and_not_the_vehicle() {

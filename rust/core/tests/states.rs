@@ -7,10 +7,11 @@ use popsteer_core::laws::{
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::tracker::TrackerState;
+use popsteer_core::vehicle::Past;
 use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Value, from_value, to_value};
+use serde_json::{Value, from_value, json, to_value};
 
 const DT: f64 = 0.05;
 
@@ -100,6 +101,25 @@ fn test_state_with_more_angles_than_a_ring_holds_is_refused() {
     let refused = from_value::<TrackerState<PreviewPopState>>(data).unwrap_err();
     let said = refused.to_string();
     assert!(kept > 2 && said.contains("at most"), "{kept} {said}");
+}
+
+#[test]
+fn test_past_that_no_wheels_can_have_is_refused() {
+    let restored = |angle: f64, time: f64, wheel: f64, since: f64| {
+        let angles = [(0.0, 0.5), (angle, time)];
+        let data = json!({"angles": angles, "wheel": wheel, "since": since});
+        from_value::<Past>(data).unwrap().check()
+    };
+    assert!(restored(0.1, 0.2, 0.1, 0.05).is_ok());
+    for (angle, time, wheel, since, field) in [
+        (1.6, 0.2, 0.1, 0.05, "past.angles"),
+        (0.1, -0.2, 0.1, 0.05, "past.angles"),
+        (0.1, 0.2, -1.6, 0.05, "past.wheel"),
+        (0.1, 0.2, 0.1, -0.1, "past.since"),
+    ] {
+        let refused = restored(angle, time, wheel, since).unwrap_err();
+        assert_eq!(refused.field, field);
+    }
 }
 
 #[test]

@@ -202,8 +202,9 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     if cfg!(feature = "planted-panic") {
         sum += terms[index];
     }
-    let restored = ErrorBuffer::restore(black_box(5), &terms, black_box(3), black_box(6.0));
-    sum + restored.map_or(0.0, |buffer| buffer.sum() + buffer.terms().count() as f64)
+    let mut buffer = ErrorBuffer::new(black_box(5));
+    terms.into_iter().for_each(|term| buffer.push(term));
+    sum + buffer.sum() + buffer.terms().count() as f64
 }
 
 #[unsafe(no_mangle)]

@@ -45,26 +45,6 @@ impl Past {
         past
     }
 
-    /// A past as it was: mean angles [rad] with their durations [s], oldest first, the angle now
-    /// [rad], and how long ago the last pose was taken [s].
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`] where there are too many angles, and as [`check`](Self::check).
-    pub fn restore(
-        angles: impl ExactSizeIterator<Item = (f64, f64)>,
-        wheel: f64,
-        since: f64,
-    ) -> Result<Self, InputError> {
-        let past = Self {
-            angles: Timed::restore("past.angles", angles)?,
-            wheel,
-            since,
-        };
-        past.check()?;
-        Ok(past)
-    }
-
     /// Whether it is a past that wheels can have.
     ///
     /// # Errors

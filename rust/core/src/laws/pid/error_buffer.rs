@@ -70,24 +70,8 @@ impl ErrorBuffer {
     }
 
     /// A buffer as it was: `terms` oldest first, `next` the place of the next one, `sum` as
-    /// carried along.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`] where no buffer of this `length` could have been so.
-    pub fn restore(
-        length: usize,
-        terms: &[f64],
-        next: usize,
-        sum: f64,
-    ) -> Result<Self, InputError> {
-        let length = length.clamp(1, Self::CAPACITY);
-        let buffer = Self::of(length, terms, next, sum);
-        buffer.check()?;
-        Ok(buffer)
-    }
-
-    /// The same, which may be none that could have been.
+    /// carried along; one that could not have been so does not pass [`check`](Self::check).
+    #[cfg(any(test, feature = "serde"))]
     fn of(length: usize, terms: &[f64], next: usize, sum: f64) -> Self {
         let mut buffer = Self {
             terms: [0.0; Self::CAPACITY],
@@ -150,11 +134,6 @@ impl ErrorBuffer {
     /// How many terms the buffer has room for.
     pub fn length(&self) -> usize {
         self.length
-    }
-
-    /// The place of the next term.
-    pub fn next(&self) -> usize {
-        self.next
     }
 
     /// The terms held, oldest first.

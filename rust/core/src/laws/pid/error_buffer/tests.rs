@@ -16,8 +16,9 @@ fn test_error_buffer_restored_goes_on_alike() {
         let mut buffer = ErrorBuffer::new(3);
         (0..pushed).for_each(|k| buffer.push(0.1 * f64::from(k)));
         let terms: alloc::vec::Vec<f64> = buffer.terms().collect();
-        let restored = ErrorBuffer::restore(3, &terms, buffer.next(), buffer.sum());
-        assert_eq!(restored, Ok(buffer));
+        let restored = ErrorBuffer::of(3, &terms, buffer.next, buffer.sum());
+        assert_eq!(restored, buffer);
+        assert_eq!(restored.check(), Ok(()));
     }
     let long = [0.0; ErrorBuffer::CAPACITY + 1];
     for (terms, next, sum, field) in [
@@ -29,7 +30,7 @@ fn test_error_buffer_restored_goes_on_alike() {
         (&long[..3], 3, 0.0, "law.buffer.next"),
         (&[], 0, f64::NAN, "law.buffer.sum"),
     ] {
-        let refused = ErrorBuffer::restore(3, terms, next, sum).unwrap_err();
+        let refused = ErrorBuffer::of(3, terms, next, sum).check().unwrap_err();
         assert_eq!(refused.field, field);
     }
 }
