@@ -6,7 +6,7 @@ use popsteer_core::error::{ConfigError, InputError, input_in_range};
 use popsteer_core::geometry::get_distance;
 use popsteer_core::math::{from_count, sqrt, wrap};
 use popsteer_core::path::projection::path_yaw_behind;
-use popsteer_core::path::{Ahead, Follow};
+use popsteer_core::path::{Ahead, Follow, Located};
 use popsteer_core::speed::defaults;
 use popsteer_core::{Path, Point, Status, VehicleState};
 
@@ -14,7 +14,7 @@ use crate::delay::Delay;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
 use crate::record::Record;
-use crate::run_state::{Place, RunState};
+use crate::run_state::RunState;
 
 popsteer_core::params! {
     /// How a run goes: by default with the paper's control period, and the rest to suit.
@@ -78,16 +78,16 @@ impl Simulation {
         let lead = if reverses { 0.0 } else { vehicle.wheelbase };
         let leading = unlost(Follow::of(&vehicle, vehicle.rear_axle, lead));
         let rear = unlost(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
-        let (mut leads, mut rears) = (Place::default(), Place::default());
-        let closest = leads.follow(&leading, &path, start, settings.dt).closest;
-        let reverse = rears.follow(&rear, &path, start, settings.dt).reverse;
+        let view = path.view();
+        let closest = leading.locate(&view, None, start, settings.dt).closest;
+        let behind = rear.locate(&view, None, start, settings.dt);
         let run = RunState {
             plant: PlantState::settled(&vehicle, start),
-            reference: Place::default(),
-            rear: rears,
-            leading: leads,
-            reverse,
-            leading_arc: closest.arc_length(&path.view()),
+            reference: None,
+            rear: Some(behind.closest.segment),
+            leading: Some(closest.segment),
+            reverse: behind.reverse,
+            leading_arc: closest.arc_length(&view),
             delay: Delay::new(vehicle.dead_time),
             travelled: 0.0,
             steps: 0,
@@ -186,10 +186,15 @@ impl Simulation {
         self.run.gatherer.metrics(self.time(), self.run.finished)
     }
 
+    /// Where a point of the vehicle is now, if it was last projected to the segment `place`.
+    pub(crate) fn locate(&self, follow: &Follow, place: Option<usize>) -> Located {
+        let (path, vehicle) = (self.path.view(), self.run.plant.vehicle);
+        follow.locate(&path, place, vehicle, self.settings.dt)
+    }
+
     /// What the path says beside the axle that leads, by the numbers of a controller's command.
     fn ahead(&self) -> Ahead {
-        let place = self.run.leading;
-        let at = place.find(&self.leading, &self.path, self.vehicle(), self.settings.dt);
+        let at = self.locate(&self.leading, self.run.leading);
         Ahead::behind(&self.path.view(), &self.leading, &at, 0.0)
     }
 
@@ -261,12 +266,12 @@ impl Simulation {
     }
 
     fn measure(&mut self, control: Control, target: Point, status: Status) -> Record {
-        let vehicle = self.run.plant.vehicle;
-        let dt = self.settings.dt;
-        let at = (self.run.reference).follow(&self.tracked, &self.path, vehicle, dt);
-        let path = self.path.view();
+        let (vehicle, path) = (self.run.plant.vehicle, self.path.view());
+        let at = self.locate(&self.tracked, self.run.reference);
         let published_yaw = path_yaw_behind(&path, at.closest.nearest_waypoint(&path));
-        let rear = self.run.rear.follow(&self.rear, &self.path, vehicle, dt);
+        let rear = self.locate(&self.rear, self.run.rear);
+        self.run.reference = Some(at.closest.segment);
+        self.run.rear = Some(rear.closest.segment);
         Record {
             time: self.time(),
             reference: at.position,
@@ -288,11 +293,12 @@ impl Simulation {
 
     /// Follows the axle that leads: how far the vehicle has come, and whether the run is over.
     fn look_ahead(&mut self) {
-        let (vehicle, dt, run) = (self.vehicle(), self.settings.dt, &mut self.run);
-        let at = run.leading.follow(&self.leading, &self.path, vehicle, dt);
-        let rear = run.rear.follow(&self.rear, &self.path, vehicle, dt);
+        let at = self.locate(&self.leading, self.run.leading);
+        let rear = self.locate(&self.rear, self.run.rear);
+        let (path, run) = (self.path.view(), &mut self.run);
+        run.leading = Some(at.closest.segment);
+        run.rear = Some(rear.closest.segment);
         run.reverse = rear.reverse;
-        let path = self.path.view();
         let length = path.length();
         let arc = at.closest.arc_length(&path);
         let mut moved = arc - run.leading_arc;

@@ -4,7 +4,6 @@ use crate::closed_loop::{Controller, run};
 use crate::delay::Delay;
 use crate::noise::{Noise, Perception};
 use crate::plant::{Control, KinematicBicycle, PedalMap, Plant, PlantState};
-use crate::run_state::Place;
 use crate::simulation::Settings;
 use crate::{Longitudinal, Simulation};
 use popsteer_core::laws::{Pop, PopParams};
@@ -157,8 +156,8 @@ fn test_simulation_restored_goes_on_alike() {
     assert_eq!(again.metrics(), whole.metrics());
     // A place that the path does not have is none.
     let mut saved = whole.save();
-    saved.rear = Place(Some(1_000_000));
-    assert_eq!(fresh().restored(saved).save().rear, Place(None));
+    saved.rear = Some(1_000_000);
+    assert_eq!(fresh().restored(saved).save().rear, None);
 }
 
 /// The path's speed, or what can still brake for the cusp at 50 m.

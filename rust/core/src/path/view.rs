@@ -179,7 +179,7 @@ impl<'a> PathView<'a> {
 
     /// Arc length at waypoint `index` [m]; that of the whole path beyond the last.
     #[inline]
-    pub(crate) fn arc(&self, index: usize) -> f64 {
+    pub fn arc(&self, index: usize) -> f64 {
         self.s.get(index).copied().unwrap_or(self.measures.length)
     }
 
@@ -245,14 +245,14 @@ impl<'a> PathView<'a> {
 
     /// Length of segment `index` [m].
     #[inline]
-    pub(crate) fn segment_length(&self, index: usize) -> f64 {
+    pub fn segment_length(&self, index: usize) -> f64 {
         self.segment_end(index) - self.arc(index)
     }
 
     /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first
     /// before all. It is searched for on segment `near` and those beside it, then by bisection.
     #[inline]
-    pub(crate) fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
+    pub fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
         let last = self.segments() - 1;
         let mut segment = if near < last { near + 1 } else { last };
         for _ in 0..5 {
@@ -327,7 +327,7 @@ impl<'a> PathView<'a> {
 
     /// Both ends of segment `index`.
     #[inline]
-    pub(crate) fn segment(&self, index: usize) -> (Point, Point) {
+    pub fn segment(&self, index: usize) -> (Point, Point) {
         (
             self.waypoint(index),
             self.waypoint(self.next(index).unwrap_or(index)),

@@ -2,10 +2,9 @@
 
 use popsteer_core::math::{cos, sin, wrap};
 use popsteer_core::path::projection::reference_speed;
-use popsteer_core::{Point, Status};
+use popsteer_core::{PathView, Point, Status};
 
 use super::Terms;
-use super::ahead::point_at;
 use crate::longitudinal::Pedalling;
 use crate::plant::Control;
 use crate::simulation::Simulation;
@@ -166,11 +165,7 @@ impl Episode {
     fn observe(&mut self, terms: &Terms) -> [f64; 2] {
         let simulation = &self.simulation;
         let state = &simulation.run.plant;
-        let dt = simulation.settings().dt;
-        let at = simulation
-            .run
-            .rear
-            .find(&simulation.rear, simulation.path(), state.vehicle, dt);
+        let at = simulation.locate(&simulation.rear, simulation.run.rear);
         let path = simulation.path().view();
         let place = at.closest.projection(&path);
         let e = place.cross_track_error;
@@ -212,6 +207,21 @@ impl Episode {
         ];
         [e, psi]
     }
+}
+
+/// The point of the path at `arc` [m], looked for from segment `near` on, and its segment. Both
+/// ends of an open path go on as straight lines; a closed one goes round.
+pub(super) fn point_at(path: &PathView<'_>, arc: f64, near: usize) -> (Point, usize) {
+    let length = path.length();
+    let arc = if path.is_closed() {
+        arc - length * (arc / length).floor()
+    } else {
+        arc
+    };
+    let segment = path.segment_by_arc(arc, near);
+    let (from, to) = path.segment(segment);
+    let share = (arc - path.arc(segment)) / path.segment_length(segment);
+    (from + (to - from) * share, segment)
 }
 
 /// A number for a learner: within its bound also where its vehicle is far away.

@@ -4,7 +4,6 @@
 //! ended. An action is the steering as a share of the largest angle, and the pedals where the
 //! learner works them; what comes back is an observation, a reward and whether the episode is over.
 
-mod ahead;
 mod episode;
 mod reward;
 

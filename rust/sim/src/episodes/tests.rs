@@ -3,7 +3,7 @@ use std::sync::Arc;
 use popsteer_core::path::Follow;
 use popsteer_core::{Path, Point, VehicleState};
 
-use super::ahead::point_at;
+use super::episode::point_at;
 use super::*;
 use crate::plant::{KinematicBicycle, Plant};
 use crate::simulation::Settings;
