@@ -62,14 +62,20 @@ def number(default: float, low: float, high: float) -> Any:  # noqa: ANN401 - wh
     return field(default=default, metadata={"settled": settled, "range": (low, high)})
 
 
-def optional(low: float, high: float, default: float | None = None) -> Any:  # noqa: ANN401 - what dataclasses.field gives
-    """Declare a field: None, or a float in [low, high]."""
+def optional(
+    low: float,
+    high: float,
+    default: float | None = None,
+    scaled: Callable[[Any], float] | None = None,
+) -> Any:  # noqa: ANN401 - what dataclasses.field gives
+    """Declare a field: None, or a float in [low, high]; `scaled` says of a vehicle what None is."""
     settled = number(0.0, low, high).metadata["settled"]
 
     def unless_none(name: str, value: float | None) -> float | None:
         return None if value is None else settled(name, value)
 
-    return field(default=default, metadata={"settled": unless_none, "range": (low, high)})
+    metadata = {"settled": unless_none, "range": (low, high), "scaled": scaled}
+    return field(default=default, metadata=metadata)
 
 
 def count(default: int, low: int, high: int, *, odd: bool = False) -> Any:  # noqa: ANN401 - what dataclasses.field gives

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
 from popsteer.reference.path.preview import wheel_at_rest
 from popsteer.reference.vehicle.delay import InFlight
@@ -57,7 +57,7 @@ class Command:
     """How the step went."""
 
 
-StateT = TypeVar("StateT", bound=LawState)
+StateT = TypeVar("StateT")
 
 
 @dataclass
@@ -183,7 +183,7 @@ class Tracker(Generic[StateT]):
         else:
             steer = at.mirror(car.at_wheels(state.steer + self._offset))
         if at.direction_changed or at.off_path:
-            state.law.leave_path()
+            self.law.leave_path(state.law)
         return Decision(steer, closest.point, Status.OK)
 
     @property

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import enum
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
@@ -50,13 +50,6 @@ class Belief:
     """The estimates."""
 
 
-class LawState:
-    """What a controller remembers from one step to the next."""
-
-    def leave_path(self) -> None:
-        """Forget what holds on the present path alone."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Params(Checked):
     """What the parameters of all controllers share.
@@ -64,13 +57,9 @@ class Params(Checked):
     The texts are those of `popsteer`; a parameter that is None scales with the vehicle.
     """
 
-    search_distance: float | None = optional(0.0, 1e6)  # [m]
-    lost_distance: float | None = optional(1e-3, 1e9)  # [m]
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        """Return the defaults that scale with `vehicle`, by parameter."""
-        wheelbase = vehicle.wheelbase
-        return {"search_distance": 2.0 * wheelbase, "lost_distance": 10.0 * wheelbase}
+    # [m]
+    search_distance: float | None = optional(0.0, 1e6, scaled=lambda car: 2.0 * car.wheelbase)
+    lost_distance: float | None = optional(1e-3, 1e9, scaled=lambda car: 10.0 * car.wheelbase)
 
     def resolved(self, vehicle: Vehicle) -> Self:
         """Return the parameters with the defaults that scale with `vehicle` filled in.
@@ -81,8 +70,8 @@ class Params(Checked):
         >>> PopParams(window_ahead=9).resolved(Vehicle(wheelbase=2.5)).min_lookahead
         5.0
         """
-        scaled = self._scaled(vehicle).items()
-        return replace(self, **{name: at for name, at in scaled if getattr(self, name) is None})
+        missing = [each for each in fields(self) if getattr(self, each.name) is None]
+        return replace(self, **{each.name: each.metadata["scaled"](vehicle) for each in missing})
 
 
 class Tracked(enum.Enum):
@@ -109,7 +98,7 @@ class Tracked(enum.Enum):
 
 
 ParamsT = TypeVar("ParamsT", bound=Params)
-StateT = TypeVar("StateT", bound=LawState)
+StateT = TypeVar("StateT")
 
 
 class LateralLaw(ABC, Generic[ParamsT, StateT]):
@@ -134,6 +123,9 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     @abstractmethod
     def decide(self, path: PathView, state: StateT, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle, and note in `state` what is to be remembered."""
+
+    def leave_path(self, state: StateT) -> None:
+        """Forget what holds on the present path alone."""
 
     def set_steer(self, state: StateT, steer: float) -> None:
         """Note the angle [rad] that the wheels got in place of the controller's."""

@@ -6,48 +6,33 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import count, optional
-from popsteer.reference.laws.law import (
-    Belief,
-    Decision,
-    LateralLaw,
-    LawState,
-    Params,
-    Tracked,
-    limit_steer,
-)
+from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path.preview import Preview
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
+    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
 class PidParams(Params):
     """Parameters of `Pid`; the paper's Table 1 by default. See `popsteer.PidParams`."""
 
-    kp: float | None = optional(0.0, 1e6)  # k_P [rad/m]
-    ki: float | None = optional(0.0, 1e6)  # k_I [rad/(m s)]; [rad/m] without integral_with_dt
-    kd: float | None = optional(0.0, 1e6)  # k_D [rad s/m]
+    # k_P [rad/m], k_I [rad/(m s)] or [rad/m] without integral_with_dt, k_D [rad s/m]
+    kp: float | None = optional(0.0, 1e6, scaled=lambda car: 0.25 * (3.0 / car.wheelbase))
+    ki: float | None = optional(0.0, 1e6, scaled=lambda car: 0.01 * (3.0 / car.wheelbase))
+    kd: float | None = optional(0.0, 1e6, scaled=lambda car: 0.2 * (3.0 / car.wheelbase))
     buffer_length: int = count(500, 1, 500)  # how many errors the integral sums, against wind-up
     integral_with_dt: bool = True  # each error times its Δt, as the published code has it
-    smoothing_length: float | None = optional(0.0, 1e4)  # of the path's heading [m]
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        wheelbase = vehicle.wheelbase
-        return super()._scaled(vehicle) | {
-            "kp": 0.25 * (3.0 / wheelbase),
-            "ki": 0.01 * (3.0 / wheelbase),
-            "kd": 0.2 * (3.0 / wheelbase),
-            "smoothing_length": 2.0 * wheelbase,
-        }
+    # of the path's heading [m]
+    smoothing_length: float | None = optional(0.0, 1e4, scaled=lambda car: 2.0 * car.wheelbase)
 
 
 @dataclass
-class PidState(LawState):
+class PidState:
     """What `Pid` remembers.
 
     Examples
@@ -89,11 +74,6 @@ class PidState(LawState):
             for held in self.terms:
                 self.sum += held
 
-    def leave_path(self) -> None:
-        """Forget what was measured against the path."""
-        self.previous_error = self.previous_position = None
-        self.terms, self.next, self.sum = [], 0, 0.0
-
 
 class Pid(LateralLaw[PidParams, PidState]):
     """PID on the cross-track error e at the front axle: Equation 1.
@@ -117,7 +97,7 @@ class Pid(LateralLaw[PidParams, PidState]):
         """Decide the angle for a located vehicle."""
         error, params = at.closest.cross_track_error(), self.resolved
         if at.direction_changed or at.off_path:
-            state.leave_path()
+            self.leave_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
             term = error * at.dt if params.integral_with_dt else error
@@ -134,6 +114,11 @@ class Pid(LateralLaw[PidParams, PidState]):
         steer, status = limit_steer(self.vehicle, wanted)
         state.previous_error, state.previous_position = error, position
         return Decision(steer, at.closest.point, status)
+
+    def leave_path(self, state: PidState) -> None:
+        """Forget what was measured against the path."""
+        state.previous_error = state.previous_position = None
+        state.terms, state.next, state.sum = [], 0, 0.0
 
     def _rate_across(self, path: PathView, previous: Point, at: Located) -> float:
         """Tell how fast the front axle moved across the path since `previous` [m/s], to the left.

@@ -6,9 +6,9 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import count, number
+from popsteer.reference.error import count, number, optional
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState, Tracked
+from popsteer.reference.laws.law import Decision, LateralLaw, Tracked
 from popsteer.reference.laws.search import SearchParams, find_lookahead
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.bicycle import get_predicted_location
@@ -16,9 +16,9 @@ from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
+    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,13 +35,12 @@ class PopParams(SearchParams):
     lookahead_gain: float = number(0.2, 0.0, 1e3)  # k_v [s]: ld = ld_min + k_v v
     steer_span: float = number(3.0 * (PI / 180.0), 1e-6, PI)  # optimization range δ_nbd [rad]
     candidate_count: int = count(21, 3, 100_001, odd=True)  # optimization resolution
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        return super()._scaled(vehicle) | {"min_lookahead": 2.0 * vehicle.wheelbase}
+    # ld_min [m]
+    min_lookahead: float | None = optional(0.0, 1e4, scaled=lambda car: 2.0 * car.wheelbase)
 
 
 @dataclass
-class PopState(LawState):
+class PopState:
     """What `Pop` remembers."""
 
     previous_steer: float = 0.0

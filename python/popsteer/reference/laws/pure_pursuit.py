@@ -6,24 +6,17 @@ from dataclasses import dataclass
 from math import copysign
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import number
+from popsteer.reference.error import number, optional
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.laws.law import (
-    Belief,
-    Decision,
-    LateralLaw,
-    LawState,
-    Tracked,
-    limit_steer,
-)
+from popsteer.reference.laws.law import Decision, LateralLaw, Tracked, limit_steer
 from popsteer.reference.laws.search import SearchParams, find_lookahead
 from popsteer.reference.math import acos, atan2, divide, sin
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,14 +27,13 @@ class PurePursuitParams(SearchParams):
     """
 
     lookahead_gain: float = number(0.9, 0.0, 1e3)  # k_v [s]: ld = max(ld_min, k_v v)
+    # ld_min [m]
+    min_lookahead: float | None = optional(0.0, 1e4, scaled=lambda car: 10.0 / 3.0 * car.wheelbase)
     alpha_by_arccos: bool = False  # α as the published code takes it
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        return super()._scaled(vehicle) | {"min_lookahead": 10.0 / 3.0 * vehicle.wheelbase}
 
 
 @dataclass
-class PurePursuitState(LawState):
+class PurePursuitState:
     """What `PurePursuit` remembers."""
 
     previous_alpha: float = 0.0

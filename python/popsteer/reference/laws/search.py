@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
 
 
+def _fine(car: Vehicle) -> float:
+    return car.wheelbase / 300.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class SearchParams(Params):
     """The parameters of a controller that searches for a lookahead point."""
@@ -25,16 +29,10 @@ class SearchParams(Params):
     lookahead_gain: float = number(0.0, 0.0, 1e3)  # k_v [s]
     min_lookahead: float | None = optional(0.0, 1e4)  # ld_min [m]
     exact_lookahead: bool = True  # the path's first crossing of the circle, not the paper's search
-    lookahead_tolerance: float | None = optional(1e-9, 1e3)  # ε of the paper's search [m]
-    window_ahead: float | None = optional(1e-3, 1e6)  # arc that it looks at [m]
-    grid_spacing: float | None = optional(1e-6, 1e3)  # greatest distance of its grid points [m]
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        return super()._scaled(vehicle) | {
-            "lookahead_tolerance": vehicle.wheelbase / 300.0,
-            "window_ahead": 20.0 / 3.0 * vehicle.wheelbase,
-            "grid_spacing": vehicle.wheelbase / 300.0,
-        }
+    # of the paper's search [m]: ε, the arc that it looks at, the greatest distance of grid points
+    lookahead_tolerance: float | None = optional(1e-9, 1e3, scaled=_fine)
+    window_ahead: float | None = optional(1e-3, 1e6, scaled=lambda car: 20.0 / 3.0 * car.wheelbase)
+    grid_spacing: float | None = optional(1e-6, 1e3, scaled=_fine)
 
 
 def find_lookahead(

@@ -6,23 +6,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import number, optional
-from popsteer.reference.laws.law import (
-    Belief,
-    Decision,
-    LateralLaw,
-    LawState,
-    Params,
-    Tracked,
-    limit_steer,
-)
+from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.projection import path_yaw_behind
 
 if TYPE_CHECKING:
+    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,19 +23,15 @@ class StanleyParams(Params):
 
     cross_track_gain: float = number(1.5, 0.0, 1e6)  # k_χ [1/s]
     speed_gain: float = number(1.3, 0.0, 1e6)  # k_v
-    softening: float | None = optional(1e-9, 1e6)  # k_s [m/s]
+    # k_s [m/s]
+    softening: float | None = optional(1e-9, 1e6, scaled=lambda car: 1.0 / 3.0 * car.wheelbase)
     heading_behind: bool = False  # the path's heading behind the nearest waypoint
-    smoothing_length: float | None = optional(0.0, 1e4)  # of the path's heading [m]
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        return super()._scaled(vehicle) | {
-            "softening": 1.0 / 3.0 * vehicle.wheelbase,
-            "smoothing_length": vehicle.wheelbase,
-        }
+    # of the path's heading [m]
+    smoothing_length: float | None = optional(0.0, 1e4, scaled=lambda car: car.wheelbase)
 
 
 @dataclass
-class StanleyState(LawState):
+class StanleyState:
     """What `Stanley` remembers: nothing."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_below, input_in_range, input_within
@@ -114,25 +114,13 @@ class Path(PathView):
         x: float,
         y: float,
         lookahead: float,
-        *,
-        nearest: int | None = None,
-        tolerance: float = 0.01,
-        window_ahead: float = 20.0,
-        grid_spacing: float = 0.01,
+        **options: Any,  # noqa: ANN401 - those of the method below
     ) -> int:
         """Find the index of the lookahead point in the grid around (x, y): Equation 5.
 
         Parameters are those of `get_lookahead_point`.
         """
-        return self.get_lookahead_point(
-            x,
-            y,
-            lookahead,
-            nearest=nearest,
-            tolerance=tolerance,
-            window_ahead=window_ahead,
-            grid_spacing=grid_spacing,
-        ).index
+        return self.get_lookahead_point(x, y, lookahead, **options).index
 
     def get_lookahead_point(
         self,

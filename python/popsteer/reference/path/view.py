@@ -29,6 +29,21 @@ class PathView:
     ((0.0, 3.0, 7.0), 12.0, 3)
     """
 
+    x: tuple[float, ...]
+    """The abscissas of the waypoints [m]."""
+    y: tuple[float, ...]
+    """The ordinates of the waypoints [m]."""
+    s: tuple[float, ...]
+    """The arc length at each waypoint [m]."""
+    speed: tuple[float, ...] | None
+    """The reference speed at each waypoint [m/s], where the path has one."""
+    reverse: tuple[bool, ...] | None
+    """For each segment whether it is driven backwards; None where none is."""
+    length: float
+    """Arc length of the whole path [m], the closing segment included."""
+    closed: bool
+    """Whether the last waypoint leads back to the first."""
+
     def __init__(
         self,
         xy: Iterable[Sequence[float]],
@@ -38,78 +53,43 @@ class PathView:
         reverse: Iterable[bool] | None = None,
     ) -> None:
         pairs = [(float(x), float(y)) for x, y in xy]
-        self._x, self._y = tuple(x for x, _ in pairs), tuple(y for _, y in pairs)
-        self._speed = None if speed is None else tuple(float(value) for value in speed)
-        self._closed = bool(closed)
-        self._s, self._length = measure(self._x, self._y, self._speed, closed=self._closed)
+        self.x, self.y = tuple(x for x, _ in pairs), tuple(y for _, y in pairs)
+        self.speed = None if speed is None else tuple(float(value) for value in speed)
+        self.closed = bool(closed)
+        self.s, self.length = measure(self.x, self.y, self.speed, closed=self.closed)
         given = None if reverse is None else tuple(bool(value) for value in reverse)
         if given is not None:
-            if len(given) != len(self._x):
-                raise PathError.length_mismatch("reverse", len(given), len(self._x))
-            self._reverse = given if any(given) else None
-        elif self._speed is not None and any(value < 0.0 for value in self._speed):
-            self._reverse = _reverse_by_speed(self._speed, closed=self._closed)
+            if len(given) != len(self.x):
+                raise PathError.length_mismatch("reverse", len(given), len(self.x))
+            self.reverse = given if any(given) else None
+        elif self.speed is not None and any(value < 0.0 for value in self.speed):
+            self.reverse = _reverse_by_speed(self.speed, closed=self.closed)
         else:
-            self._reverse = None
+            self.reverse = None
 
     def __len__(self) -> int:
-        return len(self._x)
-
-    @property
-    def x(self) -> tuple[float, ...]:
-        """The abscissas of the waypoints [m]."""
-        return self._x
-
-    @property
-    def y(self) -> tuple[float, ...]:
-        """The ordinates of the waypoints [m]."""
-        return self._y
-
-    @property
-    def s(self) -> tuple[float, ...]:
-        """The arc length at each waypoint [m]."""
-        return self._s
-
-    @property
-    def speed(self) -> tuple[float, ...] | None:
-        """The reference speed at each waypoint [m/s], where the path has one."""
-        return self._speed
-
-    @property
-    def reverse(self) -> tuple[bool, ...] | None:
-        """For each segment whether it is driven backwards; None where none is."""
-        return self._reverse
-
-    @property
-    def length(self) -> float:
-        """Arc length of the whole path [m], the closing segment included."""
-        return self._length
-
-    @property
-    def closed(self) -> bool:
-        """Whether the last waypoint leads back to the first."""
-        return self._closed
+        return len(self.x)
 
     @property
     def segments(self) -> int:
         """The number of segments."""
-        return len(self) if self._closed else len(self) - 1
+        return len(self) if self.closed else len(self) - 1
 
     def waypoint(self, index: int) -> Point:
         """Return waypoint `index` [m]."""
-        return self._x[index], self._y[index]
+        return self.x[index], self.y[index]
 
     def next(self, index: int) -> int | None:
         """Return the waypoint after `index`; None after the last of an open path."""
         if index + 1 < len(self):
             return index + 1
-        return 0 if self._closed else None
+        return 0 if self.closed else None
 
     def previous(self, index: int) -> int | None:
         """Return the waypoint before `index`; None before the first of an open path."""
         if index > 0:
             return index - 1
-        return len(self) - 1 if self._closed else None
+        return len(self) - 1 if self.closed else None
 
     def segment_at(self, index: int) -> int:
         """Return the segment that starts at waypoint `index`, or ends there where none starts."""
@@ -117,19 +97,19 @@ class PathView:
 
     def segment_end(self, index: int) -> float:
         """Return the arc length at the end of segment `index` [m]."""
-        return self._s[index + 1] if index + 1 < len(self) else self._length
+        return self.s[index + 1] if index + 1 < len(self) else self.length
 
     def segment_length(self, index: int) -> float:
         """Return the length of segment `index` [m]."""
-        return self.segment_end(index) - self._s[index]
+        return self.segment_end(index) - self.s[index]
 
     def segment_by_arc(self, arc: float) -> int:
         """Return the last segment whose start does not lie beyond `arc` [m], or the first."""
-        return self.segment_at(max(bisect_right(self._s, arc) - 1, 0))
+        return self.segment_at(max(bisect_right(self.s, arc) - 1, 0))
 
     def is_reverse(self, index: int) -> bool:
         """Tell whether segment `index` is driven backwards."""
-        return self._reverse is not None and self._reverse[index]
+        return self.reverse is not None and self.reverse[index]
 
     def next_segment(self, index: int) -> int | None:
         """Return the segment after `index`; None after the last of an open path."""

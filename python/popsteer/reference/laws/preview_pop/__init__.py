@@ -14,15 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.reference.error import number, optional
-from popsteer.reference.laws.law import (
-    Belief,
-    Decision,
-    LateralLaw,
-    LawState,
-    Params,
-    Tracked,
-    limit_steer,
-)
+from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.laws.preview_pop.approach import FULL_RATE, Approach, Straightening
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED, regulator, stage, transition
 from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, PlanLimits
@@ -33,6 +25,7 @@ from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -47,6 +40,10 @@ FARTHEST = 4
 """How many horizons ahead sharp bends are looked for."""
 
 
+def _span_rate(car: Vehicle) -> float:
+    return 60.0 * (PI / 180.0) if car.max_steer_rate is None else car.max_steer_rate
+
+
 @dataclass(frozen=True, kw_only=True)
 class PreviewPopParams(Params):
     """Parameters of `PreviewPop`. See `popsteer.PreviewPopParams`.
@@ -58,28 +55,25 @@ class PreviewPopParams(Params):
     popsteer.errors.ConfigError: heading_cost must be in [0, 1000], got -1.0
     """
 
-    steer_span_rate: float | None = optional(1e-3, 1e6)  # δ_nbd over the control period [rad/s]
+    # δ_nbd over the control period [rad/s]
+    steer_span_rate: float | None = optional(1e-3, 1e6, scaled=_span_rate)
     horizon: float = number(1.0, 0.05, 100.0)  # of the prediction [s]
-    heading_cost: float | None = optional(0.0, 1e3)  # of 1 rad in cross-track error [m/rad]
-    steer_rate_cost: float | None = optional(1e-5, 1e3)  # of 1 rad/s [m s/rad]
+    # of 1 rad in cross-track error [m/rad], and of 1 rad/s [m s/rad]
+    heading_cost: float | None = optional(0.0, 1e3, scaled=lambda car: car.wheelbase)
+    steer_rate_cost: float | None = optional(1e-5, 1e3, scaled=lambda car: car.wheelbase / 12.0)
     approach_angle: float = number(0.25, 1e-3, 0.5 * PI)  # of a path far off [rad]
-    min_speed: float | None = optional(1e-4, 1e4)  # least speed of the prediction [m/s]
-    smoothing_length: float | None = optional(0.0, 1e3)  # of the path's heading [m]
-
-    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        wheelbase = vehicle.wheelbase
-        rate, parks = vehicle.max_steer_rate, vehicle.steers_at_rest
-        return super()._scaled(vehicle) | {
-            "steer_span_rate": 60.0 * (PI / 180.0) if rate is None else rate,
-            "heading_cost": wheelbase,
-            "steer_rate_cost": wheelbase / 12.0,
-            "min_speed": (1.0 if parks else 5.0) / 3.0 * wheelbase,
-            "smoothing_length": (0.2 if parks else 2.0 / 3.0) * wheelbase,
-        }
+    # least speed of the prediction [m/s]
+    min_speed: float | None = optional(
+        1e-4, 1e4, scaled=lambda car: (1.0 if car.steers_at_rest else 5.0) / 3.0 * car.wheelbase
+    )
+    # of the path's heading [m]
+    smoothing_length: float | None = optional(
+        0.0, 1e3, scaled=lambda car: (0.2 if car.steers_at_rest else 2.0 / 3.0) * car.wheelbase
+    )
 
 
 @dataclass
-class PreviewPopState(LawState):
+class PreviewPopState:
     """What `PreviewPop` remembers."""
 
     previous_steer: float = 0.0
