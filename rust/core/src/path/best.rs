@@ -11,11 +11,11 @@ const ROUNDING: f64 = 1e-12;
 /// The best segment of those visited, in any order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Best {
-    position: Point,
+    pub(super) position: Point,
     heading: Point,
-    opposite_distance: f64,
-    /// Cost and index, so that of several as good the first is the least.
-    least: (f64, usize),
+    pub(super) opposite_distance: f64,
+    /// The least cost found [m] and its segment, so that of several as good the first is the least.
+    pub(super) least: (f64, usize),
 }
 
 impl Best {
@@ -48,29 +48,5 @@ impl Best {
         if candidate < self.least {
             self.least = candidate;
         }
-    }
-
-    /// Where it looks from [m].
-    #[inline]
-    pub(super) fn position(&self) -> Point {
-        self.position
-    }
-
-    /// How much farther off a segment counts that leads the opposite way [m].
-    #[inline]
-    pub(super) fn opposite_distance(&self) -> f64 {
-        self.opposite_distance
-    }
-
-    /// The least cost found [m].
-    #[inline]
-    pub(super) fn cost(&self) -> f64 {
-        self.least.0
-    }
-
-    /// The segment of it.
-    #[inline]
-    pub(super) fn segment(&self) -> usize {
-        self.least.1
     }
 }

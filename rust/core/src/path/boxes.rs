@@ -66,20 +66,19 @@ pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>>
         high: Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
     let mut boxes = vec![empty; 2 * runs].into_boxed_slice();
-    let columns = x.chunks(RUN).zip(y.chunks(RUN)).take(runs);
-    for (run, (x_of_run, y_of_run)) in columns.enumerate() {
-        // A run ends at the waypoint to which its last segment leads.
-        let end = RUN * (run + 1);
-        let end = if end < x.len() || !closed { end } else { 0 };
-        let (low_x, high_x) = range(x_of_run, x.get(end));
-        let (low_y, high_y) = range(y_of_run, y.get(end));
+    let waypoint = |index: usize| {
+        let index = if index == x.len() && closed { 0 } else { index };
+        Some(Point::new(*x.get(index)?, *y.get(index)?))
+    };
+    for run in 0..runs {
         let node = first_run + run;
         let node = if node < 2 * runs { node } else { node - runs };
         if let Some(room) = boxes.get_mut(node) {
-            *room = Bounds {
-                low: Point::new(low_x, low_y),
-                high: Point::new(high_x, high_y),
-            };
+            // A run ends at the waypoint to which its last segment leads.
+            for point in (RUN * run..=RUN * (run + 1)).filter_map(waypoint) {
+                let (low, high) = (point, point);
+                *room = Bounds::around(*room, Bounds { low, high });
+            }
         }
     }
     for node in (1..runs).rev() {
@@ -91,13 +90,4 @@ pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>>
         }
     }
     Some(boxes)
-}
-
-/// The least and the largest of coordinates.
-#[cfg(feature = "alloc")]
-fn range(values: &[f64], end: Option<&f64>) -> (f64, f64) {
-    let all = values.iter().chain(end);
-    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (smaller(low, value), larger(high, value))
-    })
 }

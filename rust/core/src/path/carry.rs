@@ -46,9 +46,7 @@ pub fn carry_over(
     budget: usize,
 ) -> ClosestPoint {
     let here = ClosestPoint::new(old, place.segment, place.point);
-    let along = here.along();
-    let length = sqrt(along.x * along.x + along.y * along.y);
-    let along = Point::new(along.x / length, along.y / length);
+    let along = here.along() / sqrt(here.along().dot(&here.along()));
     let is_reverse = old.is_reverse(here.segment);
     // Where the vehicle looks.
     let yaw = atan2(along.y, along.x);
@@ -70,14 +68,8 @@ pub fn carry_over(
         if new.is_reverse(near) != is_reverse {
             continue;
         }
-        let at = locate(
-            new,
-            near,
-            place.point,
-            along,
-            place.reach,
-            opposite_distance,
-        );
+        let (point, reach) = (place.point, place.reach);
+        let at = locate(new, near, point, along, reach, opposite_distance);
         if best.is_none_or(|best| cost(&at) < cost(&best)) {
             best = Some(at);
         }

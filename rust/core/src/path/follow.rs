@@ -142,7 +142,7 @@ impl Follow {
         };
         let (start, end) = (at(0), at(found));
         let (one, other) = (start.along(), end.along());
-        let ahead = one.x * other.x + one.y * other.y > 0.0;
+        let ahead = one.dot(&other) > 0.0;
         let same_way = ahead == (path.is_reverse(0) == path.is_reverse(found));
         let noise = self.arrival_distance;
         let farther = sqrt(start.squared_distance) - sqrt(end.squared_distance);
@@ -248,8 +248,7 @@ impl Follow {
         let (start, end) = path.segment(last);
         let along = end - start;
         let to = end - vehicle.point_ahead(self.rear_axle);
-        let length = sqrt(along.x * along.x + along.y * along.y);
-        let remaining = (to.x * along.x + to.y * along.y) / length;
+        let remaining = to.dot(&along) / sqrt(along.dot(&along));
         (remaining <= self.arrival_distance).then_some(next)
     }
 

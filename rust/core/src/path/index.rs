@@ -39,12 +39,12 @@ pub(super) fn search(
     mut best: Best,
     budget: usize,
 ) -> Found {
-    let position = best.position();
+    let position = best.position;
     let runs = boxes.len() / 2;
     let first_run = runs.next_power_of_two();
     let start = path.waypoint(0);
     let size = path.length() + start.x.abs() + start.y.abs() + position.x.abs() + position.y.abs();
-    let margin = MARGIN * (size + best.opposite_distance());
+    let margin = MARGIN * (size + best.opposite_distance);
     let distance = |node: usize| {
         let found = boxes.get(node);
         found.map_or(f64::INFINITY, |found| found.squared_distance(position))
@@ -64,7 +64,12 @@ pub(super) fn search(
             visited += 1;
             if node < runs {
                 let child = |node| (distance(node), node);
-                let (near, far) = near_and_far(child(2 * node), child(2 * node + 1));
+                let (left, right) = (child(2 * node), child(2 * node + 1));
+                let (near, far) = if right.0 < left.0 {
+                    (right, left)
+                } else {
+                    (left, right)
+                };
                 if let Some(room) = pending.get_mut(count) {
                     *room = far;
                     count += 1;
@@ -78,7 +83,7 @@ pub(super) fn search(
             for segment in first..path.segments().min(first + RUN) {
                 best.visit(path, segment);
             }
-            let least = best.cost() + margin;
+            let least = best.least.0 + margin;
             limit = least * least;
         }
         next = None;
@@ -88,19 +93,9 @@ pub(super) fn search(
         }
     }
     Found {
-        segment: best.segment(),
+        segment: best.least.1,
         is_exact,
         visits: visited,
-    }
-}
-
-/// Two boxes with their squared distances, the nearer one first.
-#[inline]
-fn near_and_far(left: (f64, usize), right: (f64, usize)) -> ((f64, usize), (f64, usize)) {
-    if right.0 < left.0 {
-        (right, left)
-    } else {
-        (left, right)
     }
 }
 

@@ -143,11 +143,7 @@ impl Circle {
         let outer = self.lookahead + self.tolerance + margin;
         let distances = SquaredDistances::new(start - self.position, grid.along, outer);
         // The last grid index before the segment leaves the inner circle.
-        let exit = || {
-            distances
-                .exit(inner)
-                .map_or(0, |exit| to_count(exit * count))
-        };
+        let exit = || to_count(distances.exit(inner).unwrap_or(0.0) * count);
 
         let mut index = 0;
         let mut jumped = inner <= 0.0;
@@ -200,9 +196,9 @@ impl SquaredDistances {
     /// largest radius that will be asked for.
     #[inline]
     fn new(to_start: Point, along: Point, outer: f64) -> Self {
-        let squared_length = along.x * along.x + along.y * along.y;
-        let approach = to_start.x * along.x + to_start.y * along.y;
-        let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
+        let squared_length = along.dot(&along);
+        let approach = to_start.dot(&along);
+        let at_start = to_start.dot(&to_start);
         Self {
             squared_length,
             inverse: 1.0 / squared_length,

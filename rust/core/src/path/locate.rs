@@ -94,26 +94,20 @@ pub fn locate_by_scan(
 /// The first and the last segment of the stretch around `segment`: behind and ahead of it, whole
 /// segments until their lengths exceed `reach` [m].
 fn stretch(path: &PathView<'_>, segment: usize, reach: f64) -> (usize, usize) {
-    let (mut first, mut last) = (segment, segment);
-    let (mut behind, mut ahead) = (0.0, 0.0);
     let mut remaining = path.segments() - 1;
-    while remaining > 0 && behind <= reach {
-        let Some(previous) = path.preceding(first) else {
-            break;
-        };
-        behind += path.segment_length(previous);
-        first = previous;
-        remaining -= 1;
-    }
-    while remaining > 0 && ahead <= reach {
-        let Some(next) = path.following(last) else {
-            break;
-        };
-        ahead += path.segment_length(next);
-        last = next;
-        remaining -= 1;
-    }
-    (first, last)
+    let mut end = |ahead: bool| {
+        let (mut last, mut arc) = (segment, 0.0);
+        while remaining > 0
+            && arc <= reach
+            && let Some(next) = path.neighbour(last, ahead)
+        {
+            arc += path.segment_length(next);
+            last = next;
+            remaining -= 1;
+        }
+        last
+    };
+    (end(false), end(true))
 }
 
 /// The lesser of two costs: by the direction of the segment, [`ClosestPoint::cost`], and by the

@@ -35,15 +35,11 @@ pub fn get_lookahead_point(
         found: false,
     };
     for (index, point) in grid.points().enumerate() {
-        let difference = get_distance(position, point) - lookahead;
-        if difference.abs() <= tolerance {
-            return Lookahead {
-                index,
-                point,
-                found: true,
-            };
+        (last.index, last.point) = (index, point);
+        last.found = (get_distance(position, point) - lookahead).abs() <= tolerance;
+        if last.found {
+            break;
         }
-        last.index = index;
     }
     last
 }
@@ -93,8 +89,7 @@ pub fn get_crossing(
             } else {
                 saturate(fraction, 0.0, remaining)
             };
-            let point = Point::new(from.x + fraction * along.x, from.y + fraction * along.y);
-            return (point, true);
+            return (from + along * fraction, true);
         }
         from = end;
         remaining = 1.0;
@@ -107,9 +102,9 @@ pub fn get_crossing(
 /// leaves it.
 #[inline]
 fn exit(from: Point, along: Point, squared_radius: f64) -> f64 {
-    let a = along.x * along.x + along.y * along.y;
-    let b = from.x * along.x + from.y * along.y;
-    let c = from.x * from.x + from.y * from.y - squared_radius;
+    let a = along.dot(&along);
+    let b = from.dot(&along);
+    let c = from.dot(&from) - squared_radius;
     let inside = b * b - a * c;
     let root = if inside > 0.0 { sqrt(inside) } else { 0.0 };
     // The form that does not subtract.

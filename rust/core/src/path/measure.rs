@@ -78,13 +78,7 @@ fn check_waypoints(
         ("s", arc_lengths),
     ];
     for (field, length) in lengths {
-        if length != waypoints {
-            return Err(PathError::LengthMismatch {
-                field,
-                length,
-                waypoints,
-            });
-        }
+        check_length(field, length, waypoints)?;
     }
     check_numbers("x", x, MAX_COORDINATE)?;
     check_numbers("y", y, MAX_COORDINATE)?;
@@ -101,12 +95,22 @@ pub(super) fn check_column(
     waypoints: usize,
     bound: f64,
 ) -> Result<(), PathError> {
-    if column.len() == waypoints {
-        return check_numbers(field, column, bound);
+    check_length(field, column.len(), waypoints)?;
+    check_numbers(field, column, bound)
+}
+
+/// Checks that there is an entry for each of the `waypoints`.
+pub(super) fn check_length(
+    field: &'static str,
+    length: usize,
+    waypoints: usize,
+) -> Result<(), PathError> {
+    if length == waypoints {
+        return Ok(());
     }
     Err(PathError::LengthMismatch {
         field,
-        length: column.len(),
+        length,
         waypoints,
     })
 }

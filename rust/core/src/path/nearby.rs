@@ -87,19 +87,10 @@ impl<'a> Outward<'a> {
         if self.arc > self.reach {
             return None;
         }
-        let next = self.beyond(self.segment)?;
+        let next = self.path.neighbour(self.segment, self.ahead)?;
         self.arc += self.path.segment_length(next);
         self.segment = next;
         Some(next)
-    }
-
-    #[inline]
-    fn beyond(&self, segment: usize) -> Option<usize> {
-        if self.ahead {
-            self.path.following(segment)
-        } else {
-            self.path.preceding(segment)
-        }
     }
 
     /// The closest point on the next segment.
@@ -124,8 +115,8 @@ impl<'a> Outward<'a> {
             };
             let (start, end) = self.path.segment(segment);
             let (along, to) = (end - start, position - start);
-            let squared_length = along.x * along.x + along.y * along.y;
-            let along_it = to.x * along.x + to.y * along.y;
+            let squared_length = along.dot(&along);
+            let along_it = to.dot(&along);
             // The inner end, and whether it is the closest point: the same bits as the scan's.
             let (near, is_closest) = if self.ahead {
                 (start, along_it <= 0.0)
@@ -148,7 +139,7 @@ impl<'a> Outward<'a> {
                 self.inner = distance;
                 continue;
             }
-            let ends = self.beyond(segment).is_none();
+            let ends = self.path.neighbour(segment, self.ahead).is_none();
             if ends || distance <= 2.0 * (limit * limit + squared_length) + MARGIN {
                 return false;
             }
@@ -170,24 +161,21 @@ impl<'a> Outward<'a> {
         // The first waypoint beyond the stretch: none where the last segment, which goes on without
         // an end, may be on it.
         let spare = usize::from(!path.is_closed());
-        let found = if self.ahead {
-            let near = self.segment + 1;
-            let far = path.s().get(near..path.len() - spare).and_then(|rest| {
-                let start = rest.first()?;
-                rest.iter().position(|s| s - start > farthest)
-            });
-            far.map(|far| (near, near + far))
+        let near = self.segment + usize::from(self.ahead);
+        let start = path.arc(near);
+        let is_far = |s: &f64| (s - start).abs() > farthest;
+        let far = if self.ahead {
+            let rest = path.s().get(near..path.len() - spare);
+            rest.and_then(|rest| rest.iter().position(is_far))
+                .map(|far| near + far)
         } else {
-            let near = self.segment;
-            let far = path.s().get(spare..=near).and_then(|rest| {
-                let start = rest.last()?;
-                rest.iter().rev().position(|s| start - s > farthest)
-            });
-            far.map(|far| (near, near - far))
+            let rest = path.s().get(spare..=near);
+            rest.and_then(|rest| rest.iter().rev().position(is_far))
+                .map(|far| near - far)
         };
-        match found {
-            Some((near, far)) if path.reverse().is_none() => {
-                let arc = (path.arc(far) - path.arc(near)).abs();
+        match far {
+            Some(far) if path.reverse().is_none() => {
+                let arc = (path.arc(far) - start).abs();
                 let distance = squared_distance(position, path.waypoint(far));
                 sqrt(distance) - arc - self.arc - margin
             }

@@ -119,14 +119,13 @@ impl<'a> Preview<'a> {
         if start < first {
             return None;
         }
-        let chord = |from: Point, to: Point| (to.x - from.x, to.y - from.y);
         let (a, _) = self.point_at(start, last);
         let (b, _) = self.point_at(end - 2.0 * length, last);
         let (c, _) = self.point_at(end - length, last);
         let (point, _) = self.point_at(end, last);
-        let (middle, (x, y)) = (chord(b, c), chord(c, point));
-        let before = angle_between(chord(a, b), middle);
-        let turn = angle_between(middle, (x, y));
+        let (middle, last) = (c - b, point - c);
+        let before = angle_between(b - a, middle);
+        let turn = angle_between(middle, last);
         if before * turn <= 0.0 {
             return None;
         }
@@ -138,7 +137,7 @@ impl<'a> Preview<'a> {
         Some(EndBend {
             end,
             point,
-            yaw: atan2(y, x) + 0.5 * turn,
+            yaw: atan2(last.y, last.x) + 0.5 * turn,
             curvature: turn / length,
             length: self.reach,
         })
@@ -161,8 +160,8 @@ impl<'a> Preview<'a> {
         if let Some(yaw) = self.given(arc_length) {
             return yaw;
         }
-        let (x, y) = self.chord(arc_length);
-        atan2(y, x)
+        let chord = self.chord(arc_length);
+        atan2(chord.y, chord.x)
     }
 
     /// The direction that the path's own headings have at `arc_length` [rad]; None without any.
@@ -176,9 +175,9 @@ impl<'a> Preview<'a> {
         Some(yaw + self.bend.map_or(0.0, |bend| bend.turn(arc_length)))
     }
 
-    /// The chord about `arc_length`, as far as it goes in x and in y [m].
+    /// The chord about `arc_length`, from its tail to its head [m].
     #[inline]
-    fn chord(&mut self, arc_length: f64) -> (f64, f64) {
+    fn chord(&mut self, arc_length: f64) -> Point {
         let [behind, before, ahead] = self.hints;
         let (here, _) = self.place_at(arc_length, before);
         // After a long step both ends are nearer to the middle than to the last ends.
@@ -197,12 +196,11 @@ impl<'a> Preview<'a> {
         let (tail, behind) = self.point_at(arc_length - reach, behind);
         let (head, ahead) = self.point_at(arc_length + reach, ahead);
         self.hints = [behind, here, ahead];
-        let (from, to) = if squared_distance(tail, head) > reach * reach {
-            (tail, head)
+        if squared_distance(tail, head) > reach * reach {
+            head - tail
         } else {
-            (start, end)
-        };
-        (to.x - from.x, to.y - from.y)
+            end - start
+        }
     }
 
     /// How far the path turns over each of several steps of `step` [m] from `arc_length` on
@@ -228,7 +226,7 @@ impl<'a> Preview<'a> {
             *turn = angle_between(here, next);
             here = next;
         }
-        first
+        (first.x, first.y)
     }
 
     /// The segment that holds `arc_length`, and how far along it [m].
@@ -236,11 +234,8 @@ impl<'a> Preview<'a> {
     fn place_at(&self, arc_length: f64, hint: usize) -> (usize, f64) {
         if let Some(stretch) = &self.stretch {
             if arc_length >= stretch.end {
-                let beyond = arc_length - stretch.end;
-                return (
-                    stretch.last,
-                    self.path.segment_length(stretch.last) + beyond,
-                );
+                let length = self.path.segment_length(stretch.last);
+                return (stretch.last, length + (arc_length - stretch.end));
             }
             if arc_length < stretch.start {
                 return (stretch.first, arc_length - stretch.start);
@@ -260,11 +255,7 @@ impl<'a> Preview<'a> {
         }
         let (start, end) = self.path.segment(segment);
         let fraction = along / get_distance(start, end);
-        let point = Point::new(
-            start.x + fraction * (end.x - start.x),
-            start.y + fraction * (end.y - start.y),
-        );
-        (point, segment)
+        (start + (end - start) * fraction, segment)
     }
 }
 
@@ -356,9 +347,8 @@ pub fn wheel_at_rest(vehicle: &Vehicle, path: &PathView<'_>, segment: usize, arc
 /// Up to 7 degrees by the series of the arc tangent, 2e-15 rad off at most, which costs an eighth
 /// of `atan2`.
 #[inline]
-fn angle_between(from: (f64, f64), to: (f64, f64)) -> f64 {
-    let cross = from.0 * to.1 - from.1 * to.0;
-    let dot = from.0 * to.0 + from.1 * to.1;
+fn angle_between(from: Point, to: Point) -> f64 {
+    let (cross, dot) = (from.perp(&to), from.dot(&to));
     if cross.abs() < 0.125 * dot {
         let t = cross / dot;
         let s = t * t;

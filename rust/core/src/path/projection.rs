@@ -89,13 +89,9 @@ impl ClosestPoint {
         let (start, end) = path.segment(segment);
         let along = end - start;
         let to = position - start;
-        let squared_length = along.x * along.x + along.y * along.y;
-        let fraction = saturate(
-            (to.x * along.x + to.y * along.y) / squared_length,
-            low,
-            high,
-        );
-        let point = Point::new(start.x + fraction * along.x, start.y + fraction * along.y);
+        let squared_length = along.dot(&along);
+        let fraction = saturate(to.dot(&along) / squared_length, low, high);
+        let point = start + along * fraction;
         Self {
             segment,
             fraction,
@@ -103,7 +99,7 @@ impl ClosestPoint {
             along,
             squared_length,
             squared_distance: squared_distance(position, point),
-            side: along.x * to.y - along.y * to.x,
+            side: along.perp(&to),
         }
     }
 
@@ -159,8 +155,7 @@ impl ClosestPoint {
     /// `heading` to the segment.
     #[inline]
     pub(super) fn cost(&self, heading: Point, opposite_distance: f64) -> f64 {
-        let along =
-            (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
+        let along = heading.dot(&self.along) / sqrt(self.squared_length);
         sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     }
 }

@@ -54,7 +54,7 @@ pub fn relocalise_by_scan(
     for segment in 0..path.segments() {
         best.visit(path, segment);
     }
-    best.segment()
+    best.least.1
 }
 
 #[cfg(test)]

@@ -80,10 +80,7 @@ impl SegmentGrid {
     #[inline]
     pub fn point(&self, index: usize) -> Point {
         let fraction = from_count(index) / from_count(self.count);
-        Point::new(
-            self.start.x + fraction * self.along.x,
-            self.start.y + fraction * self.along.y,
-        )
+        self.start + self.along * fraction
     }
 }
 

@@ -110,20 +110,11 @@ impl<'a> PathView<'a> {
             if get_distance(start, end) >= REACH {
                 break;
             }
-            let beyond = if ahead {
-                self.following(last)
-            } else {
-                self.preceding(last)
-            };
-            let Some(beyond) = beyond else {
+            let Some(beyond) = self.neighbour(last, ahead) else {
                 break;
             };
             let (from, to) = self.segment(beyond);
-            if ahead {
-                end = to;
-            } else {
-                start = from;
-            }
+            (start, end) = if ahead { (start, to) } else { (from, end) };
             last = beyond;
         }
         self.vehicle_yaw(segment, atan2(end.y - start.y, end.x - start.x))
@@ -222,16 +213,13 @@ impl ClosestPoint {
         // Of the segment's length, to its left.
         let offset = -0.5 * turn * t * (1.0 - t);
         let along = end - start;
-        let point = Point::new(
-            self.point.x - offset * along.y,
-            self.point.y + offset * along.x,
-        );
+        let point = self.point + Point::new(-along.y, along.x) * offset;
         let yaw = path.direction(self.segment, t * length).unwrap_or(0.0);
         let to = position - point;
         Self {
             point,
             squared_distance: squared_distance(position, point),
-            side: along.x * to.y - along.y * to.x,
+            side: along.perp(&to),
             along: Point::new(length * cos(yaw), length * sin(yaw)),
             ..self
         }

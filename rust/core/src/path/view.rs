@@ -1,7 +1,7 @@
 //! Waypoints as borrowed slices, validated once.
 
 use super::boxes::Bounds;
-use super::measure::{Measures, check_column, measure};
+use super::measure::{Measures, check_column, check_length, measure};
 use crate::bounds::MAX_GRADE;
 use crate::error::{InputError, PathError, Requirement};
 use crate::geometry::Point;
@@ -68,19 +68,12 @@ impl<'a> PathView<'a> {
     ///
     /// [`PathError::LengthMismatch`] unless there is an entry for each waypoint.
     pub fn with_reverse(self, reverse: &'a [bool]) -> Result<Self, PathError> {
-        if reverse.len() == self.len() {
-            Ok(Self {
-                reverse: Some(reverse),
-                ends: None,
-                ..self
-            })
-        } else {
-            Err(PathError::LengthMismatch {
-                field: "reverse",
-                length: reverse.len(),
-                waypoints: self.len(),
-            })
-        }
+        check_length("reverse", reverse.len(), self.len())?;
+        Ok(Self {
+            reverse: Some(reverse),
+            ends: None,
+            ..self
+        })
     }
 
     /// The same path with the slope at each waypoint along it, positive uphill in the order of the
@@ -212,10 +205,6 @@ impl<'a> PathView<'a> {
     }
 
     /// Whether a remembered waypoint is one of this path.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`], naming `field`, where it is not.
     pub(crate) fn check_waypoint(
         &self,
         field: &'static str,
@@ -296,6 +285,16 @@ impl<'a> PathView<'a> {
     pub(crate) fn preceding(&self, index: usize) -> Option<usize> {
         self.previous(index)
             .filter(|&previous| self.goes_on(previous, index))
+    }
+
+    /// The segment after `index`, or the one before it, in the same section.
+    #[inline]
+    pub(crate) fn neighbour(&self, index: usize, ahead: bool) -> Option<usize> {
+        if ahead {
+            self.following(index)
+        } else {
+            self.preceding(index)
+        }
     }
 
     /// Whether a cusp ends segment `index`: the next one is driven in the other direction.

@@ -169,7 +169,8 @@ proptest! {
         (a, b) in (1e-6..1e6_f64, 1e-6..1e6_f64),
     ) {
         let (from, to) = (yaw, yaw + angle);
-        let found = angle_between((a * cos(from), a * sin(from)), (b * cos(to), b * sin(to)));
+        let (from, to) = (Point::new(cos(from), sin(from)), Point::new(cos(to), sin(to)));
+        let found = angle_between(from * a, to * b);
         prop_assert!((found - angle).abs() < 4e-15, "{found} {angle}");
     }
 
