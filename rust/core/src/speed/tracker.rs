@@ -393,7 +393,7 @@ impl SpeedTracker {
         let mut believed = vehicle;
         if let Some(gate) = &mut state.gate {
             let (before, since) = (gate.believed, gate.since);
-            let status = gate.pass(car, vehicle, state.bend, dt, age).status;
+            let (status, _) = gate.pass(car, vehicle, state.bend, dt, age);
             let travel = vehicle.speed * dt;
             if status.contains(Status::IMPLAUSIBLE) {
                 (gate.believed, gate.since) = (vehicle, 0.0);
@@ -409,12 +409,8 @@ impl SpeedTracker {
         if age == 0.0 {
             return believed;
         }
-        rolled(
-            car,
-            believed,
-            (vehicle.speed * age, state.bend),
-            vehicle.speed,
-        )
+        let arc = (vehicle.speed * age, state.bend);
+        rolled(car, believed, arc, vehicle.speed)
     }
 
     /// How long the vehicle goes on standing while its wheels turn [s]: at a start or a cusp, where

@@ -20,14 +20,8 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Status {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
-        let widest = widest_offset(car);
-        let wanted = fade(
-            &mut state.handover,
-            state.steer,
-            wanted - offset,
-            dt,
-            widest,
-        );
+        let (handover, widest) = (&mut state.handover, widest_offset(car));
+        let wanted = fade(handover, state.steer, wanted - offset, dt, widest);
         let angle = car.at_wheels(wanted + offset);
         let wheel = car.limit_lateral_acceleration(angle, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);

@@ -99,13 +99,8 @@ impl<L: LateralLaw> Tracker<L> {
         let (predicted, wheel) = match &mut in_flight {
             Some(in_flight) => {
                 in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
-                arrival(
-                    car,
-                    in_flight,
-                    reported.measured_steer,
-                    [here, now],
-                    &estimate,
-                )
+                let measured = reported.measured_steer;
+                arrival(car, in_flight, measured, [here, now], &estimate)
             }
             None => (here, steer),
         };

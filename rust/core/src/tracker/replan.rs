@@ -61,8 +61,7 @@ impl<L: LateralLaw> Tracker<L> {
         let along = end - start;
 
         if state.measured_waypoint.is_some() {
-            let length = sqrt(along.x * along.x + along.y * along.y);
-            let along = Point::new(along.x / length, along.y / length);
+            let along = along / sqrt(along.dot(&along));
             let apart = get_distance(place.predicted, place.measured);
             let reach = self.follow().search_distance + apart;
             let found = locate(new, closest.segment, place.measured, along, reach, opposite);
@@ -88,9 +87,8 @@ impl<L: LateralLaw> Tracker<L> {
         changes_direction: bool,
     ) {
         let ahead = closest.along();
-        let lengths = sqrt(along.x * along.x + along.y * along.y)
-            * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
-        let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
+        let lengths = sqrt(along.dot(&along)) * sqrt(ahead.dot(&ahead));
+        let cosine = along.dot(&ahead) / lengths;
         let is_askew = cosine < ELSEWHERE_COSINE;
         if changes_direction {
             state.law.leave_path();
@@ -116,23 +114,14 @@ impl<S: LateralState> Tracking<S> {
         }
         let remaining = match self.handover {
             // Less than all of its time remains once a hand-over has begun.
-            Some(Handover {
-                offset: Some(_),
-                remaining,
-            }) => saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT),
-            Some(Handover {
-                offset: None,
-                remaining,
-            }) => remaining,
+            Some(fading) if fading.offset.is_some() => {
+                saturate(fading.remaining, 0.0, HANDOVER_TIME - MIN_DT)
+            }
+            Some(fading) => fading.remaining,
             None => HANDOVER_TIME,
         };
-        self.handover = if self.law.set_steer(self.steer) {
-            None
-        } else {
-            Some(Handover {
-                offset: None,
-                remaining,
-            })
-        };
+        let fades = !self.law.set_steer(self.steer);
+        let offset = None;
+        self.handover = fades.then_some(Handover { offset, remaining });
     }
 }

@@ -5,7 +5,7 @@
 //! driver without a jump of the angle, and answers every input.
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
-use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
+use crate::error::{ConfigError, InputError, input_count, input_in_range, input_within};
 use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
 use crate::laws::{Decision, LateralLaw, LateralState};
@@ -17,12 +17,13 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::Command;
-use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
+use crate::tracker::monitor::{Measured, Monitor, MonitorParams, MonitorState};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
     Answer, Deviation, HANDOVER_TIME, Handover, Model, Place, TrackerState, Tracking, widest_offset,
 };
-use crate::vehicle::gate::{Gate, Received};
+use crate::vehicle::gate::Gate;
+use crate::vehicle::past::Past;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
@@ -55,10 +56,7 @@ impl<L: LateralLaw> Tracker<L> {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(law: L, adapt: Option<AdaptParams>) -> Result<Self, ConfigError> {
-        let adapt = match adapt {
-            Some(adapt) => Some(adapt.checked()?),
-            None => None,
-        };
+        let adapt = adapt.map(AdaptParams::checked).transpose()?;
         Ok(Self::unchecked(law, adapt))
     }
 
@@ -78,7 +76,7 @@ impl<L: LateralLaw> Tracker<L> {
         Self {
             law,
             adapt,
-            monitor: Some(Monitor::usual(&vehicle)),
+            monitor: Some(Monitor::unchecked(MonitorParams::DEFAULT, &vehicle)),
             models,
             bare,
         }
@@ -210,9 +208,7 @@ impl<L: LateralLaw> Tracker<L> {
             check_steer("handover.offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover.remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
-        if let Some(place) = state.place {
-            place.checked()?;
-        }
+        state.place.map(Place::checked).transpose()?;
         input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
         input_in_range("period", state.period, 0.0, MAX_DT)?;
         if let Some(answer) = state.answer {
@@ -224,27 +220,17 @@ impl<L: LateralLaw> Tracker<L> {
             answer.checked_ahead()?;
         }
         let model = &state.model;
-        if let Some(past) = &model.past {
-            past.check()?;
-        }
+        model.past.as_ref().map(Past::check).transpose()?;
         model.estimator.checked(vehicle)?;
-        if let Some(monitor) = state.monitor {
-            monitor.checked()?;
-        }
-        if let Some(gate) = state.gate {
-            gate.checked()?;
-        }
+        state.monitor.map(MonitorState::checked).transpose()?;
+        state.gate.map(Gate::checked).transpose()?;
         match (self.models, &model.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
                 in_flight.check(vehicle, model.estimator.estimate.longer_dead_time)
             }
             // Without a command in flight nothing could be predicted.
-            (true, None) => Err(InputError {
-                field: "in_flight.commands",
-                value: 0.0,
-                requirement: Requirement::CountInRange(1, InFlight::CAPACITY),
-            }),
+            (true, None) => input_count("in_flight.commands", 0, 1, InFlight::CAPACITY),
         }
     }
 
@@ -420,10 +406,8 @@ impl<L: LateralLaw> Tracker<L> {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
-        self.monitor = match params {
-            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
-            None => None,
-        };
+        let monitor = |params| Monitor::new(params, self.law.vehicle());
+        self.monitor = params.map(monitor).transpose()?;
         Ok(self)
     }
 
@@ -478,7 +462,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.gate = Some(Gate::new(vehicle, car, age));
             return (vehicle, Status::OK);
         };
-        let Received { status, jumped } = gate.pass(car, vehicle, bend, dt, age);
+        let (status, jumped) = gate.pass(car, vehicle, bend, dt, age);
         if status == Status::OK {
             return (vehicle, status);
         }
@@ -520,13 +504,8 @@ impl<L: LateralLaw> Tracker<L> {
         };
         let answer = state.answer.as_ref();
         let last_error = answer.map(|answer| answer.measured.cross_track_error);
-        monitor.check(
-            self.law.vehicle(),
-            &mut state.monitor,
-            state.steer,
-            last_error,
-            &now,
-        )
+        let (car, remembered) = (self.law.vehicle(), &mut state.monitor);
+        monitor.check(car, remembered, state.steer, last_error, &now)
     }
 }
 

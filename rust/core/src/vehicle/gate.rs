@@ -52,25 +52,6 @@ pub struct Gate {
     pub age: f64,
 }
 
-/// How a pose was received.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Received {
-    /// The pose itself is believed where this is [`Status::OK`], else [`Gate::believed`].
-    pub status: Status,
-    /// Whether the localisation has jumped: the motion since the last step tells nothing.
-    pub jumped: bool,
-}
-
-impl Received {
-    /// One that did not end a jump.
-    fn of(status: Status) -> Self {
-        Self {
-            status,
-            jumped: false,
-        }
-    }
-}
-
 impl Gate {
     /// How far off a position is believed in any case, in wheelbases, and a yaw [rad].
     const POSITION: f64 = 0.25;
@@ -122,6 +103,10 @@ impl Gate {
 
     /// What is believed of a pose `dt` [s] after the last one, which is `age` [s] old. The wheels
     /// give the vehicle the `curvature` [1/m] meanwhile.
+    ///
+    /// The pose itself is believed where the status is [`Status::OK`], else
+    /// [`believed`](Self::believed). The flag says that the localisation has jumped: the motion
+    /// since the last step tells nothing.
     #[inline]
     pub(crate) fn pass(
         &mut self,
@@ -130,11 +115,11 @@ impl Gate {
         curvature: f64,
         dt: f64,
         age: f64,
-    ) -> Received {
+    ) -> (Status, bool) {
         let elapsed = dt + self.age - age;
         self.age = age;
         if !(MIN_DT..=Self::GAP).contains(&elapsed) {
-            return self.pass_time(car, vehicle, elapsed);
+            return (self.pass_time(car, vehicle, elapsed), false);
         }
         let before = self.believed;
         let travel = 0.5 * (before.speed + vehicle.speed) * elapsed;
@@ -144,7 +129,8 @@ impl Gate {
         // One that stood at either end may have stood in between.
         let slowest = smaller(before.speed.abs(), vehicle.speed.abs());
         if repeats && slowest * elapsed > Self::STILL * car.wheelbase {
-            return self.hold_stale(car, vehicle, (travel, curvature), elapsed);
+            let status = self.hold_stale(car, vehicle, (travel, curvature), elapsed);
+            return (status, false);
         }
         self.stale = 0.0;
         self.measured = vehicle;
@@ -159,19 +145,19 @@ impl Gate {
         let turned = wrap(vehicle.yaw - before.yaw - turn);
         if self.explains(car, (travel, turn), off, turned) {
             self.agreed = 0.0;
-            return self.believe(car, vehicle, (c, s), off, turned);
+            return (self.believe(car, vehicle, (c, s), off, turned), false);
         }
         self.doubt(car, vehicle, (travel, curvature), (off, turned), elapsed)
     }
 
     /// A pose that is as old as the last one, or older; or one after a gap.
     #[cold]
-    fn pass_time(&mut self, car: &Vehicle, vehicle: VehicleState, elapsed: f64) -> Received {
+    fn pass_time(&mut self, car: &Vehicle, vehicle: VehicleState, elapsed: f64) -> Status {
         let is_held = elapsed < MIN_DT && self.agreed > 0.0;
         if elapsed > Self::GAP {
             self.restart(car, vehicle);
         }
-        Received::of(Status::OUTLIER.when(is_held))
+        Status::OUTLIER.when(is_held)
     }
 
     /// Believes `vehicle` whatever was before, but for the noise.
@@ -191,24 +177,17 @@ impl Gate {
         arc: (f64, f64),
         (off, turned): (Point, f64),
         elapsed: f64,
-    ) -> Received {
+    ) -> (Status, bool) {
+        let (travel, curvature) = arc;
         let (last, last_turned) = self.jump;
-        let apart = Point::new(off.x - last.x, off.y - last.y);
-        let agrees = self.agreed > 0.0
-            && self.explains(
-                car,
-                (arc.0, arc.0 * arc.1),
-                apart,
-                wrap(turned - last_turned),
-            );
+        let (apart, askew) = (off - last, wrap(turned - last_turned));
+        let agrees =
+            self.agreed > 0.0 && self.explains(car, (travel, travel * curvature), apart, askew);
         self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
-        let wheelbases = sqrt(off.x * off.x + off.y * off.y) / car.wheelbase;
-        let patience = smaller(
-            Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases,
-            Self::AGREE_MOST,
-        );
-        let jumped = self.agreed > patience;
+        let wheelbases = sqrt(off.dot(&off)) / car.wheelbase;
+        let patience = Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases;
+        let jumped = self.agreed > smaller(patience, Self::AGREE_MOST);
         let mut status = Status::OUTLIER;
         if jumped {
             self.restart(car, vehicle);
@@ -216,7 +195,7 @@ impl Gate {
             status |= Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
             self.believed = rolled(car, self.believed, arc, vehicle.speed);
         }
-        Received { status, jumped }
+        (status, jumped)
     }
 
     /// A position that repeats: the expected one, with the heading where that is alive.
@@ -227,7 +206,7 @@ impl Gate {
         vehicle: VehicleState,
         arc: (f64, f64),
         elapsed: f64,
-    ) -> Received {
+    ) -> Status {
         self.believed = rolled(car, self.believed, arc, vehicle.speed);
         if vehicle.yaw.to_bits() != self.measured.yaw.to_bits() {
             self.believed.yaw = vehicle.yaw;
@@ -235,14 +214,14 @@ impl Gate {
         self.stale += elapsed;
         self.measured = vehicle;
         let fault = Status::IMPLAUSIBLE.when(self.stale > Self::STALE_LIMIT);
-        Received::of(Status::POSE_STALE | fault)
+        Status::POSE_STALE | fault
     }
 
     /// Whether a position `off` the expected one, and a yaw `turned` from it, are explained after the
     /// `travel` [m] and the `turn` [rad] of an arc.
     #[inline]
     fn explains(&self, car: &Vehicle, (travel, turn): (f64, f64), off: Point, turned: f64) -> bool {
-        let square = off.x * off.x + off.y * off.y;
+        let square = off.dot(&off);
         let (far, askew) = (Self::POSITION * car.wheelbase, Self::YAW);
         if square <= far * far && turned.abs() <= askew {
             // As most poses are.
@@ -263,7 +242,7 @@ impl Gate {
         (c, s): (f64, f64),
         off: Point,
         turned: f64,
-    ) -> Received {
+    ) -> Status {
         let since = self.since;
         let along = off.x * c + off.y * s;
         // Along the heading a wrong speed would count as noise. Two poses are in it.
@@ -282,15 +261,11 @@ impl Gate {
         self.differing = if differs { self.differing + since } else { 0.0 };
         self.since = 0.0;
         self.believed = vehicle;
-        Received::of(Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING))
+        Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING)
     }
 
     /// The gate itself, where its numbers are ones that poses can have given.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`], naming the field that is not.
-    pub fn checked(self) -> Result<Self, InputError> {
+    pub(crate) fn checked(self) -> Result<Self, InputError> {
         const MOST: f64 = 1e20;
         for vehicle in [self.believed, self.measured] {
             for number in [vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed] {

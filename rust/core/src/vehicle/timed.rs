@@ -1,7 +1,7 @@
 //! A ring of angles with durations: commands in flight, or past angles of the wheels.
 
-use crate::error::{InputError, Requirement};
-use crate::math::{from_count, smaller};
+use crate::error::{InputError, input_count};
+use crate::math::smaller;
 #[cfg(feature = "serde")]
 use crate::row::Row;
 
@@ -59,14 +59,7 @@ impl<const N: usize> Timed<N> {
         field: &'static str,
         timed: impl ExactSizeIterator<Item = (f64, f64)>,
     ) -> Result<Self, InputError> {
-        let count = timed.len();
-        if count > N {
-            return Err(InputError {
-                field,
-                value: from_count(count),
-                requirement: Requirement::CountInRange(0, N),
-            });
-        }
+        input_count(field, timed.len(), 0, N)?;
         let mut restored = Self::EMPTY;
         for (angle, duration) in timed {
             restored.push(angle, duration);

@@ -1,7 +1,6 @@
 //! The terms that the integral of a PID sums: the last so many.
 
-use crate::error::{InputError, Requirement, input_within};
-use crate::math::from_count;
+use crate::error::{InputError, input_count, input_within};
 #[cfg(feature = "serde")]
 use crate::row::Row;
 
@@ -98,18 +97,8 @@ impl ErrorBuffer {
         } else {
             (0, length.saturating_sub(1))
         };
-        for (field, value, low, high) in [
-            ("law.buffer.terms", count, 0, length),
-            ("law.buffer.next", self.next, low, high),
-        ] {
-            if value < low || value > high {
-                return Err(InputError {
-                    field,
-                    value: from_count(value),
-                    requirement: Requirement::CountInRange(low, high),
-                });
-            }
-        }
+        input_count("law.buffer.terms", count, 0, length)?;
+        input_count("law.buffer.next", self.next, low, high)?;
         for term in self.terms() {
             input_within("law.buffer.terms", term, BOUND)?;
         }

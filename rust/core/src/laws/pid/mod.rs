@@ -3,13 +3,13 @@
 pub mod error_buffer;
 
 use crate::bounds::MAX_COORDINATE;
-use crate::error::{ConfigError, InputError, Requirement, input_within};
+use crate::error::{ConfigError, InputError, input_count, input_within};
 use crate::geometry::Point;
 use crate::laws::law::Tracked;
 use crate::laws::params::law_params;
 use crate::laws::pid::error_buffer::{BOUND, ErrorBuffer};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
-use crate::math::{cos, from_count, saturate, sin};
+use crate::math::{cos, saturate, sin};
 use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
@@ -84,14 +84,10 @@ impl Pid {
     #[inline]
     fn rate_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
         let step = at.position - previous;
-        let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
+        let half = 0.5 * step.dot(&at.heading);
         let middle = at.closest.arc_length(path) - half;
-        let yaw = Preview::yaw_at(
-            path,
-            self.params.smoothing_length,
-            at.closest.segment,
-            middle,
-        );
+        let (smoothing, segment) = (self.params.smoothing_length, at.closest.segment);
+        let yaw = Preview::yaw_at(path, smoothing, segment, middle);
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }
@@ -142,13 +138,13 @@ impl LateralLaw for Pid {
         }
         // At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0 {
-            state.buffer.push(if self.params.integral_with_dt {
+            state.buffer.push(if params.integral_with_dt {
                 error * at.dt
             } else {
                 error
             });
         }
-        let rate = if self.params.smoothing_length > 0.0 {
+        let rate = if params.smoothing_length > 0.0 {
             let previous = state.previous_position.replace(at.position);
             previous.map_or(0.0, |previous| self.rate_across(path, previous, at))
         } else {
@@ -176,16 +172,8 @@ impl LateralLaw for Pid {
             input_within("law.previous_position", position.x, most)?;
             input_within("law.previous_position", position.y, most)?;
         }
-        if state.buffer.length() != self.params.buffer_length {
-            return Err(InputError {
-                field: "law.buffer.length",
-                value: from_count(state.buffer.length()),
-                requirement: Requirement::CountInRange(
-                    self.params.buffer_length,
-                    self.params.buffer_length,
-                ),
-            });
-        }
+        let length = self.params.buffer_length;
+        input_count("law.buffer.length", state.buffer.length(), length, length)?;
         state.buffer.check()
     }
 }

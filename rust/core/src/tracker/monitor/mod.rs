@@ -60,25 +60,22 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
+    /// With `params`, where each is within its range.
     pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
-        params
-            .checked()
-            .map(|params| Self::unchecked(params, vehicle))
+        Ok(Self::unchecked(params.checked()?, vehicle))
     }
 
-    /// The default of a controller.
-    pub(super) fn usual(vehicle: &Vehicle) -> Self {
-        Self::unchecked(MonitorParams::DEFAULT, vehicle)
-    }
-
-    fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
+    /// With `params` that are within their ranges.
+    pub(super) fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
+        let MonitorParams {
+            deviation_limit,
+            join_limit,
+            ..
+        } = params.resolved(vehicle);
         Self {
             params,
-            deviation_limit: params.resolved(vehicle).deviation_limit,
-            join_limit: params.resolved(vehicle).join_limit,
+            deviation_limit,
+            join_limit,
         }
     }
 

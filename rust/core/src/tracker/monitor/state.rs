@@ -8,7 +8,7 @@ use crate::vehicle::Vehicle;
 use crate::vehicle::estimator::Estimator;
 
 /// The monitor's state; the turns are sums with exponential forgetting.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MonitorState {
     /// Angle of the wheels by the vehicle's parameters [rad].
@@ -102,21 +102,9 @@ impl MonitorState {
         let (deviation, time) = Self::NOISE_PRIOR;
         Self {
             wheel,
-            yaw: None,
-            residual: None,
-            measured: 0.0,
-            expected: 0.0,
-            delayed: 0.0,
-            rate: 0.0,
-            yaw_rate: 0.0,
-            reach: 0.0,
-            excess: 0.0,
             time,
             noise: deviation * deviation,
-            offset_square: 0.0,
-            offset_sum: 0.0,
-            alarm: 0.0,
-            within: false,
+            ..Self::default()
         }
     }
 
