@@ -105,9 +105,8 @@ impl LateralLaw for PurePursuit {
         let lookahead = larger(scheduled, self.search.min_lookahead) + 0.0;
         let target = self.search.find(path, at, lookahead);
         let to = target.point - at.position;
-        let (cosine, sine) = (at.heading.x, at.heading.y);
-        let ahead = to.x * cosine + to.y * sine;
-        let left = to.y * cosine - to.x * sine;
+        let ahead = to.dot(&at.heading);
+        let left = at.heading.perp(&to);
         // atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
         let wanted = if self.alpha_by_arccos {
             state.previous_alpha = alpha_by_arccos(ahead, left, lookahead, state.previous_alpha);

@@ -90,13 +90,8 @@ impl LateralLaw for Stanley {
         let path_yaw = if params.heading_behind {
             path_yaw_behind(path, at.closest.nearest_waypoint(path))
         } else if params.smoothing_length > 0.0 {
-            let arc_length = at.closest.arc_length(path);
-            Preview::yaw_at(
-                path,
-                params.smoothing_length,
-                at.closest.segment,
-                arc_length,
-            )
+            let (segment, arc) = (at.closest.segment, at.closest.arc_length(path));
+            Preview::yaw_at(path, params.smoothing_length, segment, arc)
         } else {
             at.closest.path_yaw()
         };

@@ -127,25 +127,27 @@ pub struct ModelState {
     pub commanded: f64,
 }
 
+impl ModelState {
+    /// `e`, `p`, `a`, `c`.
+    #[inline]
+    fn entries(&self) -> (f64, f64, f64, f64) {
+        (self.error, self.heading, self.driven, self.commanded)
+    }
+}
+
 impl Travel {
     /// `F x + g`: the state after this step of travel from `state`, whose move is made. Within the
     /// step the path turns by `turn` [rad].
     #[inline]
     pub fn after(&self, state: &ModelState, turn: f64) -> ModelState {
         let moved = -0.5 * self.step * turn;
-        let ModelState {
-            error,
-            heading,
-            driven,
-            commanded,
-        } = *state;
+        let (e, p, a, c) = state.entries();
         ModelState {
-            error: (error + self.step * heading + moved)
-                + (self.error_by_driven * driven + self.error_by_commanded * commanded),
-            heading: (heading - turn)
-                + (self.heading_by_driven * driven + self.heading_by_commanded * commanded),
-            driven: self.kept * driven + self.taken * commanded,
-            commanded,
+            error: (e + self.step * p + moved)
+                + (self.error_by_driven * a + self.error_by_commanded * c),
+            heading: (p - turn) + (self.heading_by_driven * a + self.heading_by_commanded * c),
+            driven: self.kept * a + self.taken * c,
+            commanded: c,
         }
     }
 
@@ -156,17 +158,12 @@ impl Travel {
     #[inline]
     pub(super) fn without_commanded(&self, state: &ModelState, turn: f64) -> ModelState {
         let moved = -0.5 * self.step * turn;
-        let ModelState {
-            error,
-            heading,
-            driven,
-            commanded,
-        } = *state;
+        let (e, p, a, c) = state.entries();
         ModelState {
-            error: error + (self.step * heading + (self.error_by_driven * driven + moved)),
-            heading: (heading - turn) + self.heading_by_driven * driven,
-            driven: self.kept * driven,
-            commanded,
+            error: e + (self.step * p + (self.error_by_driven * a + moved)),
+            heading: (p - turn) + self.heading_by_driven * a,
+            driven: self.kept * a,
+            commanded: c,
         }
     }
 
@@ -230,7 +227,7 @@ impl BestMove {
 
 /// A quadratic cost of the state, `xᵀ P x + 2 qᵀ x`: `ee` ... `cc` are the entries of P, `e` ... `c`
 /// those of q. P is symmetric: `ep` stands for `P_ep` and `P_pe`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "each field is named by its entry")]
 pub struct CostToGo {
     pub ee: f64,
@@ -262,19 +259,10 @@ impl CostToGo {
         let pa = pp * offset;
         Self {
             ee: 1.0,
-            ep: 0.0,
-            ea: 0.0,
-            ec: 0.0,
             pp,
             pa,
-            pc: 0.0,
             aa: pa * offset,
-            ac: 0.0,
-            cc: 0.0,
-            e: 0.0,
-            p: 0.0,
-            a: 0.0,
-            c: 0.0,
+            ..Self::default()
         }
     }
 
@@ -345,15 +333,8 @@ impl CostToGo {
     /// has as 0 are left out.
     #[inline]
     pub fn stage_cost(&self, state: &ModelState) -> f64 {
-        let ModelState {
-            error,
-            heading,
-            driven,
-            ..
-        } = *state;
-        self.ee * error * error
-            + (self.pp * heading * heading
-                + (2.0 * self.pa * heading * driven + self.aa * driven * driven))
+        let (e, p, a, _) = state.entries();
+        self.ee * e * e + (self.pp * p * p + (2.0 * self.pa * p * a + self.aa * a * a))
     }
 
     /// The best move where this cost is S, s, of the state after the move; `move_cost` is R.
@@ -397,23 +378,16 @@ impl CostToGo {
     /// P_cc = R,    q_c = -R κ,    P_ec = P_pc = P_ac = 0,    q_i = s_i + S_ic κ  for i = e, p, a
     /// ```
     ///
-    /// and `P_ij = Q_ij + S_ij` elsewhere.
+    /// and `P_ij = Q_ij + S_ij` elsewhere: but for the entries with c, a move by κ from 0.
     #[inline]
     pub fn before_move_to(&self, curvature: f64, move_cost: f64, stage: &Self) -> Self {
         Self {
-            ee: self.ee + stage.ee,
-            pp: self.pp + stage.pp,
-            pa: self.pa + stage.pa,
-            aa: self.aa + stage.aa,
             ec: 0.0,
             pc: 0.0,
             ac: 0.0,
             cc: move_cost,
-            e: self.e + self.ec * curvature,
-            p: self.p + self.pc * curvature,
-            a: self.a + self.ac * curvature,
             c: -move_cost * curvature,
-            ..*self
+            ..self.before_move_by(curvature, stage)
         }
     }
 

@@ -172,9 +172,8 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = prediction.horizon.unlimited(&mut moves);
 
-        let (rate, span) = self
-            .approach
-            .rate_and_span(at.vehicle.forward_speed(), at.dt);
+        let speed = at.vehicle.forward_speed();
+        let (rate, span) = self.approach.rate_and_span(speed, at.dt);
         let around = Neighbourhood {
             low: previous_steer - span,
             high: previous_steer + span,
@@ -225,7 +224,7 @@ impl PreviewPop {
         belief: &Belief,
         turns: &'a mut [f64; MAX_STEPS],
     ) -> Prediction<'a> {
-        let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
+        let (vehicle, estimate) = (self.vehicle(), &belief.estimate);
         let speed = at.vehicle.forward_speed();
         let pace = larger(speed, self.approach.min_speed);
         let length = vehicle.turning_length(speed) / estimate.gain;
@@ -241,11 +240,7 @@ impl PreviewPop {
         let move_cost = self.params.steer_rate_cost * length / period;
 
         let turns = turns.get_mut(..count).unwrap_or_default();
-        let arc_length = closest.arc_length(path);
-        let distance = from_count(count) * step;
-        let smoothing = self.params.smoothing_length;
-        let (along, aside) = Preview::new(path, smoothing, closest.segment, arc_length, distance)
-            .turns(arc_length, step, turns);
+        let (along, aside) = self.turns(path, at, step, turns);
         Prediction {
             horizon: Horizon {
                 travel: Travel::new(step, lag, decay(step, lag), offset),
@@ -260,6 +255,15 @@ impl PreviewPop {
             lag,
             ahead,
         }
+    }
+
+    /// How far the path turns over each of the next steps of `step` [m] beside the vehicle [rad],
+    /// into `turns`. Returns its direction there, as the x and y [m] of a chord.
+    #[inline]
+    fn turns(&self, path: &PathView<'_>, at: &Located, step: f64, turns: &mut [f64]) -> (f64, f64) {
+        let arc = at.closest.arc_length(path);
+        let (smoothing, distance) = (self.params.smoothing_length, from_count(turns.len()) * step);
+        Preview::new(path, smoothing, at.closest.segment, arc, distance).turns(arc, step, turns)
     }
 
     /// How many times as far as usual to look ahead: past a bend that is sharper than the lateral
@@ -281,11 +285,7 @@ impl PreviewPop {
         };
         let stretch = pace * self.params.horizon;
         let mut turns = [0.0; FARTHEST];
-        let arc = at.closest.arc_length(path);
-        let smoothing = self.params.smoothing_length;
-        let distance = stretch * from_count(FARTHEST);
-        Preview::new(path, smoothing, at.closest.segment, arc, distance)
-            .turns(arc, stretch, &mut turns);
+        self.turns(path, at, stretch, &mut turns);
         let slowest = self.approach.min_speed * self.approach.min_speed;
         let speed = at.vehicle.forward_speed();
         // A stretch turns the vehicle by its mean; it is judged by the speed after a quarter of it.
@@ -400,27 +400,23 @@ impl PreviewPop {
         let rate_is_the_vehicles = self.approach.rate_is_the_vehicles
             && at.vehicle.forward_speed() >= FULL_RATE * self.approach.min_speed;
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
-        let limit = match plan.reached {
-            MoveLimit::Rate => rate_is_the_vehicles.then_some(Status::RATE_LIMIT),
+        let saturated = match plan.reached {
+            MoveLimit::Rate if rate_is_the_vehicles => Status::SATURATED | Status::RATE_LIMIT,
             MoveLimit::Curvature if arrives || rate_is_the_vehicles => {
                 let pace = at.vehicle.speed;
                 let steered = self.approach.max_tangent / length * (pace * pace);
                 let lateral = self.vehicle().max_lateral_acceleration;
-                let is_lateral = lateral.is_some_and(|most| most <= steered);
-                Some(if is_lateral {
-                    Status::LATERAL_LIMIT
-                } else {
-                    Status::STEER_LIMIT
-                })
+                Status::SATURATED
+                    | match lateral {
+                        Some(most) if most <= steered => Status::LATERAL_LIMIT,
+                        _ => Status::STEER_LIMIT,
+                    }
             }
-            MoveLimit::Nothing | MoveLimit::Curvature => None,
+            _ => Status::OK,
         };
-        let status = limit.map_or(Status::OK, |limit| Status::SATURATED.with(limit));
-        let status = status | prediction.ahead;
-        (
-            saturate(angle, low, high),
-            status | Status::PLAN_CUT_SHORT.when(plan.cut_short),
-        )
+        let cut_short = Status::PLAN_CUT_SHORT.when(plan.cut_short);
+        let status = saturated | prediction.ahead | cut_short;
+        (saturate(angle, low, high), status)
     }
 
     /// Least and greatest curvature that may be commanded [1/m]. The wheels keep `max_steer`, and
@@ -453,10 +449,8 @@ impl PreviewPop {
         };
         let speed = at.vehicle.speed;
         let widest = most / (speed * speed);
-        (
-            saturate(low, -widest, widest),
-            saturate(high, -widest, widest),
-        )
+        let within = |curvature| saturate(curvature, -widest, widest);
+        (within(low), within(high))
     }
 
     /// Slope d(tan δ)/dδ used for the rate limit: `1 + tangent²`, where `tangent` is that of the
