@@ -47,14 +47,12 @@ impl CoupledLongitudinal {
     /// [`InputError`] for a number that is not finite or beyond its bound.
     #[inline]
     pub fn step(&self, speed: f64, steer: f64) -> Result<Pedals, InputError> {
-        let CoupledLongitudinalParams {
-            cutoff,
-            steer_limit,
-            speed_limit,
-        } = self.params;
+        let params = &self.params;
         input_within("speed", speed, MAX_SPEED)?;
         input_within("steer", steer, core::f64::consts::PI)?;
-        let reserve = (speed_limit - speed) / speed_limit - steer.abs() / steer_limit;
-        Ok(Pedals::from_command(cutoff + reserve * (1.0 - cutoff)))
+        let slower = (params.speed_limit - speed) / params.speed_limit;
+        let reserve = slower - steer.abs() / params.steer_limit;
+        let command = params.cutoff + reserve * (1.0 - params.cutoff);
+        Ok(Pedals::from_command(command))
     }
 }

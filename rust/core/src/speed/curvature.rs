@@ -37,12 +37,10 @@ const SEAM_NODES: usize = 8;
 #[must_use]
 pub fn path_curvature(path: &PathView<'_>, length: f64) -> Vec<f64> {
     if let Some(given) = path.curvature() {
-        let signs = (0..path.len()).map(|index| path.is_reverse(index));
-        return given
-            .iter()
-            .zip(signs)
-            .map(|(&bend, reverse)| if reverse { -bend } else { bend })
-            .collect();
+        let to_the_left = |(index, &bend): (usize, &f64)| {
+            if path.is_reverse(index) { -bend } else { bend }
+        };
+        return given.iter().enumerate().map(to_the_left).collect();
     }
     let mut curvature = vec![0.0; path.len()];
     let segments = path.segments();
@@ -229,23 +227,13 @@ fn solve(rows: &mut [[f64; 4]], right: &mut [Point]) {
         let (Some(&[pivot, one, two, three]), Some(&known)) = (done.last(), known.last()) else {
             return;
         };
-        let mut pairs = below.iter_mut().zip(open);
-        if let Some((row, value)) = pairs.next() {
-            let factor = one / pivot;
-            row[0] -= factor * one;
-            row[1] -= factor * two;
-            row[2] -= factor * three;
-            *value -= known * factor;
-        }
-        if let Some((row, value)) = pairs.next() {
-            let factor = two / pivot;
-            row[0] -= factor * two;
-            row[1] -= factor * three;
-            *value -= known * factor;
-        }
-        if let Some((row, value)) = pairs.next() {
-            let factor = three / pivot;
-            row[0] -= factor * three;
+        let after = [one, two, three];
+        let each = after.iter().enumerate().zip(below.iter_mut().zip(open));
+        for ((offset, lead), (row, value)) in each {
+            let factor = lead / pivot;
+            for (entry, other) in row.iter_mut().zip(after.iter().skip(offset)) {
+                *entry -= factor * other;
+            }
             *value -= known * factor;
         }
     }
@@ -280,10 +268,8 @@ fn turns_at(nodes: &Nodes) -> Vec<f64> {
 /// Curvature of the circle through three points [1/m]; 0 where two of them coincide.
 fn circle_through(a: Point, b: Point, c: Point) -> f64 {
     let (one, two, chord) = (b - a, c - b, c - a);
-    let twice_area = one.x * two.y - one.y * two.x;
-    let squares = (one.x * one.x + one.y * one.y)
-        * (two.x * two.x + two.y * two.y)
-        * (chord.x * chord.x + chord.y * chord.y);
+    let twice_area = one.perp(&two);
+    let squares = one.dot(&one) * two.dot(&two) * chord.dot(&chord);
     if squares > 0.0 {
         2.0 * twice_area / sqrt(squares)
     } else {

@@ -42,13 +42,7 @@ impl OverSpeed<'_> {
 
     /// The largest value [m/s^2].
     pub(super) fn most(&self) -> f64 {
-        let mut most = 0.0;
-        for &value in self.values {
-            if value > most {
-                most = value;
-            }
-        }
-        most
+        self.values.iter().copied().fold(0.0, larger)
     }
 
     fn checked(&self, field: &'static str) -> Result<(), ConfigError> {
@@ -119,12 +113,8 @@ impl SpeedLimits<'_> {
     /// [`ConfigError`], naming the field that is not.
     pub fn checked(&self) -> Result<(), ConfigError> {
         config_in_range("max_speed", self.max_speed, 1e-3, 1e4)?;
-        config_in_range(
-            "max_lateral_acceleration",
-            self.max_lateral_acceleration,
-            1e-3,
-            1e3,
-        )?;
+        let lateral = self.max_lateral_acceleration;
+        config_in_range("max_lateral_acceleration", lateral, 1e-3, 1e3)?;
         self.acceleration.checked("max_acceleration")?;
         self.deceleration.checked("max_deceleration")?;
         if let Some(grip) = self.longitudinal_grip {
@@ -164,10 +154,7 @@ impl SpeedLimits<'_> {
         };
         match self.longitudinal_grip {
             None => most * share,
-            Some(grip) => {
-                let held = grip * share;
-                if held < most { held } else { most }
-            }
+            Some(grip) => smaller(grip * share, most),
         }
     }
 
@@ -194,10 +181,7 @@ impl SpeedLimits<'_> {
             return bound;
         }
         let room = 2.0 * self.available(over, squared, curvature) * length;
-        let mut high = squared + room;
-        if high > bound {
-            high = bound;
-        }
+        let mut high = smaller(squared + room, bound);
         // By how much `end` breaks the second condition.
         let beyond =
             |end: f64| end - squared - 2.0 * self.available(over, end, to.curvature) * length;
@@ -252,16 +236,11 @@ impl SpeedLimits<'_> {
         let base = self.vehicle.turning_length(0.0);
         let bend = (to - from).abs() / length;
         let (one, other) = (from.abs(), to.abs());
-        let (least, largest) = if one < other {
-            (one, other)
-        } else {
-            (other, one)
-        };
+        let (least, largest) = (smaller(one, other), larger(one, other));
         let least = if from * to > 0.0 { least } else { 0.0 };
         let easing = 1.0 + least * base * least * base;
         let understeer = self.vehicle.understeer;
-        let (driving, braking) = (self.acceleration.most(), self.deceleration.most());
-        let strongest = if driving > braking { driving } else { braking };
+        let strongest = larger(self.acceleration.most(), self.deceleration.most());
         let shift = 2.0 * understeer * strongest * largest;
         let turns =
             |speed: f64| speed * (bend * (base + understeer * speed * speed) + shift) / easing;

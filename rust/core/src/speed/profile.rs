@@ -207,13 +207,8 @@ pub fn plan_speeds(
     let segments = course.spacing.len();
     let mut start = 0;
     if course.closed {
-        let mut slowest = f64::INFINITY;
-        for (index, &squared) in speed.iter().enumerate() {
-            if squared < slowest {
-                slowest = squared;
-                start = index;
-            }
-        }
+        let slowest = (speed.iter().enumerate()).min_by(|one, other| one.1.total_cmp(other.1));
+        start = slowest.map_or(0, |(index, _)| index);
     }
     let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
     let brakes = limits.vehicle.brake_deceleration;
