@@ -17,15 +17,16 @@ pub struct ErrorStats {
 
 /// Cross-track error [m] and heading error [rad] at one point of the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Errors {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Errors<T = ErrorStats> {
     /// Cross-track error over the whole run [m].
-    pub cross_track: ErrorStats,
+    pub cross_track: T,
     /// Cross-track error after the settling time [m].
-    pub settled_cross_track: ErrorStats,
+    pub settled_cross_track: T,
     /// Heading error over the whole run [rad].
-    pub heading: ErrorStats,
+    pub heading: T,
     /// Heading error after the settling time [rad].
-    pub settled_heading: ErrorStats,
+    pub settled_heading: T,
 }
 
 /// The metrics of a run.
@@ -79,16 +80,7 @@ impl Accumulator {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct ErrorAccumulator {
-    cross_track: Accumulator,
-    settled_cross_track: Accumulator,
-    heading: Accumulator,
-    settled_heading: Accumulator,
-}
-
-impl ErrorAccumulator {
+impl Errors<Accumulator> {
     fn push(&mut self, cross_track: f64, heading: f64, settled: bool) {
         self.cross_track.push(cross_track);
         self.heading.push(heading);
@@ -112,8 +104,8 @@ impl ErrorAccumulator {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Gatherer {
-    reference: ErrorAccumulator,
-    rear_axle: ErrorAccumulator,
+    reference: Errors<Accumulator>,
+    rear_axle: Errors<Accumulator>,
     steer_rate: Accumulator,
     previous_steer: Option<f64>,
     max_abs_steer: f64,

@@ -98,10 +98,6 @@ impl Episode {
         self.stalled
     }
 
-    pub(super) fn rest(&mut self) {
-        self.reward = 0.0;
-    }
-
     pub(super) fn fail(&mut self, terms: &Terms) {
         if !self.is_terminated() {
             self.reward -= terms.weights.off_path;

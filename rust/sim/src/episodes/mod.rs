@@ -150,7 +150,7 @@ impl Episodes {
         let one = |episode: &mut Option<Episode>, action: &[f64], rest: bool| {
             if let Some(episode) = episode {
                 if rest {
-                    episode.rest();
+                    episode.reward = 0.0;
                 } else {
                     episode.step(action, terms);
                 }
