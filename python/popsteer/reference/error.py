@@ -14,11 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-def in_range(value: float, low: float, high: float) -> bool:
-    """Tell whether `value` is a number in [low, high]; False for NaN."""
-    return low <= value <= high
-
-
 def _number(value: float) -> float:
     """Return `value` as a float; a whole number beyond all floats as an infinity."""
     try:

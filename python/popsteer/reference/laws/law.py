@@ -31,23 +31,17 @@ if TYPE_CHECKING:
 class Decision:
     """What a controller decides, for the mirrored vehicle: one that drives forward."""
 
-    steer: float
-    """Angle of the mirrored vehicle's front wheels that is wanted [rad], within `max_steer`."""
-    target: Point
-    """The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m]."""
-    status: Status
-    """Saturated or lookahead lost, where that is so."""
+    steer: float  # angle of its front wheels that is wanted [rad], within `max_steer`
+    target: Point  # that is aimed at: the lookahead point, or the projection onto the path [m]
+    status: Status  # saturated or lookahead lost, where that is so
 
 
 @dataclass(frozen=True)
 class Belief:
     """What a controller may know of the vehicle besides its parameters, in the vehicle's frame."""
 
-    wheel: float
-    """Angle of the wheels when the command to be decided reaches them, without the estimated
-    offset [rad]."""
+    wheel: float  # angle when the command reaches the wheels, without the estimated offset [rad]
     estimate: Estimate
-    """The estimates."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,15 +77,10 @@ class Tracked(enum.Enum):
 
     def follow(self, vehicle: Vehicle, params: SimpleNamespace) -> Follow:
         """Return how the point is followed, with the distances of resolved parameters."""
-        wheelbase = vehicle.wheelbase
-        if self is Tracked.FRONT_AXLE:
-            base, reference_offset = vehicle.rear_axle, wheelbase
-        elif self is Tracked.REAR_AXLE:
-            base, reference_offset = vehicle.rear_axle, 0.0
-        else:
-            base, reference_offset = vehicle.no_slip, 0.0
+        base = vehicle.no_slip if self is Tracked.NO_SLIP_POINT else vehicle.rear_axle
+        ahead = vehicle.wheelbase if self is Tracked.FRONT_AXLE else 0.0
         return replace(
-            Follow.of(vehicle, base, reference_offset),
+            Follow.of(vehicle, base, ahead),
             search_distance=params.search_distance,
             lost_distance=params.lost_distance,
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from popsteer import errors
 from popsteer.errors import PathError
 from popsteer.reference.bounds import MAX_COORDINATE, MAX_SPEED
-from popsteer.reference.error import in_range
 from popsteer.reference.geometry import get_distance
 
 COINCIDING = 1e-9
@@ -49,5 +48,5 @@ def measure(
 def _check_numbers(field: str, values: tuple[float, ...], bound: float) -> None:
     """Raise `PathError` for the first value that is no number in [-bound, bound]."""
     for index, value in enumerate(values):
-        if not in_range(value, -bound, bound):
+        if not -bound <= value <= bound:
             raise PathError.out_of_range(field, index, value, errors.in_range(-bound, bound))

@@ -90,9 +90,8 @@ class ClosestPoint:
 
     def cost(self, heading: Point, opposite_distance: float) -> float:
         """Return distance + opposite_distance (1 - cos d) / 2 [m], d from heading to segment."""
-        along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / sqrt(
-            self.squared_length
-        )
+        length = sqrt(self.squared_length)
+        along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / length
         return sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
 
 
@@ -114,11 +113,7 @@ def find_closest_point_between(
     along = (end[0] - start[0], end[1] - start[1])
     to = (position[0] - start[0], position[1] - start[1])
     squared_length = along[0] * along[0] + along[1] * along[1]
-    fraction = saturate(
-        (to[0] * along[0] + to[1] * along[1]) / squared_length,
-        low,
-        high,
-    )
+    fraction = saturate((to[0] * along[0] + to[1] * along[1]) / squared_length, low, high)
     point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
     return ClosestPoint(
         segment=segment,

@@ -92,13 +92,7 @@ def grid(path: PathView, window: Window, spacing: float) -> Iterator[Point]:
 
 
 def checked_grid(path: PathView, window: Window, spacing: float) -> Iterator[Point]:
-    """Make the grid where it has at most `MAX_GRID_POINTS`.
-
-    Raises
-    ------
-    PathError
-        Where it would have more.
-    """
+    """Make the grid where it has at most `MAX_GRID_POINTS`; else raise `PathError`."""
     points = 1
     for k in range(window.segments):
         start, end = path.segment((window.first + k) % len(path))

@@ -50,10 +50,9 @@ class CoupledLongitudinal:
 
         Raises `InputError` for a number that is not finite or beyond its bound.
         """
-        cutoff = self.params.cutoff
-        steer_limit = self.params.steer_limit
-        speed_limit = self.params.speed_limit
+        params = self.params
         speed = input_within("speed", speed, MAX_SPEED)
         steer = input_within("steer", steer, PI)
-        reserve = (speed_limit - speed) / speed_limit - abs(steer) / steer_limit
-        return Pedals.from_command(cutoff + reserve * (1.0 - cutoff))
+        slower = (params.speed_limit - speed) / params.speed_limit
+        reserve = slower - abs(steer) / params.steer_limit
+        return Pedals.from_command(params.cutoff + reserve * (1.0 - params.cutoff))

@@ -18,7 +18,4 @@ class Pedals(NamedTuple):
     @classmethod
     def from_command(cls, command: float) -> Pedals:
         """Throttle where `command` is positive, brake where it is negative."""
-        return cls(
-            throttle=saturate(command, 0.0, 1.0),
-            brake=saturate(-command, 0.0, 1.0),
-        )
+        return cls(saturate(command, 0.0, 1.0), saturate(-command, 0.0, 1.0))

@@ -49,10 +49,7 @@ def get_predicted_location(
     With x and y [m], heading θ [rad], speed v [m/s], steering angle δ [rad] and Δt [s].
     """
     heading = yaw + steer
-    return (
-        x + cos(heading) * dt * speed,
-        y + sin(heading) * dt * speed,
-    )
+    return x + cos(heading) * dt * speed, y + sin(heading) * dt * speed
 
 
 def state_transition(
@@ -126,12 +123,9 @@ def kinematic_bicycle(
 
 
 def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float) -> VehicleState:
-    """Move a vehicle along an arc; its speed stays.
+    """Move a vehicle along an arc of length `travel` [m], at the angle `slip` [rad] to its heading.
 
-    The position moves along the direction of mid-arc (second order in `travel`).
-
-    `vehicle` is the state of the point that moves at the angle `slip` to the heading [rad], left of
-    it; the arc has the length `travel` [m] and the `curvature` [1/m].
+    The position moves along the direction of mid-arc (second order in `travel`); the speed stays.
     """
     turn = travel * curvature
     direction = vehicle.yaw + 0.5 * turn + slip

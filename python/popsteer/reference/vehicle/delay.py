@@ -32,10 +32,8 @@ Timed = tuple[tuple[float, float], ...]
 class InFlight:
     """The commands that are given but have not reached the wheels, and the wheels."""
 
-    commands: Timed
-    """Oldest first: angle [rad] and how long it was commanded [s]."""
-    wheel: float
-    """Angle of the wheels by the vehicle's parameters, without an estimated offset [rad]."""
+    commands: Timed  # oldest first: angle [rad] and how long it was commanded [s]
+    wheel: float  # angle by the vehicle's parameters, without an estimated offset [rad]
 
     @classmethod
     def settled(cls, vehicle: Vehicle, steer: float) -> InFlight:
@@ -50,9 +48,8 @@ class InFlight:
         the dead time are joined to their mean.
         """
         is_full = len(self.commands) == CAPACITY
-        commands = _push(
-            self.commands, last, dt, inf if is_full else vehicle.dead_time / RESOLUTION
-        )
+        joined = inf if is_full else vehicle.dead_time / RESOLUTION
+        commands = _push(self.commands, last, dt, joined)
         wheel, gone = self.wheel, dt
         while gone > 0.0 and commands:
             (steer, time), commands = _take(commands, gone)

@@ -53,10 +53,7 @@ class VehicleState:
 
     def point_ahead(self, offset: float) -> Point:
         """Return the point `offset` [m] ahead along the heading."""
-        return (
-            self.x + offset * cos(self.yaw),
-            self.y + offset * sin(self.yaw),
-        )
+        return self.x + offset * cos(self.yaw), self.y + offset * sin(self.yaw)
 
     def forward_speed(self) -> float:
         """Return the speed while rolling forward, else 0 [m/s]: what controllers steer by."""

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 class Moved(NamedTuple):
     """The wheels' angle after a move, and their mean angle during it."""
 
-    wheel: float
-    """Angle at the end [rad]."""
-    mean: float
-    """Mean angle [rad]."""
+    wheel: float  # angle at the end [rad]
+    mean: float  # mean angle [rad]
 
 
 def move_wheel(vehicle: Vehicle, wheel: float, command: float, time: float) -> Moved:
@@ -49,10 +47,8 @@ def move_wheel(vehicle: Vehicle, wheel: float, command: float, time: float) -> M
         start = target - knee
         rest = _approach(lag, start, target, time - ramp)
         share = ramp / time
-        return Moved(
-            rest.wheel,
-            share * (0.5 * (wheel + start)) + (1.0 - share) * rest.mean,
-        )
+        mean = share * (0.5 * (wheel + start)) + (1.0 - share) * rest.mean
+        return Moved(rest.wheel, mean)
     return _approach(lag, wheel, target, time)
 
 

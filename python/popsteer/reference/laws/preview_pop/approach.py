@@ -29,15 +29,12 @@ _LAGS_IN_HAND = 2.0
 class Straightening(NamedTuple):
     """What limits how soon an approaching vehicle is straight again, per distance travelled."""
 
-    curvature: float
-    """The largest curvature that the vehicle drives [1/m]."""
-    rate: float
-    """How fast that changes [1/m²]."""
-    lag: float
-    """The steering lag, as a distance [m]."""
+    curvature: float  # the largest that the vehicle drives [1/m]
+    rate: float  # how fast that changes [1/m²]
+    lag: float  # the steering lag, as a distance [m]
+    # The cross-track error per radian of heading at which the unlimited controller keeps its
+    # heading [m]: close to the path it straightens sooner by itself.
     unlimited: float
-    """The cross-track error per radian of heading at which the unlimited controller keeps its
-    heading [m]: close to the path it straightens sooner by itself."""
 
     def steepest(self, approach_angle: float, error: float) -> float:
         """Return the steepest heading that is straightened before the path is reached [rad].
@@ -65,13 +62,9 @@ class Approach(NamedTuple):
     """What a vehicle and the parameters of preview POP allow an approach."""
 
     vehicle: Vehicle
-    """The vehicle."""
-    params: SimpleNamespace
-    """The resolved parameters."""
-    rate: float
-    """Largest rate of the commanded angle [rad/s]: the lesser of parameter's and vehicle's."""
-    rate_is_the_vehicles: bool
-    """Whether the vehicle's `max_steer_rate` bounds it."""
+    params: SimpleNamespace  # resolved
+    rate: float  # largest of the commanded angle [rad/s]: the lesser of parameter's and vehicle's
+    rate_is_the_vehicles: bool  # whether the vehicle's `max_steer_rate` bounds it
 
     @classmethod
     def of(cls, vehicle: Vehicle, params: SimpleNamespace) -> Approach:

@@ -39,13 +39,10 @@ def transition(step: float, lag: float, kept: float, offset: float, turn: float 
     by_driven = lag * (1.0 - kept)
     by_commanded = step - by_driven
     lagging = lag * by_commanded
-    ahead = 0.5 * step * step - lagging
+    ahead, aside = 0.5 * step * step - lagging, -0.5 * step * turn
     return np.array(
         [
-            [
-                *(1.0, step, lagging + offset * by_driven, ahead + offset * by_commanded),
-                -0.5 * step * turn,
-            ],
+            [1.0, step, lagging + offset * by_driven, ahead + offset * by_commanded, aside],
             [0.0, 1.0, by_driven, by_commanded, -turn],
             [0.0, 0.0, kept, 1.0 - kept, 0.0],
             [0.0, 0.0, 0.0, 1.0, 0.0],
@@ -69,12 +66,9 @@ class Regulator(NamedTuple):
     The moves u = -K z + v cost zᵀ P z, which does not depend on v, and the sum of weight · v².
     """
 
-    gains: Array
-    """K of each step, shape (steps, 5)."""
-    weights: Array
-    """R + Bᵀ S B of each step, shape (steps,)."""
-    cost: Array
-    """S of the first step: the cost-to-go after its move, but before its travel."""
+    gains: Array  # K of each step, shape (steps, 5)
+    weights: Array  # R + Bᵀ S B of each step, shape (steps,)
+    cost: Array  # S of the first step: the cost-to-go after its move, but before its travel
 
 
 def regulator(models: Sequence[Array], stage: Array, move_cost: float) -> Regulator:
@@ -85,16 +79,8 @@ def regulator(models: Sequence[Array], stage: Array, move_cost: float) -> Regula
         S = Aᵀ P A,    K = Bᵀ S / (R + Bᵀ S B),    P = Q + S - S B K
 
     as in Bertsekas, *Dynamic Programming and Optimal Control*, section 3.1. P is computed as
-    Q + (I - B K)ᵀ S (I - B K) + Kᵀ R K, which is the same and loses no digits.
-
-    Parameters
-    ----------
-    models : sequence of array, shape (5, 5)
-        A of each step.
-    stage : array, shape (5, 5)
-        Q.
-    move_cost : float
-        R; positive.
+    Q + (I - B K)ᵀ S (I - B K) + Kᵀ R K, which is the same and loses no digits. The `models` are A
+    of each step, `stage` is Q, and `move_cost` R, which is positive.
     """
     gains, weights = [], []
     cost = after = stage

@@ -33,29 +33,21 @@ class MoveLimit(enum.IntEnum):
 class Plan(NamedTuple):
     """The best moves within the limits."""
 
-    curvature: float
-    """Curvature that is commanded after the first move [1/m]."""
-    reached: Sequence[MoveLimit]
-    """The limit that each move reaches."""
+    curvature: float  # that is commanded after the first move [1/m]
+    reached: Sequence[MoveLimit]  # by each move
 
 
 class PlanLimits(NamedTuple):
     """The limits of a plan."""
 
-    first: tuple[float, float]
-    """Least and greatest first move [1/m]; 0 lies between them."""
-    later: float
-    """The largest of the other moves, either way [1/m]; positive."""
-    low: float
-    """Least curvature that is commanded [1/m]."""
-    high: float
-    """Greatest curvature that is commanded [1/m]."""
+    first: tuple[float, float]  # least and greatest first move [1/m]; 0 lies between them
+    later: float  # the largest of the other moves, either way [1/m]; positive
+    low: float  # least curvature that is commanded [1/m]
+    high: float  # greatest curvature that is commanded [1/m]
 
 
 class Horizon(NamedTuple):
     """The planning problem without its limits."""
 
-    models: Sequence[Array]
-    """A of each step; see `cost_to_go`."""
-    best: Regulator
-    """The best moves without limits."""
+    models: Sequence[Array]  # A of each step; see `cost_to_go`
+    best: Regulator  # the best moves without limits

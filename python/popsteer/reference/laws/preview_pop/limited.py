@@ -34,16 +34,11 @@ SUM_ROUNDING = 1e-13
 class Problem(NamedTuple):
     """The limits as bounds of the departure x, scaled: rows x <= room."""
 
-    rows: Array
-    """Shape (limits, steps)."""
-    room: Array
-    """How far each limit is away without a departure."""
-    kinds: list[tuple[int, MoveLimit]]
-    """The step and the limit that each row stands for."""
-    curvature: float
-    """Curvature after the first move without a departure [1/m]."""
-    answer: Array
-    """What a departure adds to that."""
+    rows: Array  # shape (limits, steps)
+    room: Array  # how far each limit is away without a departure
+    kinds: list[tuple[int, MoveLimit]]  # the step and the limit that each row stands for
+    curvature: float  # after the first move without a departure [1/m]
+    answer: Array  # what a departure adds to that
 
 
 def plan_within(horizon: Horizon, start: Array, limits: PlanLimits) -> Plan:
