@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use crate::math::from_count;
-
 /// What a value has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Requirement {
@@ -81,23 +79,6 @@ refusal! {
 #[inline]
 pub(crate) fn input_within(field: &'static str, value: f64, most: f64) -> Result<f64, InputError> {
     input_in_range(field, value, -most, most)
-}
-
-/// Whether `count` lies in `[low, high]`.
-pub(crate) fn input_count(
-    field: &'static str,
-    count: usize,
-    low: usize,
-    high: usize,
-) -> Result<(), InputError> {
-    if low <= count && count <= high {
-        return Ok(());
-    }
-    Err(InputError {
-        field,
-        value: from_count(count),
-        requirement: Requirement::CountInRange(low, high),
-    })
 }
 
 /// Waypoints that do not make a path.

@@ -5,7 +5,7 @@
 //! driver without a jump of the angle, and answers every input.
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
-use crate::error::{ConfigError, InputError, input_count, input_in_range, input_within};
+use crate::error::{ConfigError, InputError, input_in_range, input_within};
 use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
 use crate::laws::{Decision, LateralLaw, LateralState};
@@ -24,7 +24,7 @@ use crate::tracker::state::{
 };
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
-use crate::vehicle::state::checked_dt;
+use crate::vehicle::state::{check_count, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
@@ -183,8 +183,7 @@ impl<L: LateralLaw> Tracker<L> {
         let follow = self.follow();
         let base = vehicle.ahead(follow.base);
         let position = Point::new(base.x, base.y);
-        let segment = relocalise(path, position, yaw, follow.opposite_distance);
-        state.set_waypoint(segment);
+        state.set_waypoint(relocalise(path, position, yaw, follow.opposite_distance));
         Ok(())
     }
 
@@ -230,7 +229,7 @@ impl<L: LateralLaw> Tracker<L> {
                 in_flight.check(vehicle, model.estimator.estimate.longer_dead_time)
             }
             // Without a command in flight nothing could be predicted.
-            (true, None) => input_count("in_flight.commands", 0, 1, InFlight::CAPACITY),
+            (true, None) => check_count("in_flight.commands", 0, 1, InFlight::CAPACITY),
         }
     }
 

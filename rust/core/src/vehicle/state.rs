@@ -1,9 +1,9 @@
 //! Pose and speed of the vehicle, checked at every step.
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
-use crate::error::{InputError, input_in_range, input_within};
+use crate::error::{InputError, Requirement, input_in_range, input_within};
 use crate::geometry::Point;
-use crate::math::{cos, saturate, sin, wrap};
+use crate::math::{cos, from_count, saturate, sin, wrap};
 
 /// Pose of the vehicle's point, and speed.
 // The order of the fields is fixed: arrays of these come from C.
@@ -100,4 +100,21 @@ impl VehicleState {
 #[inline]
 pub fn checked_dt(dt: f64) -> Result<f64, InputError> {
     input_in_range("dt", dt, MIN_DT, MAX_DT)
+}
+
+/// Refuses a `count` of a state that does not lie in `[low, high]`.
+pub(crate) fn check_count(
+    field: &'static str,
+    count: usize,
+    low: usize,
+    high: usize,
+) -> Result<(), InputError> {
+    if low <= count && count <= high {
+        return Ok(());
+    }
+    Err(InputError {
+        field,
+        value: from_count(count),
+        requirement: Requirement::CountInRange(low, high),
+    })
 }

@@ -1,6 +1,7 @@
 //! A ring of angles with durations: commands in flight, or past angles of the wheels.
 
-use crate::error::{InputError, input_count};
+use super::state::check_count;
+use crate::error::InputError;
 use crate::math::smaller;
 #[cfg(feature = "serde")]
 use crate::row::Row;
@@ -50,16 +51,12 @@ impl<const N: usize> Timed<N> {
         count: 0,
     };
 
-    /// The angles as they were, oldest first.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`], naming `field`, where there are too many.
-    pub fn restore(
+    /// The angles as they were, oldest first; refused where there are too many.
+    pub(super) fn restore(
         field: &'static str,
         timed: impl ExactSizeIterator<Item = (f64, f64)>,
     ) -> Result<Self, InputError> {
-        input_count(field, timed.len(), 0, N)?;
+        check_count(field, timed.len(), 0, N)?;
         let mut restored = Self::EMPTY;
         for (angle, duration) in timed {
             restored.push(angle, duration);
@@ -137,10 +134,7 @@ impl<const N: usize> Timed<N> {
 
     #[inline]
     fn get(&self, k: usize) -> (f64, f64) {
-        self.entries
-            .get(self.place(k))
-            .copied()
-            .unwrap_or((0.0, 0.0))
+        self.entries.get(self.place(k)).copied().unwrap_or_default()
     }
 
     #[inline]

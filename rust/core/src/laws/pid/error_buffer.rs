@@ -1,8 +1,9 @@
 //! The terms that the integral of a PID sums: the last so many.
 
-use crate::error::{InputError, input_count, input_within};
+use crate::error::{InputError, input_within};
 #[cfg(feature = "serde")]
 use crate::row::Row;
+use crate::vehicle::state::check_count;
 
 /// Bound of errors, terms and their sums [m], [m s], which no valid input reaches.
 pub(super) const BOUND: f64 = 1e16;
@@ -97,8 +98,8 @@ impl ErrorBuffer {
         } else {
             (0, length.saturating_sub(1))
         };
-        input_count("law.buffer.terms", count, 0, length)?;
-        input_count("law.buffer.next", self.next, low, high)?;
+        check_count("law.buffer.terms", count, 0, length)?;
+        check_count("law.buffer.next", self.next, low, high)?;
         for term in self.terms() {
             input_within("law.buffer.terms", term, BOUND)?;
         }

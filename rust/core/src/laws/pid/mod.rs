@@ -3,7 +3,7 @@
 pub mod error_buffer;
 
 use crate::bounds::MAX_COORDINATE;
-use crate::error::{ConfigError, InputError, input_count, input_within};
+use crate::error::{ConfigError, InputError, input_within};
 use crate::geometry::Point;
 use crate::laws::law::Tracked;
 use crate::laws::params::law_params;
@@ -14,6 +14,7 @@ use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
+use crate::vehicle::state::check_count;
 
 law_params! {
     /// Parameters of [`Pid`]; the paper's Table 1 at the paper's car, whose wheelbase is 3 m.
@@ -173,7 +174,7 @@ impl LateralLaw for Pid {
             input_within("law.previous_position", position.y, most)?;
         }
         let length = self.params.buffer_length;
-        input_count("law.buffer.length", state.buffer.length(), length, length)?;
+        check_count("law.buffer.length", state.buffer.length(), length, length)?;
         state.buffer.check()
     }
 }
