@@ -69,9 +69,8 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
         dt: f64,
         _reverse: bool,
     ) -> Result<Option<DriverAnswer>, InputError> {
-        let command = self
-            .tracker
-            .step(path, &mut self.state, vehicle, dt, Reported::NOTHING)?;
+        let (tracker, state) = (self.tracker, &mut self.state);
+        let command = tracker.step(path, state, vehicle, dt, Reported::NOTHING)?;
         Ok(Some(DriverAnswer {
             steer: command.steer,
             reverse: command.reverse,

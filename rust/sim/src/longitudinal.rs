@@ -99,11 +99,8 @@ impl Pedalling {
             self.backwards = reverse;
             self.state = SpeedPidState::default();
         }
-        let speed = if reverse {
-            -vehicle.speed
-        } else {
-            vehicle.speed
-        };
+        let gear = if reverse { -1.0 } else { 1.0 };
+        let speed = gear * vehicle.speed;
         let pedals: Pedals = match &self.longitudinal {
             Longitudinal::Coupled(law) => law.step(speed, steer)?,
             Longitudinal::Speed(law) => {

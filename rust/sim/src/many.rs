@@ -82,15 +82,9 @@ pub fn run_many(
             // At every step: a look costs nothing beside one, and a step can take milliseconds.
             let go_on = |_: &Simulation| !watch.is_stopped();
             if !watch.is_stopped() {
-                let mut controller = Controller::new(&run.law);
-                let perception = run.perception.clone();
-                closed_loop::run(
-                    &mut simulation,
-                    &mut controller,
-                    &run.longitudinal,
-                    perception,
-                    go_on,
-                )?;
+                let driver = &mut Controller::new(&run.law);
+                let (longitudinal, perception) = (&run.longitudinal, run.perception.clone());
+                closed_loop::run(&mut simulation, driver, longitudinal, perception, go_on)?;
             }
             watch.done.fetch_add(1, Ordering::Relaxed);
             Ok(simulation.metrics())

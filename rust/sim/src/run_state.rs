@@ -25,13 +25,3 @@ pub struct RunState {
     pub(crate) gatherer: Gatherer,
     pub(crate) records: Vec<Record>,
 }
-
-impl RunState {
-    /// The same on a path of so many segments: a place that it does not have is none.
-    pub(crate) fn on(mut self, segments: usize) -> Self {
-        for place in [&mut self.reference, &mut self.rear, &mut self.leading] {
-            *place = place.filter(|&segment| segment < segments);
-        }
-        self
-    }
-}

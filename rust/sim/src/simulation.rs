@@ -171,8 +171,13 @@ impl Simulation {
 
     /// This simulation as it was when it was saved.
     #[must_use]
-    pub fn restored(mut self, saved: RunState) -> Self {
-        self.run = saved.on(self.path.view().segments());
+    pub fn restored(mut self, mut run: RunState) -> Self {
+        let segments = self.path.view().segments();
+        for place in [&mut run.reference, &mut run.rear, &mut run.leading] {
+            // A place that the path does not have is none.
+            *place = place.filter(|&segment| segment < segments);
+        }
+        self.run = run;
         self
     }
 
@@ -244,23 +249,19 @@ impl Simulation {
         }
 
         let record = self.measure(control, target, status);
-        self.run
-            .gatherer
-            .push(&record, self.settings.settling_time, self.settings.dt);
-        if self.settings.keep_records {
-            self.run.records.push(record);
+        let (run, settings) = (&mut self.run, &self.settings);
+        (run.gatherer).push(&record, settings.settling_time, settings.dt);
+        if settings.keep_records {
+            run.records.push(record);
         }
-        let substeps = self.settings.substeps;
-        let dt = self.settings.dt / from_count(substeps);
-        let (plant, state) = (&self.plant, &mut self.run.plant);
-        let offset = plant.vehicle().steer_offset;
-        self.run
-            .delay
-            .pass(control.steer, dt, substeps, |command, substeps| {
-                let steer = command + offset;
-                plant.advance(state, Control { steer, ..control }, dt, substeps);
-            });
-        self.run.steps += 1;
+        let substeps = settings.substeps;
+        let dt = settings.dt / from_count(substeps);
+        let offset = self.plant.vehicle().steer_offset;
+        (run.delay).pass(control.steer, dt, substeps, |command, substeps| {
+            let steer = command + offset;
+            (self.plant).advance(&mut run.plant, Control { steer, ..control }, dt, substeps);
+        });
+        run.steps += 1;
         self.look_ahead();
         Ok(())
     }

@@ -157,12 +157,8 @@ impl Episodes {
             }
         };
         if !parallel || self.episodes.len() <= CHUNK {
-            let each = self
-                .episodes
-                .iter_mut()
-                .zip(actions.chunks_exact(width))
-                .zip(rest);
-            for ((episode, action), &rest) in each {
+            let acting = self.episodes.iter_mut().zip(actions.chunks_exact(width));
+            for ((episode, action), &rest) in acting.zip(rest) {
                 one(episode, action, rest);
             }
             return Ok(());
