@@ -139,14 +139,11 @@ impl Vehicle {
     /// An angle brought within `max_steer`, and the status of that.
     #[inline]
     pub(crate) fn limit_steer(&self, steer: f64) -> (f64, Status) {
-        const SATURATED: Status = Status::SATURATED.with(Status::STEER_LIMIT);
-        if steer > self.max_steer {
-            (self.max_steer, SATURATED)
-        } else if steer < -self.max_steer {
-            (-self.max_steer, SATURATED)
-        } else {
-            (steer, Status::OK)
-        }
+        let saturated = Status::SATURATED.with(Status::STEER_LIMIT);
+        (
+            self.at_wheels(steer),
+            saturated.when(steer.abs() > self.max_steer),
+        )
     }
 }
 

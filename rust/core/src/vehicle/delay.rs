@@ -9,7 +9,7 @@ use super::timed::{Timed, clipped};
 use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{from_count, saturate, tan};
+use crate::math::{from_count, tan};
 
 /// The commands that are given but have not reached the wheels, oldest first, and the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,10 +29,9 @@ impl InFlight {
 
     /// The wheels at rest under the command `steer` [rad], and that command in flight.
     pub fn settled(vehicle: &Vehicle, steer: f64) -> Self {
-        let most = vehicle.max_steer;
         let mut in_flight = Self {
             commands: Timed::EMPTY,
-            wheel: saturate(steer + vehicle.steer_offset, -most, most),
+            wheel: vehicle.at_wheels(steer + vehicle.steer_offset),
         };
         if vehicle.dead_time > 0.0 {
             in_flight.commands.push(steer, vehicle.dead_time);

@@ -110,12 +110,10 @@ impl Past {
     /// What the wheels did from the last pose that was taken in until `age` [s] ago.
     pub fn wheel_integrals(&self, age: f64) -> WheelIntegrals {
         let mut reached = WheelIntegrals::default();
-        for (angle, time) in self.between(self.since, age) {
-            reached.add(angle, time);
-        }
         // Angles are means of pieces: those at the ends are taken from the pieces there.
         let (mut first, mut last) = (None, 0.0);
-        for (angle, _) in self.between(self.since, age) {
+        for (angle, time) in self.between(self.since, age) {
+            reached.add(angle, time);
             first = first.or(Some(angle));
             last = angle;
         }

@@ -1,7 +1,7 @@
 //! The wheels: their response to a command, and the turn of the vehicle by them.
 
 use super::Vehicle;
-use crate::math::{decay, saturate, tan};
+use crate::math::{decay, tan};
 
 /// The wheels' angle after a move, and their mean angle during it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ impl Vehicle {
     /// rate, nearer they approach it exponentially.
     #[inline]
     pub fn move_wheel(&self, wheel: f64, command: f64, time: f64) -> Moved {
-        let target = saturate(command + self.steer_offset, -self.max_steer, self.max_steer);
+        let target = self.at_wheels(command + self.steer_offset);
         if time <= 0.0 {
             return Moved { wheel, mean: wheel };
         }

@@ -321,10 +321,8 @@ impl Horizon<'_> {
                 if step.trial.held == Held::default() {
                     // It exceeds no limit. What is held may still be reached: equal, to the bit.
                     step.trial.held.rate = step.held.rate;
-                    if step
-                        .held_curvature()
-                        .is_some_and(|end| (end - step.trial.curvature).abs() <= 0.0)
-                    {
+                    let end = step.held_curvature();
+                    if end.is_some_and(|end| (end - step.trial.curvature).abs() <= 0.0) {
                         step.trial.held.curvature = step.held.curvature;
                     }
                 }

@@ -51,12 +51,11 @@ pub(super) struct Measured<'a> {
     pub(super) dt: f64,
 }
 
-/// The parameters with their defaults for a vehicle filled in.
+/// The parameters as they are given, and with their defaults for a vehicle filled in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Monitor {
-    params: MonitorParams,
-    deviation_limit: f64,
-    join_limit: f64,
+    given: MonitorParams,
+    params: MonitorParams<f64>,
 }
 
 impl Monitor {
@@ -67,20 +66,14 @@ impl Monitor {
 
     /// With `params` that are within their ranges.
     pub(super) fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
-        let MonitorParams {
-            deviation_limit,
-            join_limit,
-            ..
-        } = params.resolved(vehicle);
         Self {
-            params,
-            deviation_limit,
-            join_limit,
+            given: params,
+            params: params.resolved(vehicle),
         }
     }
 
     pub(super) fn params(&self) -> &MonitorParams {
-        &self.params
+        &self.given
     }
 
     /// Compares a step with the angle `steer` [rad] that was commanded before it, and says what is
@@ -115,19 +108,19 @@ impl Monitor {
         let error = now.here.closest.cross_track_error();
         // The path turns round at a cusp: there the same place has an error of the other sign.
         if let (true, Some(last)) = (now.here.direction_changed, last)
-            && (error + last).abs() > self.deviation_limit
+            && (error + last).abs() > self.params.deviation_limit
         {
             monitored.within = false;
         }
         if now.here.before_start {
             return false;
         }
-        let is_within = error.abs() <= self.deviation_limit;
+        let is_within = error.abs() <= self.params.deviation_limit;
         monitored.within |= is_within;
         let limit = if monitored.within {
-            self.deviation_limit
+            self.params.deviation_limit
         } else {
-            self.join_limit
+            self.params.join_limit
         };
         error.abs() > limit
     }

@@ -182,11 +182,10 @@ impl MonitorState {
             (right * self.reach, left * self.reach)
         };
         let quicker = self.expected + Self::QUICKER * (self.expected - self.delayed);
-        let (least, most) = if quicker < self.delayed {
-            (quicker, self.delayed)
-        } else {
-            (self.delayed, quicker)
-        };
+        let (least, most) = (
+            smaller(quicker, self.delayed),
+            larger(quicker, self.delayed),
+        );
         let below = least_turn(least, right, low, high) - self.measured;
         let above = self.measured + least_turn(-most, -left, low, high);
         larger(below, above) - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
@@ -202,10 +201,8 @@ impl MonitorState {
         let play = Self::PLAY * known / (known + Self::OFFSET_TIME * share * share);
         let doubt = larger(unknown * (halved / known), play);
         let most = Estimator::MAX_STEER_OFFSET;
-        (
-            larger(smaller(offset, 0.0) - doubt, -most),
-            smaller(larger(offset, 0.0) + doubt, most),
-        )
+        let (right, left) = (smaller(offset, 0.0) - doubt, larger(offset, 0.0) + doubt);
+        (larger(right, -most), smaller(left, most))
     }
 
     /// Whether the vehicle turns at `speed` [m/s] faster than its limit of the lateral acceleration
