@@ -56,10 +56,9 @@ pub fn carry_over(
     let cost = |at: &ClosestPoint| at.cost(along, opposite_distance);
 
     let arc = here.arc_length(old);
-    let from_start = arc;
     let from_end = new.length() - (old.length() - arc);
     let mut best: Option<ClosestPoint> = None;
-    for anchor in [from_end, from_start] {
+    for anchor in [from_end, arc] {
         // Beyond either end there is no such place.
         if anchor < -place.reach || anchor > new.length() + place.reach {
             continue;

@@ -171,20 +171,15 @@ impl Follow {
         &self,
         path: &PathView<'_>,
         segment: usize,
-        vehicle: VehicleState,
+        mut vehicle: VehicleState,
         dt: f64,
         travelled: f64,
     ) -> Located {
         let reverse = path.is_reverse(segment);
-        let vehicle = if reverse {
-            VehicleState {
-                yaw: vehicle.yaw + PI,
-                speed: -vehicle.speed,
-                ..vehicle
-            }
-        } else {
-            vehicle
-        };
+        if reverse {
+            vehicle.yaw += PI;
+            vehicle.speed = -vehicle.speed;
+        }
         let heading = Point::new(cos(vehicle.yaw), sin(vehicle.yaw));
         let base = if reverse { -self.base } else { self.base };
         let ahead = self.reference_offset + base;

@@ -29,11 +29,8 @@ pub(super) fn measure(
     let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
     let mut length = 0.0;
     let mut longest = 0.0;
-    for (index, ((here, next), room)) in points()
-        .zip(points().cycle().skip(1))
-        .zip(s.iter_mut())
-        .enumerate()
-    {
+    let segments = points().zip(points().cycle().skip(1));
+    for (index, ((here, next), room)) in segments.zip(s.iter_mut()).enumerate() {
         *room = length;
         let last = index + 1 == waypoints;
         if last && !closed {

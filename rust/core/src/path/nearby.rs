@@ -161,21 +161,24 @@ impl<'a> Outward<'a> {
         // The first waypoint beyond the stretch: none where the last segment, which goes on without
         // an end, may be on it.
         let spare = usize::from(!path.is_closed());
-        let near = self.segment + usize::from(self.ahead);
-        let start = path.arc(near);
-        let is_far = |s: &f64| (s - start).abs() > farthest;
-        let far = if self.ahead {
-            let rest = path.s().get(near..path.len() - spare);
-            rest.and_then(|rest| rest.iter().position(is_far))
-                .map(|far| near + far)
+        let found = if self.ahead {
+            let near = self.segment + 1;
+            let far = path.s().get(near..path.len() - spare).and_then(|rest| {
+                let start = rest.first()?;
+                rest.iter().position(|s| s - start > farthest)
+            });
+            far.map(|far| (near, near + far))
         } else {
-            let rest = path.s().get(spare..=near);
-            rest.and_then(|rest| rest.iter().rev().position(is_far))
-                .map(|far| near - far)
+            let near = self.segment;
+            let far = path.s().get(spare..=near).and_then(|rest| {
+                let start = rest.last()?;
+                rest.iter().rev().position(|s| start - s > farthest)
+            });
+            far.map(|far| (near, near - far))
         };
-        match far {
-            Some(far) if path.reverse().is_none() => {
-                let arc = (path.arc(far) - start).abs();
+        match found {
+            Some((near, far)) if path.reverse().is_none() => {
+                let arc = (path.arc(far) - path.arc(near)).abs();
                 let distance = squared_distance(position, path.waypoint(far));
                 sqrt(distance) - arc - self.arc - margin
             }

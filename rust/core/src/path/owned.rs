@@ -86,10 +86,7 @@ impl Path {
     /// [`PathError::LengthMismatch`] unless there is an entry for each waypoint.
     pub fn with_reverse(self, reverse: &[bool]) -> Result<Self, PathError> {
         self.view().with_reverse(reverse)?;
-        let reverse = reverse
-            .iter()
-            .any(|&reverse| reverse)
-            .then(|| reverse.into());
+        let reverse = reverse.contains(&true).then(|| reverse.into());
         let mut path = Self { reverse, ..self };
         path.ends = path.section_ends();
         Ok(path)

@@ -112,10 +112,8 @@ impl<'a> Preview<'a> {
         let segment = smaller(self.path.segment_length(last), self.reach);
         let length = larger(segment, self.reach / 3.0);
         let start = end - 3.0 * length;
-        let first = match self.stretch {
-            Some(_) => Stretch::about(self.path, last, start, end).start,
-            None => 0.0,
-        };
+        let about = |_| Stretch::about(self.path, last, start, end).start;
+        let first = self.stretch.map_or(0.0, about);
         if start < first {
             return None;
         }

@@ -123,25 +123,19 @@ impl<'a> PathView<'a> {
     fn check_curvature(&self) -> Result<(), PathError> {
         let (mut apart, mut turned) = (0.0, 0.0);
         for index in 0..self.segments() {
-            let Some(Bend {
-                turn,
-                ends: Some((here, next)),
-                ..
-            }) = self.bend(index)
-            else {
+            let bend = self.bend(index).map(|bend| (bend.turn, bend.ends));
+            let Some((turn, Some((here, next)))) = bend else {
                 break;
             };
             let length = self.segment_length(index);
             apart += 0.5 * (here + next) * length - turn;
             turned += turn.abs();
             if f64::abs(apart) > TOLERANCE + SHARE * turned {
+                let given = self.curvature.and_then(|all| all.get(index).copied());
                 return Err(PathError::Contradicting {
                     field: "curvature",
                     index,
-                    value: self
-                        .curvature
-                        .and_then(|all| all.get(index).copied())
-                        .unwrap_or(here),
+                    value: given.unwrap_or(here),
                     expected: turn / length,
                 });
             }
@@ -272,13 +266,11 @@ pub(super) fn spline(path: &PathView<'_>) -> (Box<[f64]>, Box<[f64]>) {
             };
             let bend = at(&second, index);
             let size = get_distance(tangent, Point::new(0.0, 0.0)) + 1e-9;
-            let curvature = (tangent.x * bend.y - tangent.y * bend.x) / (size * size * size);
+            let curvature = tangent.perp(&bend) / (size * size * size);
             let sign = if path.is_reverse(segment) { -1.0 } else { 1.0 };
             let yaw = path.vehicle_yaw(segment, atan2(tangent.y, tangent.x));
-            (
-                yaw,
-                saturate(sign * curvature, -MAX_CURVATURE, MAX_CURVATURE),
-            )
+            let curvature = saturate(sign * curvature, -MAX_CURVATURE, MAX_CURVATURE);
+            (yaw, curvature)
         })
         .unzip::<f64, f64, Vec<f64>, Vec<f64>>();
     (ends.0.into(), ends.1.into())

@@ -261,10 +261,8 @@ impl<'a> PathView<'a> {
     /// Whether segment `index` is driven backwards.
     #[inline]
     pub fn is_reverse(&self, index: usize) -> bool {
-        match self.reverse {
-            None => false,
-            Some(reverse) => reverse.get(index).copied().unwrap_or(false),
-        }
+        let reverse = self.reverse.and_then(|reverse| reverse.get(index));
+        reverse.copied().unwrap_or(false)
     }
 
     /// The segment after `index`; None after the last of an open path.
@@ -327,9 +325,7 @@ impl<'a> PathView<'a> {
     /// Both ends of segment `index`.
     #[inline]
     pub fn segment(&self, index: usize) -> (Point, Point) {
-        (
-            self.waypoint(index),
-            self.waypoint(self.next(index).unwrap_or(index)),
-        )
+        let end = self.next(index).unwrap_or(index);
+        (self.waypoint(index), self.waypoint(end))
     }
 }

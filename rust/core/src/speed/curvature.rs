@@ -85,13 +85,8 @@ fn smooth_section(
         let before = margin(path, begin + first, length, first, false);
         let last = first + kept - 1;
         let after = margin(path, begin + last, length, segments - last, true);
-        smooth_part(
-            path,
-            begin + first,
-            (before, kept, after),
-            length,
-            curvature,
-        );
+        let counts = (before, kept, after);
+        smooth_part(path, begin + first, counts, length, curvature);
     }
 }
 

@@ -106,12 +106,8 @@ pub struct SpeedLimits<'a> {
 }
 
 impl SpeedLimits<'_> {
-    /// The limits themselves where every number is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the field that is not.
-    pub fn checked(&self) -> Result<(), ConfigError> {
+    /// Refuses a number that is out of its range.
+    pub(super) fn checked(&self) -> Result<(), ConfigError> {
         config_in_range("max_speed", self.max_speed, 1e-3, 1e4)?;
         let lateral = self.max_lateral_acceleration;
         config_in_range("max_lateral_acceleration", lateral, 1e-3, 1e3)?;

@@ -158,21 +158,12 @@ impl Course<'_> {
     fn beyond(&self, sharp: &[f64], index: usize, reach: f64, ahead: bool) -> f64 {
         let (mut place, mut distance) = (index, 0.0);
         for _ in 0..self.spacing.len() {
-            let (next, segment) = if ahead {
-                (self.next(place), place)
-            } else if place > 0 {
-                (place - 1, place - 1)
-            } else {
-                (self.curvature.len() - 1, self.curvature.len() - 1)
-            };
+            let before = place.checked_sub(1).unwrap_or(self.curvature.len() - 1);
+            let next = if ahead { self.next(place) } else { before };
+            let (segment, end) = if ahead { (place, next) } else { (next, place) };
             distance += self.spacing.get(segment).copied().unwrap_or(f64::INFINITY);
             // The curvature at a cusp is that of the section after it.
-            let leaves = if ahead {
-                self.is_cusp(next)
-            } else {
-                self.is_cusp(place)
-            };
-            if distance > reach || leaves {
+            if distance > reach || self.is_cusp(end) {
                 break;
             }
             place = next;
@@ -211,13 +202,11 @@ pub fn plan_speeds(
         start = slowest.map_or(0, |(index, _)| index);
     }
     let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
-    let brakes = limits.vehicle.brake_deceleration;
-    let strongest = brakes.unwrap_or_else(|| {
-        larger(
-            strongest_braking(&limits.vehicle),
-            limits.deceleration.most(),
-        )
-    });
+    let assumed = larger(
+        strongest_braking(&limits.vehicle),
+        limits.deceleration.most(),
+    );
+    let strongest = limits.vehicle.brake_deceleration.unwrap_or(assumed);
     let rounds = if varies { ROUNDS } else { 1 };
     for _ in 0..rounds {
         let mut lowered = false;
@@ -362,9 +351,8 @@ fn turn_in_time(speed: f64, index: usize, squared: &mut [f64], limit: &mut [Limi
 fn jump_speed(course: &Course<'_>, sharp: &[f64], index: usize, car: &Vehicle) -> f64 {
     let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);
     let reach = JUMP_REACH * car.wheelbase;
-    let jump = (course.beyond(sharp, index, reach, true)
-        - course.beyond(sharp, index, reach, false))
-    .abs();
+    let beyond = |ahead: bool| course.beyond(sharp, index, reach, ahead);
+    let jump = (beyond(true) - beyond(false)).abs();
     let length = car.turning_length(0.0);
     if jump * length < SMALL_JUMP {
         return f64::INFINITY;
