@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw
-from popsteer.reference.math import atan, atan2, divide, saturate, wrap
+from popsteer.reference.math import atan, divide, saturate, wrap
 from popsteer.reference.path.preview import wheel_at_rest
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimate import Estimate
@@ -158,9 +158,9 @@ class Tracker(Generic[StateT]):
         return Command(
             steer=state.steer,
             cross_track_error=here.closest.cross_track_error(),
-            heading_error=_heading_error(here),
+            heading_error=wrap(here.vehicle.yaw - here.closest.path_yaw()),
             predicted_cross_track_error=at.closest.cross_track_error(),
-            predicted_heading_error=_heading_error(at),
+            predicted_heading_error=wrap(at.vehicle.yaw - at.closest.path_yaw()),
             target=decision.target,
             reverse=at.reverse,
             status=status,
@@ -245,9 +245,3 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
         return wheel
     widest = atan(divide(most * car.turning_length(speed), speed * speed * gain))
     return saturate(wheel, -widest, widest)
-
-
-def _heading_error(at: Located) -> float:
-    """Yaw less direction of the path [rad], in [-π, π]."""
-    along = at.closest.along
-    return wrap(at.vehicle.yaw - atan2(along[1], along[0]))

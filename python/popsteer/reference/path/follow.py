@@ -51,22 +51,14 @@ class Located:
 class Follow:
     """Which point of the vehicle is tracked, and how it is searched for on the path."""
 
-    base: float
-    """Point about which the vehicle is mirrored, ahead of the pose's point [m]: the rear axle or
-    the no-slip point."""
-    reference_offset: float
-    """Tracked point, ahead of `base` in the direction of driving [m]."""
-    rear_axle: float
-    """Rear axle, ahead of the pose's point in the vehicle's frame [m]."""
+    base: float  # rear axle or no-slip point, about which it is mirrored, ahead of the pose's [m]
+    reference_offset: float  # tracked point, ahead of `base` in the direction of driving [m]
+    rear_axle: float  # ahead of the pose's point in the vehicle's frame [m]
+    # Arc to search on each side of the last projection, besides the distance travelled [m].
     search_distance: float
-    """Arc of the path to search on each side of the last projection [m], in addition to the
-    distance travelled in a step."""
-    lost_distance: float
-    """Distance from the path beyond which the vehicle is searched for on the whole path [m]."""
-    arrival_distance: float
-    """Distance to a cusp at which the rear axle counts as arrived [m]."""
-    opposite_distance: float
-    """Cost of a path that leads opposite to the heading, as a distance [m]."""
+    lost_distance: float  # from the path, beyond which it is searched for on the whole path [m]
+    arrival_distance: float  # to a cusp, at which the rear axle counts as arrived [m]
+    opposite_distance: float  # cost of a path that leads opposite to the heading [m]
 
     @classmethod
     def of(cls, vehicle: Vehicle, base: float, ahead: float) -> Follow:

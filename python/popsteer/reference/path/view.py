@@ -95,13 +95,10 @@ class PathView:
         """Return the segment that starts at waypoint `index`, or ends there where none starts."""
         return min(index, self.segments - 1)
 
-    def segment_end(self, index: int) -> float:
-        """Return the arc length at the end of segment `index` [m]."""
-        return self.s[index + 1] if index + 1 < len(self) else self.length
-
     def segment_length(self, index: int) -> float:
         """Return the length of segment `index` [m]."""
-        return self.segment_end(index) - self.s[index]
+        end = self.s[index + 1] if index + 1 < len(self) else self.length
+        return end - self.s[index]
 
     def segment_by_arc(self, arc: float) -> int:
         """Return the last segment whose start does not lie beyond `arc` [m], or the first."""

@@ -70,7 +70,7 @@ def go_back(
     after the last.
     """
     reached: list[MoveLimit] = []
-    first, rounding = float(start[COMMANDED]), 1e-10 * _scale(limits)
+    first, rounding = float(start[COMMANDED]), 1e-10 * min(limits.later, limits.high - limits.low)
     for model in horizon.models:
         curvature, (least, most) = float(start[COMMANDED]), limits.first
         if curvature + least >= limits.high - rounding:
@@ -86,11 +86,6 @@ def go_back(
         start = model @ start
         limits = limits._replace(first=(-limits.later, limits.later))
     return reached, first, start, limits
-
-
-def _scale(limits: PlanLimits) -> float:
-    """Return a length of move to measure rounding by [1/m]."""
-    return min(limits.later, limits.high - limits.low)
 
 
 def bounds(horizon: Horizon, start: Array, limits: PlanLimits, begin: int) -> Problem:
