@@ -88,18 +88,13 @@ def test_status_names_the_limit_that_binds() -> None:
         assert status.SATURATED in command.status
 
 
-MISSED = {
-    "yaw noise, 20 % lost, jitter: error by that of `adapt=None`",
-}
-
-
 def test_page_table_of_cases_is_what_is_driven() -> None:
     lines = case_lines()
     assert table("loop.md", "cases") == lines
     missed = {
         title for title, row in zip(titles(), lines, strict=True) if "**" in row.split("|")[4]
     }
-    assert missed == MISSED
+    assert not missed
 
 
 def test_most_cases_are_missed_by_version_0_3_0() -> None:
@@ -160,8 +155,8 @@ def test_estimates_through_noise_cost_no_more_than_a_tenth() -> None:
                 ("none", {"adapt": None}),
             )
         }
-        assert means["all"] < 1.2 * means["no slip"], (name, means)
-        assert means["all"] < 1.15 * means["none"], (name, means)
+        assert means["all"] < 1.1 * means["no slip"], (name, means)
+        assert means["all"] < 1.1 * means["none"], (name, means)
 
 
 def test_dead_time_that_nobody_told_is_found() -> None:
