@@ -96,7 +96,7 @@ def _read(file: Path) -> Any:
     if file.suffix == ".toml":
         pairs = [line.split(" = ") for line in text.splitlines() if " = " in line]
         known = [(name, value) for name, value in pairs if not name.startswith("#")]
-        return {name: _rough(float(x)) if x[0].isdigit() else x for name, x in known}
+        return {name: _rough(float(x)) if x.lstrip("-")[0].isdigit() else x for name, x in known}
     head, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
     columns = zip(*rows, strict=True)
     named = dict(zip(head, columns, strict=True))
