@@ -95,17 +95,19 @@ def drive(name: str, seed: int, asked: float | None = None, told: float | None =
     time, steps = run.records["time"], len(run.records["time"])
     statuses = [Status(int(each)) for each in run.records["status"]]
     ahead = None
-    if "leaves the road" in run.ending or min(plant.least[SETTLED:]) <= 0.0:
+    # A run that ends on the way from the start counts whole.
+    first = SETTLED if len(plant.least) > SETTLED else 0
+    if "leaves the road" in run.ending or min(plant.least[first:]) <= 0.0:
         lifted = next(
-            (k for k, load in enumerate(plant.least) if k >= SETTLED and load <= 0.0), steps - 1
+            (k for k, load in enumerate(plant.least) if k >= first and load <= 0.0), steps - 1
         )
         said = [k for k in range(max(0, lifted - RECENT), lifted + 1) if statuses[k] & SAYING]
         ahead = float(time[lifted] - time[said[0]]) if said else 0.0
     return Driven(
         run.metrics.finished,
-        max(plant.lateral[SETTLED:]),
-        min(plant.least[SETTLED:]),
-        sum(bool(each & Status.TOO_FAST) for each in statuses[SETTLED:]),
+        max(plant.lateral[first:]),
+        min(plant.least[first:]),
+        sum(bool(each & Status.TOO_FAST) for each in statuses[first:]),
         ahead,
     )
 
