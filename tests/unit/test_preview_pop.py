@@ -185,19 +185,21 @@ def test_preview_pop_finds_slip_straight_on_and_by_curvature() -> None:
     assert law.estimate.slip_length == pytest.approx(-0.6, abs=0.03)
 
 
-@pytest.mark.parametrize("jump", [40.0, -1e6])
+@pytest.mark.parametrize("jump", [0.5, 40.0, -1e6])
 def test_preview_pop_slip_found_in_a_bend_keeps_within_its_bounds_after_a_jump(
     jump: float,
 ) -> None:
     # Without a monitor every pose is believed.
     law = PreviewPop(CIRCLE, CAR, adapt=AdaptParams(slip_time=0.1), monitor=None)
     law.step(40.0, 0.0, 0.5 * math.pi, 10.0, DT)
+    most = (0.0, 0.0)
     for k in range(1, 50):
         # To the side and on from there, always farther.
         law.step(40.0 + k * jump, 0.0, 0.5 * math.pi, 10.0, DT)
-        assert abs(law.estimate.slip) <= 0.15
-        assert abs(law.estimate.slip_length) <= 2.7
-    assert law.estimate.slip_length != 0.0
+        slips = (abs(law.estimate.slip), abs(law.estimate.slip_length))
+        most = (max(most[0], slips[0]), max(most[1], slips[1]))
+    # Half a metre a step is taken for slip, up to the bounds; the others are noise.
+    assert most == ((0.15, 2.7) if jump == 0.5 else (0.0, 0.0))
 
 
 def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:
