@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.logs import LogError
+from popsteer.logs import Log, LogError
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
-    from popsteer.logs import Log
 
 SHORTEST = 10.0
 """The least time of driving [s]."""

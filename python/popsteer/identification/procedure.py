@@ -11,19 +11,17 @@ import numpy as np
 from popsteer._core import Vehicle
 from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_units
-from popsteer.identification.drive import prepare
+from popsteer.identification.drive import PreparedLog, prepare
 from popsteer.identification.fit import Fit, fit
 from popsteer.identification.identifiability import rate_unknown, steps, unsure
 from popsteer.identification.result import Identification, described
 from popsteer.identification.simulate import compared
-from popsteer.logs import LogError
+from popsteer.logs import Log, LogError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.identification.drive import PreparedLog
     from popsteer.identification.point import Point
-    from popsteer.logs import Log
 
 _MOST_ROUNDS = 5
 _NO_LENGTH = 0.15

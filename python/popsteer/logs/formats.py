@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 from popsteer.logs.bag import read_bag
 from popsteer.logs.csv_log import read_csv
-from popsteer.logs.log import LogError
+from popsteer.logs.log import Log, LogError
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Mapping
 
-    from popsteer.logs.log import Log
 
 _BAGS = (".mcap", ".db3", ".bag")
 

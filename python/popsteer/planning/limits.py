@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from popsteer._core import _speed_defaults
+from popsteer._core import Vehicle, _speed_defaults
 from popsteer.errors import ConfigError
 from popsteer.parameters import Parameters
 from popsteer.ranges import check_in_range
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-
-    from popsteer._core import Vehicle
 
     Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ trajectory that a controller intends.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw
 from popsteer.reference.math import atan, divide, saturate, wrap
@@ -20,8 +20,6 @@ from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView

@@ -12,6 +12,7 @@ from popsteer import controllers, own
 from popsteer._core import (
     CarlaIdentified,
     KinematicBicycle,
+    Noise,
     Path,
     Settings,
     Simulation,
@@ -26,15 +27,13 @@ from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
-from popsteer.sim.steering import believed, informed
+from popsteer.sim.steering import OwnController, believed, informed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-    from popsteer._core import Noise
-    from popsteer.sim.steering import OwnController
 
 START_OFFSET = 2.44
 """How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 from popsteer import plants
-from popsteer._core import CarlaIdentified, KinematicBicycle
+from popsteer._core import CarlaIdentified, KinematicBicycle, Vehicle
 from popsteer.plants.protocol import PythonPlant
 from popsteer.plants.registry import ASKED
 from popsteer.ranges import check_known
-
-if TYPE_CHECKING:
-    from popsteer._core import Vehicle
 
 CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 """A plant of the core, which many runs can share: its name, or an object with its parameters."""

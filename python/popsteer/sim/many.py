@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from popsteer import _core, controllers
-from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_count
 from popsteer.sim.closed_loop import check_seed, default_start
-from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
-from popsteer.sim.pedals import check_longitudinal
+from popsteer.sim.geometry import (
+    CorePlant,
+    Pose,
+    StartAt,
+    plant_name,
+    plant_names,
+    pose_of,
+    vehicle_of,
+)
+from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 from popsteer.sim.steering import informed
 
 if TYPE_CHECKING:
@@ -20,9 +28,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from popsteer._core import Settings, Vehicle
-    from popsteer.sim.geometry import CorePlant, Pose, StartAt
-    from popsteer.sim.pedals import Longitudinal, PedalMap
 
 _PLANTS = (str, CarlaIdentified, KinematicBicycle)
 _MAX_THREADS = 1024

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from popsteer._core import CoupledLongitudinal, SpeedPid, SpeedTracker
+from popsteer._core import CoupledLongitudinal, Path, SpeedPid, SpeedTracker, Vehicle
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
-from popsteer.sim.geometry import object_of
-
-if TYPE_CHECKING:
-    from popsteer._core import Path, Vehicle
-    from popsteer.sim.geometry import Plant
+from popsteer.sim.geometry import Plant, object_of
 
 Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 """What works the pedals: the paper's controller, a PID on the path's speeds, or a plan that is

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from popsteer import InputError, PreviewPop, SpeedPid, Status
+from popsteer import Command, InputError, Path, PreviewPop, SpeedPid, Status, Vehicle
 from popsteer.adapters.carla import conversions
 from popsteer.adapters.carla.route import RoadOption, Route
 from popsteer.adapters.carla.vehicle import steering_of, vehicle_of
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     import carla
 
-    from popsteer import Command, Path, Vehicle
     from popsteer.adapters.carla.conversions import Steering
     from popsteer.controllers import Controller
 

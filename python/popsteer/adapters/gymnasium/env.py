@@ -12,7 +12,7 @@ from popsteer.adapters.gymnasium.picture import Picture
 from popsteer.adapters.gymnasium.task import INFO, Actions, RewardWeights, Task, actions_of
 from popsteer.errors import InputError
 from popsteer.ranges import check_known
-from popsteer.sim import vehicle_of
+from popsteer.sim import Plant, vehicle_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from popsteer import CoupledLongitudinal, Path, SpeedPid, Vehicle
-    from popsteer.sim import Plant
     from popsteer.tracks import Track
 
 PREVIEW = (2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)

@@ -9,13 +9,13 @@ from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 
-from popsteer import Path, PathError, SpeedPid, Vehicle, tracks
+from popsteer import CoupledLongitudinal, Path, PathError, SpeedPid, Vehicle, tracks
 from popsteer._core import Episodes, Settings
 from popsteer.errors import ConfigError, InputError, in_range
 from popsteer.ranges import check_in_range, check_known
-from popsteer.sim import plant_name, plant_names
+from popsteer.sim import Plant, Pose, plant_name, plant_names
 from popsteer.sim.closed_loop import KEEPING, at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
 from popsteer.tracks import Track
@@ -23,11 +23,7 @@ from popsteer.tracks import Track
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from gymnasium.spaces import Space
     from numpy.typing import ArrayLike, NDArray
-
-    from popsteer import CoupledLongitudinal
-    from popsteer.sim import Plant, Pose
 
 
 Actions: TypeAlias = Literal["steer", "steer-and-pedals"]

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 from popsteer import Status
 from popsteer.adapters.ros2.conversions import time_message
 from popsteer.adapters.ros2.messages import DIAGNOSTICS, make
-from popsteer.adapters.ros2.pilot import State
+from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from popsteer.adapters.ros2.intake import Course, Intake
-    from popsteer.adapters.ros2.pilot import DriveCommand, Pilot
 
 OK, WARN, ERROR = 0, 1, 2
 _JUMP = 1.0  # more than a planner's noise, less than a lane [m]

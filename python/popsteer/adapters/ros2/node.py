@@ -6,7 +6,7 @@ import re
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2 import conversions, diagnostics, messages
 from popsteer.adapters.ros2.intake import Intake
@@ -19,7 +19,6 @@ from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any
 
     from popsteer import Path
     from popsteer.adapters.ros2.conversions import Measured

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer import Path, SpeedTracker, SpeedTrackerParams, Status
+from popsteer import Command, Path, SpeedCommand, SpeedTracker, SpeedTrackerParams, Status, Vehicle
 from popsteer._core import _speed_defaults
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
-    from popsteer import Command, SpeedCommand, Vehicle
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 

@@ -5,24 +5,22 @@ from __future__ import annotations
 import io
 import math
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from popsteer.lab.common.layout import figure_name
-from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.theme import THEMES, Theme
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from typing import Any
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from popsteer.lab.common.theme import Theme
     from popsteer.sim import Run
 
 _DPI = 150

@@ -6,26 +6,31 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from popsteer import controllers, sim
-from popsteer._core import CarlaIdentified, KinematicBicycle, Settings, SpeedTrackerParams
+from popsteer._core import (
+    AdaptParams,
+    CarlaIdentified,
+    KinematicBicycle,
+    Path,
+    Settings,
+    SpeedTrackerParams,
+    Vehicle,
+)
 from popsteer.lab import baselines
-from popsteer.lab.common.longitudinal import beginning
+from popsteer.lab.common.longitudinal import LongitudinalParams, beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
-from popsteer.sim.pedals import PedalMap, check_longitudinal
+from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from popsteer._core import AdaptParams, Path, Vehicle
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
-    from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.lab.common.varied import Varied
     from popsteer.sim import OwnSimpleController, Run
-    from popsteer.sim.pedals import Longitudinal
 
     Road: TypeAlias = tuple[Path, Longitudinal | None]
 

@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, TypeAlias
 from popsteer._core import (
     CoupledLongitudinal,
     CoupledLongitudinalParams,
+    Path,
     SpeedPid,
     SpeedPidParams,
     SpeedTracker,
     SpeedTrackerParams,
+    Vehicle,
 )
 from popsteer.errors import ConfigError
 from popsteer.sim.closed_loop import start_speed
 
 if TYPE_CHECKING:
-    from popsteer._core import Path, Vehicle
     from popsteer.sim.geometry import Pose
     from popsteer.sim.pedals import Longitudinal
 

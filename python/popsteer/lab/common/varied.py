@@ -6,19 +6,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Path, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.extras import require
-from popsteer.sim import default_start
+from popsteer.sim import Plant, Pose, default_start
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from popsteer._core import Path, Vehicle
     from popsteer.lab.common.distributions import Distribution
-    from popsteer.sim import Plant, Pose
 
 _STEERING = ("dead_time", "steer_offset")  # what the closed loop adds to plants from elsewhere
 _NOISE = {"noise_position": "position", "noise_yaw": "yaw", "noise_speed": "speed"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -10,23 +10,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from popsteer import controllers, presets, sim
-from popsteer._core import build_profile
+from popsteer._core import AdaptParams, Path, Settings, Vehicle, build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common.experiment import controller
 from popsteer.lab.common.longitudinal import beginning
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.timing import Drive, Driver, time_calls
-from popsteer.sim import plant_name, vehicle_of
+from popsteer.sim import Plant, Run, plant_name, vehicle_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from typing import Any
-
-    from popsteer._core import AdaptParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
-    from popsteer.sim import Plant, Run
     from popsteer.sim.geometry import Pose, StartAt
     from popsteer.sim.pedals import Longitudinal
 

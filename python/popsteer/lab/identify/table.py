@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from popsteer._core import __version__
+from popsteer._core import Vehicle, __version__
 from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, finite, json_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from rich.table import Table
 
-    from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
 SCHEMA = 2

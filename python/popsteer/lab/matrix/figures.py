@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from popsteer.lab.common.names import title_of
-from popsteer.lab.matrix.runs import rows
+from popsteer.lab.matrix.runs import Matrix, rows
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
-    from popsteer.lab.matrix.runs import Matrix
 
 _MARKERS = "osD^vP*X"
 

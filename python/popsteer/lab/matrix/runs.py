@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from popsteer import presets
 from popsteer.errors import ConfigError
 from popsteer.lab import compare
+from popsteer.lab.common.longitudinal import LongitudinalParams
 from popsteer.lab.common.longitudinal import made as pedals_of
-from popsteer.lab.compare.runs import parameters, time_steps
-from popsteer.sim import default_start, vehicle_of
+from popsteer.lab.compare.runs import Comparison, parameters, time_steps
+from popsteer.sim import Metrics, Plant, default_start, vehicle_of
 from popsteer.sim.geometry import made, plant_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from popsteer._core import AdaptParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
-    from popsteer.lab.common.longitudinal import LongitudinalParams
-    from popsteer.lab.compare.runs import Comparison
-    from popsteer.sim import Metrics, Plant
 
 
 @dataclass(frozen=True, eq=False)

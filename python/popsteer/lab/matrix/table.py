@@ -20,14 +20,13 @@ from popsteer.lab.common.layout import (
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.files import SCHEMA, metrics_document
-from popsteer.lab.matrix.runs import Row, rows
+from popsteer.lab.matrix.runs import Matrix, Row, rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.table import Table
 
-    from popsteer.lab.matrix.runs import Matrix
     from popsteer.sim import Metrics
 
 FILES = ("matrix.csv", "matrix.md", "matrix.json", *figure_names("matrix"))

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import Path
+from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
-from popsteer.logs import LogError
+from popsteer.logs import Log, LogError
 from popsteer.own import OwnCodeError
 from popsteer.status import Status
 
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
-
-    from popsteer._core import AdaptParams, Vehicle
-    from popsteer.logs import Log
 
     Array = NDArray[np.float64]
 

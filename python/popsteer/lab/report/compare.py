@@ -11,7 +11,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.table import caption, notes, tables
-from popsteer.lab.report.colours import colours_of, figure, log_axis, stairs
+from popsteer.lab.report.colours import Colour, colours_of, figure, log_axis, stairs
 from popsteer.lab.report.markup import paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
@@ -20,7 +20,6 @@ from popsteer.lab.report.verdict import of_runs
 
 if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
-    from popsteer.lab.report.colours import Colour
     from popsteer.sim import Run
 
 PANELS = (

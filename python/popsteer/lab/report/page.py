@@ -11,12 +11,11 @@ from popsteer._core import __version__
 from popsteer.errors import PopsteerError
 from popsteer.lab.report.colours import named, style
 from popsteer.lab.report.markup import block, escape, json_for_script
-from popsteer.lab.report.scene import Pack, deflated
+from popsteer.lab.report.scene import Pack, Scene, deflated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from popsteer.lab.report.scene import Scene
 
 LARGEST = 2_500_000
 """Bytes of a page, at most."""

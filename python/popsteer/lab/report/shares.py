@@ -8,7 +8,7 @@ import numpy as np
 
 from popsteer.lab.report.colours import dots, figure, log_axis, rounded
 from popsteer.lab.report.scene import distances
-from popsteer.lab.sweep.job import repeat
+from popsteer.lab.sweep.job import Job, repeat
 from popsteer.lab.sweep.summary import axis_title, influence, outcomes, success_rates, worst
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.lab.sweep.job import Job
 
 _MOST = 9
 _DOTS = 1500

@@ -23,7 +23,7 @@ from popsteer import own
 from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
-from popsteer.lab.sweep.job import drive, drive_text
+from popsteer.lab.sweep.job import Job, drive, drive_text
 from popsteer.lab.sweep.rows import Journal, check_same, journal_of, read, write
 from popsteer.ranges import check_count
 from popsteer.sim import plant_name
@@ -31,8 +31,6 @@ from popsteer.sim import plant_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
-
-    from popsteer.lab.sweep.job import Job
 
     Rows = list[dict[str, Any]]
 

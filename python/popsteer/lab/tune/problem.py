@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import AdaptParams, Settings, __version__
+from popsteer._core import AdaptParams, Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
@@ -23,7 +23,6 @@ from popsteer.ranges import check_count
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from popsteer._core import Path, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.common.longitudinal import LongitudinalParams
 

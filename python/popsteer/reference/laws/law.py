@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from popsteer.reference.error import Checked, optional
-from popsteer.reference.path.follow import Follow
+from popsteer.reference.path.follow import Follow, Located
 from popsteer.reference.vehicle import Vehicle
 from popsteer.status import Status
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.estimate import Estimate
 

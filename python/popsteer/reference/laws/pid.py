@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import count, optional
-from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path.preview import Preview
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import count, number, optional
-from popsteer.reference.geometry import get_distance
-from popsteer.reference.laws.law import Decision, LateralLaw, Tracked
+from popsteer.reference.geometry import Point, get_distance
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Tracked
 from popsteer.reference.laws.search import SearchParams, find_lookahead
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.bicycle import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.geometry import Point
-    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference.error import number, optional
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.laws.law import Decision, LateralLaw, Tracked, limit_steer
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Tracked, limit_steer
 from popsteer.reference.laws.search import SearchParams, find_lookahead
 from popsteer.reference.math import acos, atan2, divide, sin
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 

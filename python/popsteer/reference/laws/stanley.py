@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import number, optional
-from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.projection import path_yaw_behind
 
 if TYPE_CHECKING:
-    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 

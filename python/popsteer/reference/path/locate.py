@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin, sqrt
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.projection import find_closest_point
+from popsteer.reference.path.projection import ClosestPoint, find_closest_point
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
 OPPOSITE = 10.0

@@ -9,13 +9,12 @@ from popsteer.reference.error import input_below, input_in_range, input_within
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path import locate, projection, relocalise, resample
 from popsteer.reference.path.locate import OPPOSITE
-from popsteer.reference.path.lookahead import get_crossing, get_lookahead_point
+from popsteer.reference.path.lookahead import Lookahead, get_crossing, get_lookahead_point
 from popsteer.reference.path.view import PathView
 from popsteer.reference.vehicle.state import checked_point
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.lookahead import Lookahead
     from popsteer.reference.path.projection import Projection
     from popsteer.reference.path.resample import Window
 

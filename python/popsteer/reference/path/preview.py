@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from math import fmod, inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.geometry import get_distance, squared_distance
+from popsteer.reference.geometry import Point, get_distance, squared_distance
 from popsteer.reference.math import atan, atan2, cos, saturate, sin
 
 if TYPE_CHECKING:
-    from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
 

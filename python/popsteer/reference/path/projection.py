@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from math import copysign, inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.geometry import squared_distance
+from popsteer.reference.geometry import Point, squared_distance
 from popsteer.reference.math import atan2, saturate, sqrt
 
 if TYPE_CHECKING:
-    from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
 

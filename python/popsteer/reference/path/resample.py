@@ -9,13 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer.errors import PathError
-from popsteer.reference.geometry import get_distance
+from popsteer.reference.geometry import Point, get_distance
 from popsteer.reference.math import ceil
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
 MAX_GRID_POINTS = 10_000_000

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from popsteer.errors import ConfigError
 from popsteer.lab.common.draw import drawn, headline, limit, nice_limit
 from popsteer.lab.common.names import title_of
-from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.theme import THEMES, Theme
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import caption, notes
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.reference.error import number, optional
-from popsteer.reference.laws.law import Decision, LateralLaw, Params, Tracked, limit_steer
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.laws.preview_pop.approach import FULL_RATE, Approach, Straightening
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED, regulator, stage, transition
 from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, PlanLimits
@@ -25,7 +25,6 @@ from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.laws.law import Belief
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
