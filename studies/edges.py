@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from popsteer import (
     AdaptParams,
-    Command,
     Path,
     SpeedPid,
     SpeedPidParams,
@@ -219,33 +219,23 @@ CUT = 15.0
 """How much shorter the controller's path is where it is driven past its end [m]."""
 
 
-class Shortened:
-    """A controller on a path without its last metres, driven along the whole of it."""
-
-    def __init__(self, law: controllers.Controller) -> None:
-        self.tracked_point = law.tracked_point
-        self._law = law
-
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> Command:
-        return self._law.step(x, y, yaw, speed, dt)
-
-
 def controller(name: str, path: Path, preset: str) -> controllers.Controller:
     """Make a controller of the plant's vehicle."""
     make: Callable[..., controllers.Controller] = controllers.get(name).controller
     return make(path, END_CAR, presets.get(name, preset))
 
 
-def shortened(name: str, path: Path, preset: str) -> Shortened:
-    """Make a controller whose path ends `CUT` earlier."""
+def shortened(name: str, path: Path, preset: str) -> Any:
+    """Make a controller whose path ends `CUT` earlier, to drive along the whole of it."""
     kept = path.s <= path.length - CUT
     speed = None if path.speed is None else path.speed[kept]
     shorter = Path(np.column_stack((path.x, path.y))[kept], speed=speed)
-    return Shortened(controller(name, shorter, preset))
+    law = controller(name, shorter, preset)
+    return SimpleNamespace(step=law.step, tracked_point=law.tracked_point)
 
 
 def angles_by_arc(
-    law: controllers.Controller | Shortened, path: Path, start: Pose | None
+    law: controllers.Controller, path: Path, start: Pose | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where on the path the front axle was at each step [m], and the angle commanded [rad]."""
     done = sim.run(law, END_PLANT, path=path, start=start, settings=TO_THE_END)
