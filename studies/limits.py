@@ -209,18 +209,16 @@ class _Manoeuvre:
 
 def sweep() -> Iterator[Straight]:
     """Give the cases of the sweep."""
-    yield from itertools.starmap(
-        Straight,
-        itertools.product(
-            (0.2, 0.4, 0.7, 1.0),
-            (3.0, 8.0, 15.0, 25.0),
-            (0.5, 1.0, 3.0),
-            (-20.0, -10.0, 0.0, 10.0, 20.0),
-            (0.33, 2.7, 6.0),
-            (0.0, 0.2),
-            (0.05, 0.15, 0.3),
-        ),
+    cases = itertools.product(
+        (0.2, 0.4, 0.7, 1.0),
+        (3.0, 8.0, 15.0, 25.0),
+        (0.5, 1.0, 3.0),
+        (-20.0, -10.0, 0.0, 10.0, 20.0),
+        (0.33, 2.7, 6.0),
+        (0.0, 0.2),
+        (0.05, 0.15, 0.3),
     )
+    return itertools.starmap(Straight, cases)
 
 
 def allowed(case: Straight) -> float:
