@@ -139,6 +139,39 @@ fn test_batch_refused_vehicle_keeps_its_direction_or_all_of_its_command() {
 }
 
 #[test]
+fn test_batch_old_poses_of_some_vehicles_are_theirs_alone() {
+    let (mut batch, tracker, path) = batch(5);
+    let mut states: Vec<_> = batch.states().collect();
+    let old = Reported {
+        pose_age: 0.1,
+        ..Reported::NOTHING
+    };
+    let mut angles = vec![0.0; 5];
+    for aged in [vec![1, 3], vec![], vec![3, 4]] {
+        let reports: Vec<_> = (0..5)
+            .map(|k| {
+                if aged.contains(&k) {
+                    old
+                } else {
+                    Reported::NOTHING
+                }
+            })
+            .collect();
+        let inputs = inputs(5);
+        batch
+            .steer(&inputs, 0.05, OnError::Raise, &reports, &mut angles)
+            .unwrap();
+        for ((state, &input), &report) in states.iter_mut().zip(&inputs).zip(&reports) {
+            let single = tracker.steer(&path.view(), state, input, 0.05, report);
+            single.unwrap();
+        }
+        assert!(batch.states().eq(states.iter().copied()));
+        let with_past = states.iter().map(|state| state.model.past.is_some());
+        assert!(with_past.take(5).any(|past| past) && states[0].model.is_empty());
+    }
+}
+
+#[test]
 fn test_vehicle_without_a_dead_time_takes_little_memory() {
     // A large batch waits for its memory; copies share their tracker, which is as large again. All is
     // stepped in place; what is modelled of a vehicle lies elsewhere, at the cost of a pointer.
