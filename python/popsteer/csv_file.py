@@ -62,10 +62,7 @@ def read_waypoints(
 def read_columns(
     file: str | os.PathLike[str],
 ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-    """Read waypoints as `read_waypoints` does, and what else they have by name.
-
-    That is ``speed``, and ``yaw`` [rad] and ``curvature`` [1/m] where the first row names them.
-    """
+    """Read waypoints as `read_waypoints`, and ``speed``, ``yaw``, ``curvature`` where named."""
     values, names = _read(os.fsdecode(file))
     xy = np.ascontiguousarray(values[:, :2])
     return xy, {name: values[:, k].copy() for k, name in enumerate(names) if k > 1}
@@ -84,11 +81,7 @@ def _read(name: str) -> tuple[NDArray[np.float64], Sequence[str]]:
 
 
 def _read_fast(data: bytes) -> tuple[NDArray[np.float64], Sequence[str]] | None:
-    """Let numpy read what is plain; None where it is not, for `_read_carefully` to decide.
-
-    Whatever this returns is what `_read_carefully` returns: numpy is only shown files whose rows it
-    takes apart in the same way, and it reads a number with the same function as Python's float.
-    """
+    """Let numpy read plain text as `_read_carefully` would to the bit; None where it is not."""
     if b"\0" in data:
         return None
     lines = _lines(data)

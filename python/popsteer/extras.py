@@ -55,9 +55,6 @@ def _is_found(module: str) -> bool:
 
 
 def require(what: str, extra: str, *modules: str) -> None:
-    """Refuse work that needs an extra which is not installed, by MissingExtra.
-
-    `modules` are those of the extra that are needed; all by default.
-    """
+    """Raise MissingExtra unless the extra's `modules`, all by default, are installed."""
     if missing(*(modules or MODULES[extra])):
         raise MissingExtra(what, extra)

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
     """Refuse files that cannot be written, before the work whose results they are to hold.
 
-    A file is made and removed again in each of their folders, or the nearest one that is there:
-    permissions alone do not tell, as a disk may be read-only or full, and root may not write
-    everywhere. Raises OSError.
+    A file is made in each folder and removed: permissions do not tell of a full disk. OSError.
     """
     tried = set()
     for path in paths:
@@ -45,10 +43,7 @@ def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> N
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Read a file or a pipe to its end; a device such as ``/dev/zero``, which has none, is refused.
-
-    Raises OSError where it cannot be read.
-    """
+    """Read a file or a pipe to its end; OSError, also for a device without one."""
     with _naming(path), Path(path).open("rb") as stream:
         mode = os.fstat(stream.fileno()).st_mode
         if stat.S_ISBLK(mode) or (stat.S_ISCHR(mode) and not stream.isatty()):
@@ -72,10 +67,7 @@ def write_bytes_atomic(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def write_files_atomic(files: Mapping[Path, bytes]) -> None:
-    """Write several files, each as `write_bytes_atomic` does.
-
-    None takes its name before the bytes of all are on the disk.
-    """
+    """Write several files; none takes its name before the bytes of all are on the disk."""
     targets = {}
     for path in files:
         with _naming(path):

@@ -74,11 +74,7 @@ def entry_points(what: What) -> Mapping[str, metadata.EntryPoint]:
 
 
 def load(what: What, name: str) -> Any:  # noqa: ANN401 - whatever is there
-    """Give what a name stands for.
-
-    Raises ConfigError where there is no such file, module or object, and OwnCodeError, with their
-    traceback, where loading it raises.
-    """
+    """Give what a name stands for; ConfigError if nothing, OwnCodeError if loading it raises."""
     found = _REFERENCE.fullmatch(name)
     if found and found["place"].endswith(".py") and _file(found["place"]) is None:
         raise ConfigError(what, name, "in a file that exists")
@@ -111,10 +107,7 @@ def file_hash(name: str) -> str | None:
 
 
 def params_of(kind: Any) -> type[Parameters]:  # noqa: ANN401 - a class or a function
-    """Give the class of the parameters of what `load` gave.
-
-    Raises ConfigError where ``Params`` is no dataclass whose fields have defaults.
-    """
+    """Give what `load` gave its ``Params``; ConfigError unless a dataclass with all defaults."""
     given: Any = getattr(kind, "Params", None)
     if given is None:
         return Parameters

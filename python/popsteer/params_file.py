@@ -81,10 +81,7 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
 
 
 def as_toml(params: Params, name: str | None = None) -> str:
-    """Word the tuning of a controller as the text of a TOML file.
-
-    A field that is None is a comment. `name` is that of a controller of your own.
-    """
+    """Word a controller's tuning as TOML, under `name` if given; None becomes a comment."""
     from popsteer import own
     from popsteer.toml_file import keys
 

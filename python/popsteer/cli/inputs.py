@@ -50,14 +50,10 @@ class Tuning(NamedTuple):
     adapt: AdaptParams | Literal["auto"] | None
     """How they adapt; None: not at all."""
     preset: str
-    """Where the tuning comes from, for captions."""
 
 
 def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Course:
-    """Give the path of a file of waypoints or of a track, by default of `DEFAULT_TRACK`.
-
-    ConfigError where no track has this name or the options exclude each other.
-    """
+    """Give the path of a file of waypoints or of a track; ConfigError where both are given."""
     if waypoints is not None:
         if track is not None:
             raise ConfigError("--track", track, "left out where --waypoints is given")
@@ -200,10 +196,7 @@ def longitudinal(
 
 
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
-    """Give the plant that an option names; of a file ``*.toml`` it is a kinematic bicycle.
-
-    The assignments change its parameters and the fields of its vehicle.
-    """
+    """Give the plant that an option names; of a file ``*.toml`` it is a kinematic bicycle."""
     found = KinematicBicycle(Vehicle.load(text)) if _is_file(text) else object_of(text)
     return _changed(found, plant_label(text), assignments)
 

@@ -27,10 +27,7 @@ _TRACKS = ", ".join(tracks.names())
 
 
 def optional(metavar: str, text: str, *names: str) -> OptionInfo:
-    """Describe an option that may be left out: `text` says what happens then.
-
-    `names` are its spellings, where it is not that of the argument.
-    """
+    """Describe an option that may be left out; `names` are spellings other than the argument's."""
     option: OptionInfo = typer.Option(*names, metavar=metavar, help=text, show_default=False)
     return option
 

@@ -142,10 +142,7 @@ def say(text: str, style: str = "") -> None:
 
 
 def show(head: str, tables: Iterable[Table], below: Iterable[str] = (), said: str = "") -> None:
-    """Print tables, made for the width of `console`, with a heading above and notes below.
-
-    `said`, what was written, is the last line.
-    """
+    """Print tables with a heading above, notes below, and `said`, what was written, last."""
     at = console()
     say(head, "bold")
     for table in tables:
@@ -166,10 +163,7 @@ def deliver(
     report: Path | None,
     origin: Origin,
 ) -> None:
-    """Write the files of a comparison that are wanted, then print its table.
-
-    In this order, so that the files are there also for one who reads only the head of the output.
-    """
+    """Write the files of a comparison, then print its table: they are there if a pipe closes."""
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
     else:
@@ -205,10 +199,7 @@ def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
 
 
 def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:
-    """Write files by their names into a folder, all or none, and say so.
-
-    Where there is no folder, say `otherwise`.
-    """
+    """Write files by their names into a folder, all or none, and say so; else say `otherwise`."""
     if out is None:
         return otherwise
     files.write_files_atomic({out / name: data for name, data in content.items()})

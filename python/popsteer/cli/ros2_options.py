@@ -97,13 +97,7 @@ class Names(NamedTuple):
 
 
 def names_of(remaps: list[str] | None) -> Names:
-    """Give the names that ``FROM:=TO`` each ask for.
-
-    Examples
-    --------
-    >>> names_of(["__ns:=/car", "odom:=/ego/odom"])[1:]
-    ('/car', {'odom': '/ego/odom'})
-    """
+    """Give the names that ``FROM:=TO`` each ask for."""
     from popsteer.adapters.ros2.names import check_namespace, check_node
 
     rules = _assigned("--remap", remaps)
@@ -115,13 +109,7 @@ def names_of(remaps: list[str] | None) -> Names:
 def parameters_of(
     given: list[str] | None, files: list[str] | None, names: Names
 ) -> dict[str, float | bool]:
-    """Give the ROS parameters of the node: those of the files, and over them those given.
-
-    Examples
-    --------
-    >>> parameters_of(["rate:=100.0", "use_sim_time:=true"], None, Names())
-    {'rate': 100.0, 'use_sim_time': True}
-    """
+    """Give the ROS parameters of the node: those of the files, and over them those given."""
     if not given and not files:
         return {}
     require("a file of ROS parameters", "ros2", "rosbags")
@@ -168,10 +156,7 @@ def topics_of(
     autoware: bool,
     names: Names | None = None,
 ) -> Topics:
-    """Give the topics that the options ask for, ``NAME=TOPIC`` each of `renamed`.
-
-    Names and types are Autoware's where `autoware` says so and nothing else is given.
-    """
+    """Give the topics of `renamed`, ``NAME=TOPIC`` each; other names may be Autoware's."""
     # Here, so that the other commands do not load the adapter.
     from popsteer.adapters.ros2.messages import PATH, TRAJECTORY
     from popsteer.adapters.ros2.topics import COMMANDS, Topics

@@ -138,10 +138,7 @@ def _lagged(given: Array, lag: float | Array, cell: float) -> Array:
 
 
 def _scan(kept: Array, added: Array, first: float) -> Array:
-    """Give y_0 = first and y_{k+1} = kept_k y_k + added_k, all at once.
-
-    Pairs of steps are one step, again and again: log2(N) passes over the arrays.
-    """
+    """Give y_0 = first and y_{k+1} = kept_k y_k + added_k, in log2(N) passes over the arrays."""
     kept, added = kept.copy(), added.copy()
     reach = 1
     while reach < len(kept):

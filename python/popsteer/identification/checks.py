@@ -34,9 +34,8 @@ def refuse_units(log: Log) -> None:
 
 
 def first_length(drive: PreparedLog, name: str) -> float:
-    """Give a first guess of the length by which the car turns [m], or say why there is none.
+    """Guess the length by which the car turns [m], by linear regression of v tan(steer) / yaw'.
 
-    It is v tan(steer) / yaw' by linear regression, with the delay that explains most. Raises
     LogError where the log is too short or too straight, or the wheels do not turn or turn wrong.
     """
     t, yaw, speed = (

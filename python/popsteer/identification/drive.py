@@ -194,8 +194,7 @@ def _usual_speed(t: Array, yaw: Array, speed: Array) -> float:
 def _without_outliers(t: Array, values: Array, moving: NDArray[np.bool_]) -> tuple[Array, int]:
     """Replace what stands out from both neighbours' line by that line; how many did.
 
-    A sample's own second difference is compared with its median size (Hampel's filter on what a
-    smooth motion leaves over), which is that of the moving car: at rest it may be 0.
+    Hampel's filter on second differences, by their median size while the car moves.
     """
     if len(values) < 9:
         return values, 0

@@ -84,7 +84,6 @@ class Fit:
 
     values: dict[str, float]
     names: list[str]
-    """What was fitted."""
     known: Known
     """How well, in the order of `names`."""
     lag_of: LagOf
@@ -273,10 +272,7 @@ class _Task:
         self.noise = max(spread(whitened(error, self.parts, self.theta)), 1e-9)
 
     def _theta_of_speeds(self, error: Array) -> float:
-        """Give the theta that the noise of the measured speeds alone makes.
-
-        Too little to be seen in the residuals, it limits how well the gain is known.
-        """
+        """Give the theta of the speeds' noise alone: unseen in residuals, it bounds the gain."""
         drift = self._drift(error)
         steps = [slice(part.start, part.stop - 1) for part in self.parts]
         noise = np.concatenate([np.diff(error)[step] for step in steps])

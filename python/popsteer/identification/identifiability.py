@@ -28,14 +28,10 @@ class Doubt(NamedTuple):
     unknown: dict[str, str]
     """The fields of the vehicle that stay unknown, and why."""
     note: str = ""
-    """What else there is to say."""
 
 
 def unsure(found: Fit, drive: PreparedLog, given: Vehicle) -> Doubt | None:
-    """Give the first thing that the log does not identify; what is `given` is taken in its place.
-
-    None if everything can be distinguished.
-    """
+    """Give the first thing that the log does not identify, to take from `given`; None if all is."""
     for rule in (_shift, _understeer, _oversteer, _offset, _delay):
         if (doubt := rule(found, drive, given)) is not None:
             return doubt

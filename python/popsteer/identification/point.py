@@ -46,10 +46,7 @@ class Point:
 
 
 def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
-    """Fit the point to the positions of a drive, with the simulated heading [rad] at its samples.
-
-    `theta` tells how much of what the simulation leaves of the heading is noise of the samples.
-    """
+    """Fit the point to a drive's positions, with the simulated heading [rad] and its `theta`."""
     heading = simulated + smooth(drive.yaw - simulated, theta, drive)
     columns = _columns(drive, heading)
     base, regressors = columns[0], np.stack(columns[1:], axis=1)

@@ -254,8 +254,7 @@ def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN
 def _led_on(along: Floats, xy: Floats, tolerance: float) -> tuple[Floats, Floats]:
     """Lead a line on beyond its last waypoint: places along it, and waypoints there.
 
-    They lie on the parabola through the last `_END` tolerances, by least squares, or through fewer
-    where it leaves more of the waypoints than their noise and `_BENT` of the tolerance.
+    By a parabola through the last `_END` tolerances, or fewer where it fits them badly.
     """
     size, left = _END * tolerance, np.inf
     most = np.hypot(_BENT * tolerance, np.sqrt(2.0) * _noise(xy))

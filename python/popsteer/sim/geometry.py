@@ -83,11 +83,7 @@ def plant_name(plant: Plant) -> str:
 
 
 def made(plant: Plant) -> Plant:
-    """Make a plant from elsewhere of its name; leave all others as they are.
-
-    Raises ConfigError where no plant has this name, and PopsteerError where it needs an extra that
-    is not installed.
-    """
+    """Make a plant from elsewhere of its name; leave all others as they are."""
     name = plant_name(plant)  # refuses an unknown one
     return plants.get(name) if isinstance(plant, str) and plants.is_known(name) else plant
 

@@ -124,15 +124,8 @@ def check_longitudinal(
 ) -> None:
     """Refuse a longitudinal controller that cannot work in a run; `whose` path it is, for messages.
 
-    Raises PathError where `SpeedPid` needs the reference speeds of a path that has none, and
-    ConfigError where a `SpeedTracker` has planned the speeds of another path, or its vehicle has
-    its rear axle elsewhere than the plant.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-    >>> check_longitudinal(SpeedTracker(path), path, popsteer.Vehicle())
+    PathError where `SpeedPid` needs a path's speeds, ConfigError where a `SpeedTracker` has another
+    path, or its rear axle elsewhere than the plant.
     """
     if isinstance(longitudinal, SpeedPid) and path.speed is None:
         raise PathError(f"the path{whose} has no reference speeds for SpeedPid to follow")

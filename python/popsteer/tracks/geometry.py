@@ -19,11 +19,7 @@ if TYPE_CHECKING:
 
 
 class Piece(NamedTuple):
-    """A stretch of line whose curvature changes linearly with arc length.
-
-    Curvature 0 throughout makes a straight, constant curvature an arc, and changing curvature a
-    clothoid. Positive curvature turns left.
-    """
+    """A line's stretch, curvature linear in arc length, left positive: straight, arc, clothoid."""
 
     length: float
     """Arc length [m], positive."""

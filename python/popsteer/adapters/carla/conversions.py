@@ -203,10 +203,8 @@ def axles_of(
 ) -> tuple[float, float]:
     """Give the wheelbase, and how far ahead of the actor's point the rear axle lies [m].
 
-    They are read from the wheels' places in the world, in [cm], or in [m] if only that gives a
-    car's size. The first two wheels are the front ones; the rest, however many, are the rear axle,
-    in their middle. Raises PopsteerError where there are fewer than three wheels, they are all at
-    one place, or the actor is not among them.
+    The first two wheels are the front ones. Their places are in [cm], or in [m] if only that gives
+    a car's size. PopsteerError where they make no car around the actor.
     """
     if len(wheels) < 3:
         raise PopsteerError(

@@ -39,10 +39,7 @@ class RoadOption(IntEnum):
 
 
 class Route:
-    """Waypoints ahead with their road options, those just driven, and the path through them all.
-
-    The path lies `offset` to the right of its waypoints [m].
-    """
+    """Waypoints ahead, those just driven, and the path `offset` [m] to the right of all."""
 
     def __init__(self, begin: carla.Waypoint, offset: float = 0.0) -> None:
         self.ahead: deque[tuple[carla.Waypoint, int]] = deque([(begin, RoadOption.LANEFOLLOW)])

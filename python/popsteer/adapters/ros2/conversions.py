@@ -172,11 +172,7 @@ def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa:
 
 
 def path_of_bytes(kind: str, data: bytes, *, closed: bool = False) -> tuple[Path, str]:
-    """Give what `path_of` gives of the decoded message, 50 times faster.
-
-    The points of a message lie at equal distances, unless the frames of its poses differ in length;
-    then all of it is decoded. Raises MessageError, or whatever rosbags stumbles over.
-    """
+    """Do what `path_of` does, 50 times faster; MessageError, or whatever rosbags raises."""
     found = _points_of(kind, data)
     if found is None:
         return path_of(decode(kind, data), closed=closed)

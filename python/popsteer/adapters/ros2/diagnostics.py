@@ -63,7 +63,6 @@ class Around:
     """What is known of the node's surroundings."""
 
     command: str
-    """The command's topic."""
     listeners: int
     """How many subscribers hear it."""
     rivals: int
@@ -85,11 +84,7 @@ def message(
     deviation: float,
     nanoseconds: int,
 ) -> Any:  # noqa: ANN401
-    """Make the node's message, of four statuses: steering, inputs, outputs, loop.
-
-    `waits` says what it waits for, before there is a path. `deviation` is the largest distance from
-    it since the last message [m].
-    """
+    """Make four statuses: steering, inputs, outputs, loop; `deviation` is the largest [m]."""
     refused = intake.odometry.lately + intake.courses.lately
     troubles = [f"{refused} messages refused"] if refused else []
     if around.clocks > 1:

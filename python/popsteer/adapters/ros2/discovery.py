@@ -40,18 +40,8 @@ def domain_of(domain: int | None, environment: Mapping[str, str] = os.environ) -
 def configuration(*, local: bool | None = None, environment: Mapping[str, str] = os.environ) -> str:
     """Give Cyclone DDS's configuration, put together as ``rmw_cyclonedds_cpp`` 2.2 does.
 
-    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` and ``ROS_STATIC_PEERS`` come first, and ``CYCLONEDDS_URI``
-    is appended, so that it has the last word. `local` is LOCALHOST where it is true, SUBNET where
-    it is false; ``ROS_LOCALHOST_ONLY=1`` is LOCALHOST, too.
-
-    Raises ConfigError where the range is none.
-
-    Examples
-    --------
-    >>> configuration(environment={"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"})
-    ''
-    >>> "<AllowMulticast>false" in configuration(environment={"ROS_LOCALHOST_ONLY": "1"})
-    True
+    `local` is LOCALHOST where it is true, SUBNET where it is false. ``CYCLONEDDS_URI`` is appended
+    and has the last word. ConfigError where the environment's discovery range is none.
     """
     name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     scope = environment.get(name, "") or "SUBNET"

@@ -19,7 +19,6 @@ class Publication(NamedTuple):
     """A publisher in the domain."""
 
     topic: str
-    """Its topic, as DDS has it."""
     kind: str
     """Its type, as ROS has it."""
     latched: bool

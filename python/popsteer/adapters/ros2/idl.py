@@ -27,11 +27,7 @@ def idl_type(name: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
 
 @cache
 def wire_type(name: str) -> Any:  # noqa: ANN401
-    """Give the same type, whose samples are bytes.
-
-    The node converts messages by rosbags, and records the bytes that went over the wire. Cyclone
-    DDS has to know the type, to find its peers and to refuse what is no such message.
-    """
+    """Give the same type with samples of bytes, for rosbags to convert and to record."""
     return as_bytes(_made(name))  # a class of its own, for its methods are others
 
 

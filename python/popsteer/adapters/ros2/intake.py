@@ -24,7 +24,6 @@ class Counted:
     """How many messages a topic has brought."""
 
     received: int = 0
-    """All of them."""
     refused: int = 0
     """Those that could not be used."""
     reason: str = ""

@@ -56,10 +56,7 @@ _SERVICE = {
 
 @lru_cache(maxsize=1)
 def store() -> Any:  # noqa: ANN401 - rosbags is an extra
-    """Give the types of ROS 2 and those of steering, as rosbags has them.
-
-    Raises PopsteerError where the extra ``ros2`` is not installed.
-    """
+    """Give the types of ROS 2 and those of steering; needs the extra ``ros2``."""
     require("ROS 2", "ros2", "rosbags")
     from rosbags.typesys import get_types_from_msg
 

@@ -29,8 +29,7 @@ def tap(
 ) -> dict[str, int]:
     """Record topics, given with their types, until it is stopped; gives how many messages of each.
 
-    It waits `timeout` for the first message [s], and ends after `seconds`. Raises PopsteerError
-    where nothing has come in.
+    Waits `timeout` [s] for the first message, else PopsteerError; ends after `seconds`.
     """
     # Only a path may have been published before it matters; the others may be of best effort.
     readers = {

@@ -58,10 +58,7 @@ class Ahead:
         return self._reverse is not None and bool(self._reverse[segment])
 
     def turning(self, segment: int, *, reverse: bool) -> int:
-        """Find the segment to go on with in a direction, from the last one.
-
-        It is that itself, or the first after it that is driven so; itself where none is.
-        """
+        """Find the first segment from the last one on that is driven so; itself where none is."""
         if self._reverse is None or self.reverse(segment) == reverse:
             return segment
         rest = range(segment + 1, segment + self._count if self._closed else self._count)
@@ -71,11 +68,7 @@ class Ahead:
     def headings(
         self, segment: int, arc: float, distances: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Give the path's headings at distances ahead of a place, the turns of a lap included.
-
-        Headings in [rad], distances in [m]. The place is given by its segment and its arc length
-        [m].
-        """
+        """Give the path's headings [rad] at distances ahead [m], the turns of a lap included."""
         first, arcs, headings = self._stretches[self._stretch[segment]]
         ahead = arc + distances
         if not self._closed:

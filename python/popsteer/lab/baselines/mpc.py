@@ -107,10 +107,7 @@ class Mpc:
         return self.solve()
 
     def update(self, *pose: float, reverse: bool | None = None) -> None:
-        """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
-
-        Takes and raises what `step` does.
-        """
+        """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp."""
         x, y, yaw, speed, dt = pose
         # The no-slip point when the next command reaches the wheels.
         then = self._in_flight.advance(self.previous_steer, dt, x, y, yaw, speed)
@@ -147,10 +144,7 @@ class Mpc:
         )
 
     def solve(self) -> float:
-        """Solve from the last solution, moved on by one stage, for the angle [rad].
-
-        Raises PopsteerError where osqp found no solution.
-        """
+        """Solve for the angle [rad] from the last solution; PopsteerError if osqp finds none."""
         self.previous_steer = self._mirror(self._problem.solve())
         return self.previous_steer
 

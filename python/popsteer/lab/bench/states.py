@@ -28,21 +28,14 @@ _RECORDING = FilePath("..", "shared", "data", "carla_racetrack")
 
 
 def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
-    """Give the authors' recorded drive where it is at hand, else the embedded track's.
-
-    `data` is the folder of the recording; by default ``../shared/data/carla_racetrack``, if it is
-    there. Raises PathError where a file of the folder cannot be read or is no recording.
-    """
+    """Give the authors' recorded drive where its folder `data` is, else the embedded track's."""
     if data is not None:
         return recorded(data)
     return recorded(_RECORDING) if _RECORDING.is_dir() else embedded()
 
 
 def embedded() -> Drive:
-    """Drive the embedded race track with POP on the identified plant.
-
-    The states are those of the closed loop, from a start at rest 2.44 m beside the path.
-    """
+    """Drive the embedded race track with POP, from rest 2.44 m beside the path."""
     track = tracks.get("racetrack")
     path = Path(track.xy, speed=track.speed, closed=track.closed)
     vehicle = vehicles.get(_PLANT)

@@ -58,11 +58,7 @@ ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
 
 @dataclass(frozen=True)
 class Yardsticks:
-    """The yardsticks that are at hand, and why the others are not, by their names in the report.
-
-    `makers` make drivers, `calls` is how many calls are enough, as they take longer than the Rust
-    controllers, `absent` has the reason why there is no such row.
-    """
+    """Makers of drivers, calls that are enough, and why other yardsticks are `absent`, by name."""
 
     makers: Mapping[str, Callable[[], Driver]] = field(default_factory=dict)
     calls: Mapping[str, int] = field(default_factory=dict)
@@ -70,11 +66,7 @@ class Yardsticks:
 
 
 def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yardsticks:
-    """Prepare the yardsticks that are at hand, and say why the others are not.
-
-    `folder` is where their files are; by default ``benches/yardsticks``, if it is there. Raises
-    PopsteerError where the folder that was named has no such file.
-    """
+    """Prepare the yardsticks in `folder`, by default ``benches/yardsticks``, and what is absent."""
     makers: dict[str, Callable[[], Driver]] = {}
     calls: dict[str, int] = {}
     absent: dict[str, str] = {}

@@ -96,8 +96,7 @@ def logarithmic(panel: Axes) -> None:
 def limit(run: Run, record: str) -> float:
     """Bound a record: its largest value after settling, at least a fifth of the largest of all.
 
-    The start, metres beside the path, would leave the rest a flat line; and a run that leaves the
-    road would do so to the other controllers: of one that did not finish it is 0.
+    It is 0 for a run that did not finish, which would flatten the others.
     """
     if not run.metrics.finished:
         return 0.0

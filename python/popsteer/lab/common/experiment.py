@@ -84,10 +84,7 @@ def controller(
 
 
 class Experiment:
-    """One controller, and a plant that varies from run to run.
-
-    Its fields are those of `popsteer.lab.sweep.Job` and `popsteer.lab.tune.Problem`.
-    """
+    """One controller, and a plant that varies: the fields of a sweep's Job and tune's Problem."""
 
     controller: str
     plant: Any

@@ -14,15 +14,11 @@ class Theme(NamedTuple):
     """Colours on one background."""
 
     background: str
-    """Behind everything."""
     text: str
-    """Titles and labels."""
     faint: str
     """Ticks, notes and frames."""
     grid: str
-    """Grid lines."""
     path: str
-    """The path to follow."""
     laws: Mapping[str, str]
     """Colour of each controller of popsteer and of each baseline."""
     others: tuple[str, ...]

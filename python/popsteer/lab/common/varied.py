@@ -27,7 +27,6 @@ class Varied(NamedTuple):
     """The plant, start and noise of one run."""
 
     plant: Any
-    """What moves."""
     start: Pose
     """Pose of its point at the start [m, m, rad]."""
     speed: float | None
@@ -37,10 +36,7 @@ class Varied(NamedTuple):
 
 
 def varying(plant: Plant) -> tuple[str, ...]:
-    """Name what can vary: fields of the plant's vehicle, parameters of the plant, noise and start.
-
-    A plant that is given by its name has no parameters that vary.
-    """
+    """Name what can vary: fields of the vehicle, parameters of the plant, noise and start."""
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         # The place of the pose's point is no property of the car, and a yes or no has no range.
         fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point", "steers_at_rest")
@@ -99,10 +95,7 @@ def run_seed(seed: int, run: int) -> int:
 def varied(
     plant: Plant, path: Path, values: Mapping[str, float], offset: float | None = None
 ) -> Varied:
-    """Make a run of a draw, `values`; ConfigError where a name cannot vary or a value is refused.
-
-    `offset` is how far to the left of the path it starts where that does not vary [m].
-    """
+    """Make a run of a draw, from `offset` [m] left of the path; ConfigError for a bad value."""
     known = varying(plant)
     for name in values:
         if name not in known:

@@ -100,10 +100,7 @@ _REAR = "rear_axle_"
 
 
 def metrics_document(comparison: Comparison) -> dict[str, Any]:
-    """Lay out the figures of a comparison, in SI units and radians.
-
-    `faults` lists by name what the controller said. A number that is not finite is None.
-    """
+    """Lay out a comparison in SI units and radians; numbers that are not finite are None."""
     path = comparison.path
     return {
         "schema": SCHEMA,

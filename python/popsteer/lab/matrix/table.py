@@ -49,10 +49,7 @@ def matrix_caption(found: Matrix) -> str:
 
 
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
-    """Set out a row for each controller on each plant and track, in a table as wide as `width`.
-
-    Where one would not fit, each plant has its own.
-    """
+    """Set out a row for each combination, in one table of `width` or else one a plant."""
     shown = list(rows(found))
     if width >= WIDE:
         return [_table(shown)]

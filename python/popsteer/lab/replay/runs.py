@@ -36,10 +36,7 @@ class Watched(NamedTuple):
 
 
 class Watching:
-    """A controller of your own, which is not told what the driver applied.
-
-    Its name, path, vehicle and parameters are those of `popsteer.lab.compare.controller`.
-    """
+    """A controller of your own, which is not told what the driver applied."""
 
     def __init__(
         self,

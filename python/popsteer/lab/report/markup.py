@@ -89,10 +89,7 @@ def paragraphs(lines: Iterable[str]) -> str:
 
 
 def block(title: str, text: str, *, is_open: bool = False, wraps: bool = False) -> str:
-    """Set out a file or a command: a line that opens it, and a button that copies it.
-
-    With `wraps`, its lines break between words, not at their hyphens.
-    """
+    """Set out a file or a command, to open and copy; with `wraps`, lines break between words."""
     shown = escape(text)
     if wraps:
         shown = re.sub(r"\S*-\S*", r'<span class="word">\g<0></span>', shown)

@@ -40,9 +40,7 @@ class Section:
     """A part of a page under a heading of its own."""
 
     name: str
-    """What its link calls it."""
     title: str
-    """Its heading."""
     body: str
     """Its content, HTML."""
 
@@ -52,7 +50,6 @@ class Page:
     """What a page shows."""
 
     title: str
-    """What was done."""
     lead: str
     """With what, in a line."""
     command: str
@@ -74,11 +71,7 @@ class Page:
 
 
 def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
-    """Put a page together: HTML in UTF-8, at most `LARGEST` bytes.
-
-    Where all samples are too many to draw or to carry, every second one is kept, or every fourth
-    and so on, and the page says so. `library` gives the source of plotly.
-    """
+    """Put a page together, HTML in UTF-8; too many samples are thinned to fit `LARGEST` bytes."""
     plotly = deflated((_plotly if library is None else library)().encode())
     points = max((scene.points for scene in page.scenes), default=0)
     for stride in _STRIDES:

@@ -30,18 +30,8 @@ _MOST = 2.0**30
 class Pack:
     """Columns of numbers that a page carries.
 
-    A column is rounded and stored as 32-bit integers, each the difference to the one before. The
-    bytes of all are sorted by their place in the integer, which compresses well, and deflated.
-
-    Examples
-    --------
-    >>> pack = Pack()
-    >>> pack.add([1.0, 1.0004, float("nan")], 1e-3)
-    [0, 3, 0.001, 1.0]
-    >>> pack.add([1.0, 1.0004, float("nan")], 1e-3)  # the same is stored once
-    [0, 3, 0.001, 1.0]
-    >>> len(pack.text()) > 0
-    True
+    Rounded 32-bit integers, each the difference to the one before; their bytes are sorted by their
+    place in the integer, which compresses well, and deflated.
     """
 
     def __init__(self) -> None:
@@ -50,10 +40,7 @@ class Pack:
         self._known: dict[tuple[bytes, float], list[float]] = {}
 
     def add(self, values: ArrayLike, resolution: float) -> list[float]:
-        """Add a column of numbers, rounded to `resolution`, or to 2⁻³⁰ of what it spans.
-
-        Gives where it is and how to read it: first number, count, resolution, offset.
-        """
+        """Add a column rounded to `resolution`; give first number, count, resolution, offset."""
         column = np.ascontiguousarray(values, dtype=np.float64)
         key = (column.tobytes(), resolution)
         if key not in self._known:
@@ -95,7 +82,6 @@ class Panel:
     column: str
     """What it shows, a column of the actors."""
     title: str
-    """Name and unit."""
     short: str
     """The head of its column beside the map."""
     decimals: int = 2
@@ -138,7 +124,6 @@ class Scene:
     """Places to mark on the map: x, y [m] and what is there."""
     distance_title: str = "distance along the path [m]"
     figures: Sequence[dict[str, Any]] = field(default=())
-    """Figures of this scene alone."""
 
     @property
     def samples(self) -> int:

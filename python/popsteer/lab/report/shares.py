@@ -155,10 +155,7 @@ _MOST_DRIVEN = {True: 100, False: 12}
 def envelope_figure(
     job: Job, rows: Sequence[dict[str, Any]], progress: Callable[[float], object] | None = None
 ) -> dict[str, Any]:
-    """Draw the cross-track error of the worst run along the path, and what others span.
-
-    All runs are driven again for it, or an even choice where they are many.
-    """
+    """Draw the worst run's cross-track error along the path and the others' span, driven anew."""
     last = worst(rows, 1)[0]["run"]
     runs = [row["run"] for row in rows]
     runs = runs[:: -(-len(runs) // _MOST_DRIVEN[job.is_of_core])]

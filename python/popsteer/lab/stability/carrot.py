@@ -155,11 +155,7 @@ def circle(radius: float) -> NDArray[np.float64]:
 
 
 def carrot_curve(plant: str) -> Carrot:
-    """Compute and drive the offset of POP on circles of many radii.
-
-    The plant is given by its name; the lateral acceleration is `LATERAL`. Raises ConfigError where
-    no plant has this name.
-    """
+    """Compute and drive POP's offset on circles of many radii, at `LATERAL` m/s²."""
     vehicle = vehicles.get(plant)
     radii = np.geomspace(_RADII[0], _RADII[-1], 60)
     speeds = np.sqrt(LATERAL * radii)
@@ -258,11 +254,9 @@ def choice(
     believed: Vehicle | None = None,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
 ) -> Choice:
-    """Vary the parameter of a controller that trades margin for accuracy.
+    """Vary POP's lookahead [m] or preview POP's `steer_rate_cost` [m s/rad] in a bend.
 
-    `values` are lookahead distances [m] for POP, values of `steer_rate_cost` [m s/rad] for preview
-    POP. `radius` is that of the bend [m], and the other arguments are those of `preview_offset`.
-    Raises ConfigError where a number is out of its range.
+    The other arguments are those of `preview_offset`; ConfigError where one is out of range.
     """
     dead_times, offsets = [], []
     for value in values:

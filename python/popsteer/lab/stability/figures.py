@@ -38,14 +38,7 @@ _DISTANCES = np.geomspace(1.0, 25.0, 41)
 def stability_figures(
     result: Stability, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
-    """Draw the figures of a stability study as PNG, on a light and on a dark background.
-
-    They are ``stability-margins``, the margins of all controllers over speed; ``stability-map``,
-    where one has a lookahead, the dead-time margin over speed and lookahead; ``carrot-offset``, by
-    how much POP cuts bends on the plants of popsteer; and ``preview-choice``, with POP and preview
-    POP among them, what margin costs in a bend. They have a range of speeds of their own.
-    `progress` is called now and then with what is being made and the share of it that is done.
-    """
+    """Draw the figures of a stability study as PNG, for a light and a dark background, by name."""
 
     def tell(share: float) -> None:
         if progress is not None:
@@ -197,10 +190,7 @@ _MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
 
 
 def choice_curves(result: Stability) -> dict[str, Choice]:
-    """Compute the curves of the figure, each by what it shows.
-
-    There are no curves if the study lacks POP or preview POP.
-    """
+    """Compute the figure's curves, by what each shows; none without POP and preview POP."""
     pop, preview = result.params.get("pop"), result.params.get("preview-pop")
     if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):
         return {}

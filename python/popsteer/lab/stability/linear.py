@@ -70,10 +70,7 @@ def no_slip(vehicle: Vehicle) -> float:
 
 
 def lookahead(params: Params, vehicle: Vehicle, speed: float) -> float | None:
-    """Give the lookahead distance of a controller at a speed [m/s] in [m]; None where it has none.
-
-    Defaults scale with the vehicle.
-    """
+    """Give a controller's lookahead distance [m] at a speed [m/s]; None where it has none."""
     if isinstance(params, PopParams):
         pop = params.resolved(vehicle)
         return _given(pop.min_lookahead) + pop.lookahead_gain * speed
@@ -202,10 +199,7 @@ _LINEAR: dict[type[Any], Callable[[Any, Vehicle, float, float], _Weights]] = {
 def preview_gains(
     params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
 ) -> PreviewGains:
-    """Carry the cost back over the horizon on a straight, as the controller does in each step.
-
-    Speed in [m/s], period in [s].
-    """
+    """Carry the cost back over the horizon on a straight; speed in [m/s], period in [s]."""
     params = params.resolved(vehicle)
     heading_cost, rate_cost, pace = map(
         _given, (params.heading_cost, params.steer_rate_cost, params.min_speed)

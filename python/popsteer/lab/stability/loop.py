@@ -88,10 +88,7 @@ class Loop:
         self._heading = heading + ahead * cross_track + slip * (beside * estimated + by_heading)
 
     def gain(self, dead_time: float | None = None) -> _Response:
-        """Evaluate the gain L of the open loop, broken at the command, at the frequencies.
-
-        `dead_time` is that of the vehicle [s], instead of its own.
-        """
+        """Evaluate the open loop's gain L; `dead_time` [s] stands for the vehicle's own."""
         dead_time = self._vehicle.dead_time if dead_time is None else dead_time
         speed, dt, lag, back = self._speed, self._dt, self._vehicle.steer_lag, self._back
         steps = math.floor(dead_time / dt + 1e-9)

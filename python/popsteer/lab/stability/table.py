@@ -56,10 +56,7 @@ def stability_table(result: Stability) -> Table:
 
 
 def stability_json(result: Stability) -> str:
-    """Write margins as JSON, in SI units and radians.
-
-    What is infinite, or missing as the loop is unstable, is null.
-    """
+    """Write margins as JSON, in SI units and radians; infinite or missing ones are null."""
     document = {
         "schema": SCHEMA,
         "version": __version__,

@@ -106,12 +106,7 @@ def suite_caption(found: Suite) -> str:
 
 
 def suite_files(found: Suite) -> dict[str, bytes]:
-    """Compute the files, by name.
-
-    They are ``suite.csv`` (a row for each cell), ``suite.json`` (the same with the step times and
-    the machine), ``suite.md`` (the tables) and ``suite`` as ``.png`` and ``.svg``, for a light and,
-    as ``-dark``, for a dark background.
-    """
+    """Compute the CSV, the JSON, the Markdown, and the figures in PNG and SVG, by name."""
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.suite.figure import suite_figure
 

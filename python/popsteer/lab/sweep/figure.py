@@ -23,10 +23,7 @@ _MOST = 9
 
 
 def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
-    """Draw the error over up to nine quantities that vary, and the share that succeeds.
-
-    Those that failing has most to do with come first.
-    """
+    """Draw the error over up to nine quantities, those first that failing has most to do with."""
     names = list(influence(job, rows))[:_MOST] or ["run"]
     across = min(len(names), 3)
     down = math.ceil(len(names) / across)

@@ -168,10 +168,7 @@ class Job(Experiment):
 
 
 def from_text(text: str) -> Job:
-    """Make a sweep of its `Job.text`.
-
-    Raises PopsteerError where that is no sweep, or one of another version of popsteer.
-    """
+    """Make a sweep of its `Job.text`; PopsteerError where that is none of this version."""
     try:
         document = json.loads(text)
         schema = document["schema"]

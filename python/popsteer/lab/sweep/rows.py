@@ -25,10 +25,7 @@ _CSV = "# popsteer sweep "
 
 
 def journal_of(file: Path) -> Path:
-    """Name the journal of a sweep's file, beside it: it holds the rows until all are there.
-
-    ConfigError where the file is neither Parquet nor CSV by its name.
-    """
+    """Name the journal beside a sweep's file; ConfigError if that is no Parquet or CSV."""
     if file.suffix.lower() not in _KINDS:
         raise ConfigError("--out", str(file), "a file *.parquet or *.csv")
     if file.suffix.lower() == ".parquet":
@@ -37,27 +34,10 @@ def journal_of(file: Path) -> Path:
 
 
 class Journal:
-    """Rows as they come, each a line that is whole or does not count.
+    """Rows as they come, a line each after the sweep's; half a line at its end is cut off.
 
-    Its first line is the sweep. Opened again after a kill, it gives the rows that it has; half a
-    line at its end is cut off.
-
-    Raises PopsteerError where the file is of another sweep or another process writes it, and
-    OSError where it cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> job = Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", {}, runs=2)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with Journal(Path(folder) / "sweep.csv.part", job) as journal:
-    ...         journal.add([{"run": 1, "success": True}])
-    ...     with Journal(Path(folder) / "sweep.csv.part", job) as journal:
-    ...         journal.rows
-    {1: {'run': 1, 'success': True}}
+    PopsteerError where the file is of another sweep or another process writes it, OSError where it
+    cannot be written.
     """
 
     def __init__(self, file: Path, job: Job) -> None:
@@ -82,10 +62,7 @@ class Journal:
         self._stream.close()
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
-        """Write rows to the disk; one that is there already is left alone.
-
-        OSError where they cannot be written; all rows before them stand.
-        """
+        """Write new rows to the disk; OSError where they cannot be written, rows before stand."""
         new = {row["run"]: row for row in rows if row["run"] not in self.rows}
         lines = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in new.values())
         self._write(lines.encode())
@@ -128,10 +105,7 @@ class Journal:
 
 
 def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
-    """Write the file of a sweep, Parquet or CSV by its name, whole or not at all.
-
-    It is the same for the same rows, in whatever order they came.
-    """
+    """Write Parquet or CSV by the file's name, whole or not at all, in the order of the runs."""
     ordered = sorted(rows, key=lambda row: int(row["run"]))
     columns = {name: [row[name] for row in ordered] for name in ordered[0]}
     if file.suffix.lower() == ".csv":

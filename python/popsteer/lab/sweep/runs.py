@@ -43,10 +43,7 @@ _DASK_TIMEOUT = 10.0  # s for a scheduler to answer
 def on_core(
     job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on the core's threads, and give their rows as they come.
-
-    `progress` is called with the number of runs that are done, here and below.
-    """
+    """Drive runs on the core's threads; `progress` gets the number of runs that are done."""
     for begin in range(0, len(runs), _CORE_CHUNK):
         chunk = runs[begin : begin + _CORE_CHUNK]
 
@@ -96,10 +93,7 @@ def on_processes(
 def on_dask(
     job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on a Dask cluster, and give their rows as they come.
-
-    `where` is the address of a scheduler, or ``local:N`` for N processes of its own.
-    """
+    """Drive runs on Dask: a scheduler's address, or ``local:N`` for N processes of its own."""
     require("--dask", "dask")
     import dask
     from distributed import Client, as_completed

@@ -81,9 +81,7 @@ class Outcomes(NamedTuple):
     """What became of the runs, an entry each."""
 
     good: NDArray[np.bool_]
-    """Whether it succeeded."""
     ended: NDArray[np.bool_]
-    """Whether it finished."""
     error: NDArray[np.float64]
     """The greatest |cross-track error| [m], as `error_of`; at least 1e-4, for logarithmic axes."""
 

@@ -22,7 +22,6 @@ class Judged(NamedTuple):
     """The tuning that it began with, and the one that was chosen, on the same runs."""
 
     problem: Problem
-    """Tracks and cars."""
     usual: Score
     """Of the tuning that it began with."""
     tuned: Score
@@ -32,11 +31,7 @@ class Judged(NamedTuple):
 
 
 def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) -> list[Judged]:
-    """Judge what was chosen by what the search has seen, and by what it has not.
-
-    There are the tracks and cars of the search; its own tracks with cars drawn from another seed;
-    and the shipped tracks that it did not have, with those cars.
-    """
+    """Judge the choice on the search's tracks and cars, on other cars, and on other tracks."""
     problem = tuned.problem
     shipped = [tracks.get(name) for name in tracks.names() if name not in problem.paths]
     others = {each.name: Path(each.xy, speed=each.speed, closed=each.closed) for each in shipped}

@@ -205,10 +205,7 @@ def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
 def _near_the_best(
     problem: Problem, tried: Sequence[Trial], effort_limit: float
 ) -> dict[str, float] | None:
-    """Give what to try next: in two of three trials something near the best within the limit.
-
-    The estimator looks along the whole front; the best lies where that meets the limit.
-    """
+    """In two of three trials give something near the best, where the front meets the limit."""
     within = [each for each in tried if each.ratio <= effort_limit]
     if len(tried) < _STARTUP or len(tried) % 3 == 0 or not within:
         return None

@@ -214,10 +214,7 @@ def _distance(run: Run) -> NDArray[np.float64]:
 
 
 def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme) -> None:
-    """Draw a pair of bars for each controller: the whole run, and the paper's figure.
-
-    The paper's belong to its track; on another one the second is what remains after the start.
-    """
+    """Draw two bars a controller: the whole run, and the paper's figure or what settles."""
     runs = comparison.runs
     whole = [getattr(run.metrics, quantity) for run in runs.values()]
     if is_authors_path(comparison.path):
