@@ -35,10 +35,7 @@ class DeadTimeRow:
     later: Metrics
 
     def ratio(self, found: Metrics) -> float:
-        """Give the mean error of one of the row's runs over that without dead time.
-
-        Infinite where the run did not finish.
-        """
+        """Mean error of a run over that without dead time; infinite where it did not finish."""
         if not found.finished:
             return math.inf
         return found.mean_abs_cross_track_error / self.prompt.mean_abs_cross_track_error
@@ -134,10 +131,7 @@ def mean_error(
     stale: int = 1,
     speed: float = 12.0,
 ) -> float:
-    """Mean error of the tracked point after 5 s, with poses that are `age` [s] old.
-
-    A localisation that gives a pose each `stale` steps gives the same one, ever older, in between.
-    """
+    """Mean error after 5 s; poses are `age` [s] old, and each is repeated `stale` steps."""
     controller = kind(SLALOM, car)
     chain = Chain(car, START, speed, DT, substeps=20)
     late = round(age / DT)

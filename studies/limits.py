@@ -123,11 +123,7 @@ def largest_angle(case: Straight) -> float:
 
 
 def best_overshoot(case: Straight) -> float:
-    """Give the overshoot of the offline optimum under the same limits, lag and dead time [m].
-
-    The optimum is that of preview POP's cost over the whole manoeuvre, as one quadratic program in
-    the commanded curvature; its commands are driven.
-    """
+    """Overshoot [m] of preview POP's cost minimised offline in one quadratic program, driven."""
     chain, car = case.chain(), case.car()
     late = round(case.dead_time / DT)
     length = car.wheelbase

@@ -68,10 +68,7 @@ def bays(radius: float) -> dict[str, list[Piece]]:
 
 
 def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked:
-    """Drive one manoeuvre with 2 cm and 0.003 rad of noise, controllers on their defaults.
-
-    It is the car above, or a plant by its name; `told` is what they are told otherwise.
-    """
+    """Drive one manoeuvre with 2 cm and 0.003 rad of noise; `told` is what controllers are told."""
     drawn, reverse = arcs(pieces)
     poses = np.array(drawn)
     path = Path(poses[:, :2], reverse=reverse)

@@ -63,10 +63,7 @@ class OwnCar:
 
 
 class Shipped:
-    """A plant of popsteer with its rear axle on the first waypoint, driven by its pedals.
-
-    A slope is a throttle or a brake that is always on.
-    """
+    """A plant of popsteer on its pedals; a slope is a throttle or a brake that is always on."""
 
     def __init__(self, plant: Any, path: Path, speed: float = 0.0, grade: float = 0.0) -> None:
         self.vehicle = sim.vehicle_of(plant)
