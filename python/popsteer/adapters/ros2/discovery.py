@@ -42,6 +42,13 @@ def configuration(*, local: bool | None = None, environment: Mapping[str, str] =
 
     `local` is LOCALHOST where it is true, SUBNET where it is false. ``CYCLONEDDS_URI`` is appended
     and has the last word. ConfigError where the environment's discovery range is none.
+
+    Examples
+    --------
+    >>> configuration(environment={"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"})
+    ''
+    >>> "<AllowMulticast>false" in configuration(environment={"ROS_LOCALHOST_ONLY": "1"})
+    True
     """
     name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     scope = environment.get(name, "") or "SUBNET"

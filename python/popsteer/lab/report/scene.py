@@ -32,6 +32,14 @@ class Pack:
 
     Rounded 32-bit integers, each the difference to the one before; their bytes are sorted by their
     place in the integer, which compresses well, and deflated.
+
+    Examples
+    --------
+    >>> pack = Pack()
+    >>> pack.add([1.0, 1.0004, float("nan")], 1e-3)
+    [0, 3, 0.001, 1.0]
+    >>> pack.add([1.0, 1.0004, float("nan")], 1e-3)  # the same is stored once
+    [0, 3, 0.001, 1.0]
     """
 
     def __init__(self) -> None:
