@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 use crate::batch_inputs::{Ages, Inputs, on_error_of};
-use crate::errors::OrRaise;
+use crate::errors::Raises;
 use crate::params::{Count, Number};
 use crate::path::PyPath;
 use crate::tracker::commands::{Columns, PyCommandBatch};
@@ -80,17 +80,16 @@ pub(crate) struct PyBatch {
 impl PyBatch {
     #[new]
     #[pyo3(signature = (controllers, count=None))]
-    fn new(py: Python<'_>, controllers: &Bound<'_, PyAny>, count: Option<Count>) -> PyResult<Self> {
+    fn new(controllers: &Bound<'_, PyAny>, count: Option<Count>) -> Raises<Self> {
         let (gathered, copies) = if let Ok(several) = controllers.try_iter() {
             if count.is_some() {
-                return Err(PyTypeError::new_err(
-                    "count goes with a single controller, not with a sequence",
-                ));
+                let words = "count goes with a single controller, not with a sequence";
+                return Err(PyTypeError::new_err(words).into());
             }
             let several = several.collect::<PyResult<Vec<_>>>()?;
             (Vehicles::gather(&several, 1)?, None)
         } else {
-            let count = checked_count(count).or_raise(py)?;
+            let count = checked_count(count)?;
             let one = std::slice::from_ref(controllers);
             (Vehicles::gather(one, count)?, Some(count))
         };
@@ -256,20 +255,14 @@ impl PyBatch {
     /// >>> batch.set_path(aside)  # all
     /// >>> batch.set_path([ahead, aside], vehicles=[0, 2])
     #[pyo3(signature = (path, *, vehicles=None))]
-    fn set_path(
-        &mut self,
-        py: Python<'_>,
-        path: &Bound<'_, PyAny>,
-        vehicles: Option<Vec<Count>>,
-    ) -> PyResult<()> {
+    fn set_path(&mut self, path: &Bound<'_, PyAny>, vehicles: Option<Vec<Count>>) -> Raises<()> {
         let count = self.vehicles.len();
         let places: Vec<usize> = match vehicles {
             None => (0..count).collect(),
             Some(given) => given
                 .into_iter()
                 .map(|place| place.below(count, "vehicles"))
-                .collect::<Result<_, _>>()
-                .or_raise(py)?,
+                .collect::<Result<_, _>>()?,
         };
         let paths: Vec<Py<PyPath>> = match path.cast::<PyPath>() {
             Ok(one) => places.iter().map(|_| one.clone().unbind()).collect(),
@@ -280,8 +273,8 @@ impl PyBatch {
                 field: "path",
                 value: from_count(paths.len()),
                 requirement: Requirement::CountInRange(places.len(), places.len()),
-            })
-            .or_raise(py);
+            }
+            .into());
         }
         self.paths.resize_with(count, || None);
         for (place, path) in places.into_iter().zip(paths) {
@@ -339,7 +332,7 @@ impl PyBatch {
             }
         }
         self.paths = paths;
-        self.vehicles.set_states(&states)
+        Ok(self.vehicles.set_states(&states)?)
     }
 
     fn __repr__(&self) -> String {

@@ -104,74 +104,67 @@ impl From<AsSliceError> for Raised {
     }
 }
 
-/// `?` for an error of the core.
+/// `?` for an error of the core about one field.
 macro_rules! raised {
-    ($($error:ty),+) => {$(
+    ($($error:ident),+) => {$(
         impl From<$error> for Raised {
             #[cold]
             fn from(error: $error) -> Self {
-                Python::attach(|py| Self(error.into_py_err(py)))
+                let name = stringify!($error);
+                Python::attach(|py| {
+                    Self(field_error(py, name, error.field, error.value, error.requirement))
+                })
             }
         }
     )+};
 }
-raised!(ConfigError, InputError, PathError, SimulationError);
+raised!(ConfigError, InputError);
 
-/// Turns one of the core's errors into a Python exception.
-pub(crate) trait IntoPyErr {
-    fn into_py_err(self, py: Python<'_>) -> PyErr;
-}
-
-impl IntoPyErr for ConfigError {
-    fn into_py_err(self, py: Python<'_>) -> PyErr {
-        field_error(py, "ConfigError", self.field, self.value, self.requirement)
-    }
-}
-
-impl IntoPyErr for InputError {
+impl From<SimulationError> for Raised {
     #[cold]
-    fn into_py_err(self, py: Python<'_>) -> PyErr {
-        field_error(py, "InputError", self.field, self.value, self.requirement)
-    }
-}
-
-impl IntoPyErr for SimulationError {
-    fn into_py_err(self, py: Python<'_>) -> PyErr {
-        match self {
-            Self::Config(error) => error.into_py_err(py),
-            Self::Input(error) => error.into_py_err(py),
-            Self::NoReverse { .. } => path_error(py, self.to_string()),
+    fn from(error: SimulationError) -> Self {
+        match error {
+            SimulationError::Config(error) => error.into(),
+            SimulationError::Input(error) => error.into(),
+            SimulationError::NoReverse { .. } => {
+                Python::attach(|py| Self(path_error(py, error.to_string())))
+            }
         }
     }
 }
 
-impl IntoPyErr for PathError {
-    fn into_py_err(self, py: Python<'_>) -> PyErr {
-        made(py, "PathError", |class| match self {
-            Self::TooFewWaypoints { count, least } => {
-                class.call_method1("too_few_waypoints", (count, least))
-            }
-            Self::LengthMismatch {
-                field,
-                length,
-                waypoints,
-            } => class.call_method1("length_mismatch", (field, length, waypoints)),
-            Self::OutOfRange {
-                field,
-                index,
-                value,
-                requirement,
-            } => {
-                let words = worded(py, requirement)?;
-                class.call_method1("out_of_range", (field, index, value, words))
-            }
-            Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
-            Self::Contradicting { index, .. } => class.call1((self.to_string(), index)),
-            Self::GridTooLarge { points, most } => {
-                class.call_method1("grid_too_large", (points, most))
-            }
-        })
+impl From<PathError> for Raised {
+    #[cold]
+    fn from(error: PathError) -> Self {
+        Python::attach(|py| Self(waypoint_error(py, error)))
     }
+}
+
+fn waypoint_error(py: Python<'_>, error: PathError) -> PyErr {
+    made(py, "PathError", |class| match error {
+        PathError::TooFewWaypoints { count, least } => {
+            class.call_method1("too_few_waypoints", (count, least))
+        }
+        PathError::LengthMismatch {
+            field,
+            length,
+            waypoints,
+        } => class.call_method1("length_mismatch", (field, length, waypoints)),
+        PathError::OutOfRange {
+            field,
+            index,
+            value,
+            requirement,
+        } => {
+            let words = worded(py, requirement)?;
+            class.call_method1("out_of_range", (field, index, value, words))
+        }
+        PathError::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
+        PathError::Contradicting { index, .. } => class.call1((error.to_string(), index)),
+        PathError::GridTooLarge { points, most } => {
+            class.call_method1("grid_too_large", (points, most))
+        }
+    })
 }
 
 /// A `PathError` with this message.
@@ -184,16 +177,4 @@ pub(crate) fn unknown(py: Python<'_>, what: &str, name: &str, known: &[&str]) ->
     made(py, "ConfigError", |class| {
         class.call_method1("unknown", (what, name, known.to_vec()))
     })
-}
-
-/// Raises an error of the core as a Python exception, in a function that raises Python's own.
-pub(crate) trait OrRaise<T> {
-    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
-}
-
-impl<T, E: IntoPyErr> OrRaise<T> for Result<T, E> {
-    #[inline]
-    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
-        self.map_err(|error| error.into_py_err(py))
-    }
 }

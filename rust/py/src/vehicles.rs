@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
-use crate::errors::{IntoPyErr, OrRaise, entry_error};
+use crate::errors::{Raises, entry_error};
 use crate::laws::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley};
 use crate::pool;
 use crate::tracker::state;
@@ -107,18 +107,17 @@ impl Vehicles {
     }
 
     /// Puts all states, in order, or none.
-    pub(crate) fn set_states(&mut self, states: &Bound<'_, PyList>) -> PyResult<()> {
-        let py = states.py();
+    pub(crate) fn set_states(&mut self, states: &Bound<'_, PyList>) -> Raises<()> {
         if states.len() != self.len() {
             let (given, wanted) = (states.len(), self.len());
             let words = format!("a batch of {wanted} vehicles has {wanted} states, got {given}");
-            return Err(PyValueError::new_err(words));
+            return Err(PyValueError::new_err(words).into());
         }
         each!(self, batch named name => {
             let mut restored = Vec::with_capacity(batch.len());
             for (member, state) in batch.members().zip(states) {
                 let state = state::restored(name, &state)?;
-                member.tracker.check_state(&member.path.view(), &state).or_raise(py)?;
+                member.tracker.check_state(&member.path.view(), &state)?;
                 restored.push(state);
             }
             batch.set_states(restored);
@@ -131,7 +130,7 @@ impl Vehicles {
         &mut self,
         py: Python<'_>,
         work: impl FnOnce(&mut Self) -> Result<(), BatchError> + Send,
-    ) -> PyResult<()> {
+    ) -> Raises<()> {
         let outcome = if self.len() <= CHUNK {
             py.detach(|| work(self))
         } else {
@@ -139,8 +138,8 @@ impl Vehicles {
             py.detach(|| pool.install(|| work(self)))
         };
         outcome.map_err(|refused| match refused.vehicle {
-            Some(vehicle) => entry_error(py, vehicle, refused.error),
-            None => refused.error.into_py_err(py),
+            Some(vehicle) => entry_error(py, vehicle, refused.error).into(),
+            None => refused.error.into(),
         })
     }
 }
