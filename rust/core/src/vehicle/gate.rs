@@ -265,7 +265,7 @@ impl Gate {
     }
 
     /// The gate itself, where its numbers are ones that poses can have given.
-    pub(crate) fn checked(self) -> Result<Self, InputError> {
+    pub fn checked(self) -> Result<Self, InputError> {
         const MOST: f64 = 1e20;
         for vehicle in [self.believed, self.measured] {
             for number in [vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed] {

@@ -7,7 +7,9 @@ use crate::subject::{Subject, waypoint};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_YAW};
 use popsteer_core::path::Ahead;
 use popsteer_core::tracker::state::HANDOVER_TIME;
-use popsteer_core::tracker::{Answer, Deviation, Handover, MonitorState, Place, TrackerState};
+use popsteer_core::tracker::{
+    Answer, Deviation, Handover, Model, MonitorState, Place, TrackerState, Tracking,
+};
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{Point, Vehicle, VehicleState};
 use std::f64::consts::PI;
@@ -43,11 +45,11 @@ impl<L: Subject> Life<L> {
             },
         });
         let estimator = if bytes.byte() < 100 {
-            self.state.estimator
+            self.state.model.estimator
         } else {
             estimator(bytes, wheelbase, dead_time)
         };
-        Some(TrackerState {
+        let mut tracking = Tracking {
             law: L::draw_state(bytes)?,
             waypoint: waypoint(bytes),
             measured_waypoint: waypoint(bytes),
@@ -65,12 +67,16 @@ impl<L: Subject> Life<L> {
                 }
             }),
             answer,
+            gate: self.state.gate,
+            monitor: self.state.monitor,
+        };
+        let model = Model {
             in_flight: self.draw_in_flight(bytes, &estimator.estimate),
             past: None,
-            gate: self.state.gate,
             estimator,
-            monitor: draw_monitor(bytes).or(self.state.monitor),
-        })
+        };
+        tracking.monitor = draw_monitor(bytes).or(tracking.monitor);
+        Some(TrackerState { tracking, model })
     }
 
     fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
@@ -98,8 +104,8 @@ impl<L: Subject> Life<L> {
         if self.tracker.check_state(&self.path.view(), &state).is_err() {
             return;
         }
-        let longer = state.estimator.estimate.longer_dead_time;
-        let in_flight = state.in_flight.map(|in_flight| {
+        let longer = state.model.estimator.estimate.longer_dead_time;
+        let in_flight = state.model.in_flight.map(|in_flight| {
             let commands: Vec<_> = in_flight.commands().collect();
             let wheel = in_flight.wheel();
             let copied = InFlight::restore(&self.car, commands.into_iter(), wheel, longer);
@@ -109,7 +115,8 @@ impl<L: Subject> Life<L> {
             copied.unwrap_or(in_flight)
         });
         self.put(state.clone());
-        self.twin = TrackerState { in_flight, ..state };
+        self.twin = state;
+        self.twin.model.in_flight = in_flight;
     }
 }
 

@@ -87,9 +87,9 @@ fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
         && (a.waypoint, a.measured_waypoint) == (b.waypoint, b.measured_waypoint)
         && (a.handover, a.held) == (b.handover, b.held)
         && (a.held_time, a.period, a.place) == (b.held_time, b.period, b.place)
-        && (a.answer, a.estimator) == (b.answer, b.estimator)
+        && (a.answer, a.model.estimator) == (b.answer, b.model.estimator)
         && a.monitor == b.monitor
-        && (a.in_flight, a.past) == (b.in_flight, b.past)
+        && (a.model.in_flight, a.model.past) == (b.model.in_flight, b.model.past)
 }
 
 /// A controller at work, with two states: one is stepped, the other steered, and they stay one.
@@ -184,7 +184,7 @@ impl<L: Subject> Life<L> {
                 self.check_command(&command);
                 self.check_limits(&before, &command, dt);
                 // Where a pose was old once, the commands since are kept, and timed, apart.
-                if before.past.is_none() {
+                if before.model.past.is_none() {
                     plain::check_step(
                         &self.tracker,
                         &path,
@@ -306,11 +306,8 @@ impl<L: Subject> Life<L> {
         // The time is kept for the next step, and nothing else changes.
         let dt = checked_dt(dt).unwrap_or(before.period);
         let held_time = (before.held_time + dt).min(MAX_DT);
-        let wanted = TrackerState {
-            held,
-            held_time,
-            ..before
-        };
+        let mut wanted = before;
+        (wanted.held, wanted.held_time) = (held, held_time);
         assert!(same::<L>(&self.state, &wanted));
         self.put(wanted);
     }
@@ -349,7 +346,7 @@ impl<L: Subject> Life<L> {
         } else {
             let segment = self.state.waypoint.expect("the vehicle was found");
             assert!(segment < path.segments());
-            assert_eq!(self.state.estimator.last_measured, None);
+            assert_eq!(self.state.model.estimator.last_measured, None);
             self.put(self.state.clone());
         }
     }
@@ -380,8 +377,8 @@ impl<L: Subject> Life<L> {
             assert!(remaining(&self.state) <= HANDOVER_TIME);
             assert!(before.handover.is_none() || remaining(&self.state) <= remaining(&before));
             assert_eq!(self.state.steer.to_bits(), before.steer.to_bits());
-            assert_eq!(self.state.estimator, before.estimator);
-            assert_eq!(self.state.in_flight, before.in_flight);
+            assert_eq!(self.state.model.estimator, before.model.estimator);
+            assert_eq!(self.state.model.in_flight, before.model.in_flight);
             // A waypoint that was set, the last one too, stays where the path goes on.
             let place = self.state.waypoint.is_none_or(|k| k < new.len());
             assert!(kind < 50 || place);

@@ -87,10 +87,10 @@ fn decide<L: Subject>(
         wheel: before.steer,
         estimate: Estimate::DEFAULT,
     };
-    let modelled = before.in_flight.filter(|_| is_modelled(tracker));
+    let modelled = before.model.in_flight.filter(|_| is_modelled(tracker));
     if let Some(mut in_flight) = modelled {
         let now = vehicle.ahead(car.no_slip());
-        let mut estimator = before.estimator;
+        let mut estimator = before.model.estimator;
         if dt > ESTIMATION_GAP {
             estimator.last_measured = None;
             estimator.estimate.acceleration = 0.0;
@@ -100,9 +100,9 @@ fn decide<L: Subject>(
             estimator.observe_turn(adapt, car, now, reached, dt);
         }
         let longer = estimator.estimate.longer_dead_time;
-        let late = longer - before.estimator.estimate.longer_dead_time;
+        let late = longer - before.model.estimator.estimate.longer_dead_time;
         in_flight.elapse(car, before.steer, dt, late);
-        assert_eq!(Some(in_flight), after.in_flight);
+        assert_eq!(Some(in_flight), after.model.in_flight);
         check_line(tracker, &in_flight, longer);
         belief.wheel = in_flight.wheel();
         // The slip is observed after this, and changes nothing that counts here.
@@ -112,7 +112,7 @@ fn decide<L: Subject>(
             shown = predicted.bounded().ahead(-car.no_slip()).bounded();
             belief.wheel = wheel;
         }
-        belief.estimate = after.estimator.estimate;
+        belief.estimate = after.model.estimator.estimate;
     }
     let follow = law.follow();
     // Since the last step it may have driven faster than now.
@@ -168,7 +168,7 @@ fn decide<L: Subject>(
 
 /// Whether commands in flight count: a state of another vehicle may bring some along.
 pub(super) fn is_modelled<L: Subject>(tracker: &Tracker<L>) -> bool {
-    tracker.initial_state().in_flight.is_some()
+    tracker.initial_state().model.in_flight.is_some()
 }
 
 /// Commands in flight last the dead time.

@@ -70,8 +70,23 @@ impl ErrorBuffer {
     }
 
     /// A buffer as it was: `terms` oldest first, `next` the place of the next one, `sum` as
-    /// carried along; one that could not have been so does not pass [`check`](Self::check).
-    #[cfg(any(test, feature = "serde"))]
+    /// carried along.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where no buffer of this `length` could have been so.
+    pub fn restore(
+        length: usize,
+        terms: &[f64],
+        next: usize,
+        sum: f64,
+    ) -> Result<Self, InputError> {
+        let buffer = Self::of(length.clamp(1, Self::CAPACITY), terms, next, sum);
+        buffer.check()?;
+        Ok(buffer)
+    }
+
+    /// The same, which may be none that could have been.
     fn of(length: usize, terms: &[f64], next: usize, sum: f64) -> Self {
         let mut buffer = Self {
             terms: [0.0; Self::CAPACITY],
@@ -88,6 +103,11 @@ impl ErrorBuffer {
             }
         }
         buffer
+    }
+
+    /// The place of the next term.
+    pub fn next(&self) -> usize {
+        self.next
     }
 
     /// Whether it is a buffer that so many terms can have been pushed to.
