@@ -265,6 +265,10 @@ impl Gate {
     }
 
     /// The gate itself, where its numbers are ones that poses can have given.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where they are not.
     pub fn checked(self) -> Result<Self, InputError> {
         const MOST: f64 = 1e20;
         for vehicle in [self.believed, self.measured] {
