@@ -353,14 +353,19 @@ impl Estimator {
         let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
         let (slip, compliance) = solve(aa, m.m12, bb, y.x, y.y);
         let noise = self.sliding_noise(travel / vehicle.wheelbase, dt);
-        let found = SVector::<f64, 2>::new(slip, compliance);
-        let (slip, compliance) = (
+        let bounded = |slip, compliance| {
+            let most = vehicle.wheelbase / square;
+            (
+                saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP),
+                saturate(compliance, -most, most),
+            )
+        };
+        let (slip_found, compliance_found) = bounded(slip, compliance);
+        let found = SVector::<f64, 2>::new(slip_found, compliance_found);
+        (self.estimate.slip, self.slip_compliance) = bounded(
             beyond_noise(slip, noise / aa),
             beyond_noise(compliance, noise / bb),
         );
-        self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
-        let most = vehicle.wheelbase / square;
-        self.slip_compliance = saturate(compliance, -most, most);
         self.sliding.observe_noise(found, dt);
         self.find_slip_length(vehicle, now.speed);
     }

@@ -66,6 +66,7 @@ pub(super) fn check_step<L: Subject>(
         | Status::STEER_LIMIT
         | Status::RATE_LIMIT
         | Status::LATERAL_LIMIT
+        | Status::TOO_FAST
         | Status::DEVIATING
         | Status::IMPLAUSIBLE;
     assert!(command.status.contains(seen) && (seen | watched).contains(command.status));
