@@ -132,10 +132,10 @@ impl<L: LateralLaw> Kept<L> {
     }
 }
 
-/// A model of its own, for a vehicle that has one.
+/// A model of its own, for a vehicle that has one, or a state that brought estimates along.
 #[cold]
 fn boxed(model: &Model) -> Option<Box<Model>> {
-    (!model.is_empty()).then(|| Box::new(*model))
+    (*model != Model::default()).then(|| Box::new(*model))
 }
 
 /// The command of a refused input after this answer.

@@ -172,6 +172,15 @@ fn test_batch_old_poses_of_some_vehicles_are_theirs_alone() {
 }
 
 #[test]
+fn test_batch_keeps_estimates_that_a_state_brings_along() {
+    let (mut batch, ..) = batch(2);
+    let mut states: Vec<_> = batch.states().collect();
+    states[1].model.estimator.estimate.gain = 1.1;
+    batch.set_states(states.clone());
+    assert!(batch.states().eq(states));
+}
+
+#[test]
 fn test_vehicle_without_a_dead_time_takes_little_memory() {
     // A large batch waits for its memory; copies share their tracker, which is as large again. All is
     // stepped in place; what is modelled of a vehicle lies elsewhere, at the cost of a pointer.
