@@ -1,10 +1,10 @@
 //! What goes into a step, and what comes out of it.
 
 use popsteer_core::tracker::Reported;
-use popsteer_core::vehicle::Estimate;
-use popsteer_core::{Command, Vehicle, VehicleState};
+use popsteer_core::vehicle::Known;
+use popsteer_core::{Command, VehicleState};
 
-use crate::fields::{Field, same_fields};
+use crate::fields::{Field, answer_fields, same_fields};
 
 /// The pose of the vehicle's point, and the speed.
 #[repr(C)]
@@ -130,27 +130,9 @@ pub struct CEstimate {
     pub acceleration: f64,
 }
 
-impl CEstimate {
-    /// What is known of `vehicle` by an estimate of the core, which tells what is beyond it.
-    pub(crate) fn of(vehicle: &Vehicle, estimate: Estimate) -> Self {
-        let Estimate {
-            gain,
-            steer_offset,
-            longer_dead_time,
-            slip,
-            slip_length,
-            acceleration,
-        } = estimate;
-        Self {
-            gain,
-            steer_offset: vehicle.steer_offset + steer_offset,
-            dead_time: vehicle.dead_time + longer_dead_time,
-            slip,
-            slip_length,
-            acceleration,
-        }
-    }
-}
+answer_fields!(CEstimate, Known, {
+    gain, steer_offset, dead_time, slip, slip_length, acceleration
+});
 
 /// No angle but the last command was applied, and the pose is that of now.
 #[unsafe(no_mangle)]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use popsteer_core::laws::{LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_core::tracker::{Reported, TrackerState};
+use popsteer_core::vehicle::Known;
 use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
 
 use crate::command::CEstimate;
@@ -207,9 +208,9 @@ pub unsafe extern "C" fn popsteer_controller_estimate(
         unsafe {
             let steering = &handle::of(controller, "controller")?.steering;
             let estimate = each!(steering, tracker, state => {
-                CEstimate::of(tracker.vehicle(), tracker.estimate(state))
+                Known::of(tracker.vehicle(), &tracker.estimate(state))
             });
-            handle::write(out, estimate)
+            handle::write(out, estimate.into())
         }
     })
 }

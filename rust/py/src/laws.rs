@@ -7,6 +7,7 @@ use popsteer_core::laws::{
     Stanley, StanleyParams,
 };
 use popsteer_core::tracker::{Reported, Tracker, TrackerState};
+use popsteer_core::vehicle::Known;
 use popsteer_core::{LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
 use popsteer_sim::batch::Member;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use popsteer_core::bounds::MAX_SPEED;
 use popsteer_core::error::input_in_range;
-use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
+use popsteer_core::vehicle::{AdaptParams, Known, Vehicle};
 use pyo3::prelude::*;
 
 use crate::choice::{Choice, Chosen};
@@ -161,7 +161,7 @@ pub(crate) type Adapt = Choice<PyAdaptParams>;
 
 record! {
     /// The estimated vehicle: the given parameters, corrected by what its motion has shown.
-    PyEstimate(Estimate) named "Estimate",
+    PyEstimate(Known) named "Estimate",
     gain: f64 = 1.0, "float, default 1.0",
         "Ratio of the measured turning to that of the given vehicle. Controllers use it where the vehicle has a dead time; elsewhere it is only shown, and left to the feedback.";
     steer_offset: f64 = 0.0, "float, default 0.0",
@@ -181,30 +181,5 @@ record! {
         /// >>> estimate = popsteer.Pop(path, car).estimate
         /// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
         /// (0.2, 0.01, 1.0)
-    }
-}
-
-/// The estimated vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Estimate {
-    gain: f64,
-    steer_offset: f64,
-    dead_time: f64,
-    slip: f64,
-    slip_length: f64,
-    acceleration: f64,
-}
-
-impl PyEstimate {
-    /// What is known of `vehicle` by an estimate of the core.
-    pub(crate) fn of(vehicle: &Vehicle, estimate: vehicle::Estimate) -> Self {
-        Self(Estimate {
-            gain: estimate.gain,
-            steer_offset: vehicle.steer_offset + estimate.steer_offset,
-            dead_time: vehicle.dead_time + estimate.longer_dead_time,
-            slip: estimate.slip,
-            slip_length: estimate.slip_length,
-            acceleration: estimate.acceleration,
-        })
     }
 }

@@ -70,6 +70,37 @@ impl Estimate {
     }
 }
 
+/// A vehicle as it is known: its parameters, corrected by an estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// As [`Estimate::gain`].
+    pub gain: f64,
+    /// Angle of the wheels at the command 0 [rad].
+    pub steer_offset: f64,
+    /// Time from a command to its first effect on the wheels [s].
+    pub dead_time: f64,
+    /// As [`Estimate::slip`] [rad].
+    pub slip: f64,
+    /// As [`Estimate::slip_length`] [m].
+    pub slip_length: f64,
+    /// As [`Estimate::acceleration`] [m/s^2].
+    pub acceleration: f64,
+}
+
+impl Known {
+    /// What is known of `vehicle` by `estimate`.
+    pub fn of(vehicle: &Vehicle, estimate: &Estimate) -> Self {
+        Self {
+            gain: estimate.gain,
+            steer_offset: vehicle.steer_offset + estimate.steer_offset,
+            dead_time: vehicle.dead_time + estimate.longer_dead_time,
+            slip: estimate.slip,
+            slip_length: estimate.slip_length,
+            acceleration: estimate.acceleration,
+        }
+    }
+}
+
 impl Default for Estimate {
     fn default() -> Self {
         Self::DEFAULT

@@ -12,7 +12,7 @@ pub mod timed;
 pub mod wheels;
 
 pub use delay::InFlight;
-pub use estimate::{AdaptParams, Estimate};
+pub use estimate::{AdaptParams, Estimate, Known};
 pub use estimator::Estimator;
 pub use gate::Gate;
 pub use past::Past;

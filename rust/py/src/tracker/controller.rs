@@ -406,7 +406,7 @@ macro_rules! controller {
             /// The present estimate of the controller's vehicle.
             #[getter]
             fn estimate(&self) -> PyEstimate {
-                PyEstimate::of(self.law.vehicle(), self.law.estimate(&self.state))
+                PyEstimate(Known::of(self.law.vehicle(), &self.law.estimate(&self.state)))
             }
 
             /// How far ahead of the vehicle's point the tracked point lies [m], driving forward:
