@@ -74,14 +74,8 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
         max_speed: settings.speed,
         // As on the embedded tracks: all of the lateral acceleration.
         max_lateral_acceleration: defaults::MAX_LATERAL_ACCELERATION,
-        acceleration: OverSpeed {
-            speeds: &[0.0],
-            values: &[defaults::MAX_ACCELERATION],
-        },
-        deceleration: OverSpeed {
-            speeds: &[0.0],
-            values: &[defaults::MAX_DECELERATION],
-        },
+        acceleration: OverSpeed::constant(&defaults::MAX_ACCELERATION),
+        deceleration: OverSpeed::constant(&defaults::MAX_DECELERATION),
         longitudinal_grip: None,
         exponent: f64::INFINITY,
         vehicle,

@@ -1,5 +1,7 @@
 //! What limits the speed, and how far a limit lets the speed change.
 
+use core::slice;
+
 use crate::error::{ConfigError, config_in_range};
 use crate::math::{larger, powf, smaller, sqrt};
 use crate::vehicle::Vehicle;
@@ -20,7 +22,15 @@ pub struct OverSpeed<'a> {
     pub values: &'a [f64],
 }
 
-impl OverSpeed<'_> {
+impl<'a> OverSpeed<'a> {
+    /// The same limit at every speed.
+    pub fn constant(value: &'a f64) -> Self {
+        Self {
+            speeds: &[0.0],
+            values: slice::from_ref(value),
+        }
+    }
+
     /// The limit at the square `squared` of a speed [m^2/s^2].
     #[inline]
     fn at(&self, squared: f64) -> f64 {

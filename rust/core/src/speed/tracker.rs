@@ -271,14 +271,8 @@ impl SpeedTracker {
         let limits = SpeedLimits {
             max_speed: car.max_speed.unwrap_or(defaults::MAX_SPEED),
             max_lateral_acceleration: defaults::BEND_SHARE * lateral,
-            acceleration: OverSpeed {
-                speeds: &[0.0],
-                values: &[self.driving],
-            },
-            deceleration: OverSpeed {
-                speeds: &[0.0],
-                values: &[self.braking],
-            },
+            acceleration: OverSpeed::constant(&self.driving),
+            deceleration: OverSpeed::constant(&self.braking),
             longitudinal_grip: None,
             exponent: 2.0,
             vehicle: car,
