@@ -86,11 +86,6 @@ impl Status {
     ];
     const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
 
-    /// These conditions and those of `other`.
-    pub const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
     /// The bits.
     pub const fn bits(self) -> u32 {
         self.0

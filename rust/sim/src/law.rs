@@ -1,12 +1,10 @@
 //! Any of the core's controllers, chosen at run time.
 
-use popsteer_core::laws::{Belief, Decision, Steered};
 use popsteer_core::laws::{
-    Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState, PurePursuit, PurePursuitState,
-    Stanley, StanleyState,
+    Belief, Decision, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState, PurePursuit,
+    PurePursuitState, Stanley, StanleyState, Steered,
 };
 use popsteer_core::path::Located;
-use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{InputError, LateralLaw, LateralState, PathView};
 
 macro_rules! laws {
@@ -38,10 +36,6 @@ macro_rules! laws {
 
             fn reads_belief(&self) -> bool {
                 match self { $(Self::$law(law) => law.reads_belief(),)+ }
-            }
-
-            fn default_adapt(&self) -> Option<AdaptParams> {
-                match self { $(Self::$law(law) => law.default_adapt(),)+ }
             }
 
             /// A state of another controller counts as none: the step starts from the initial one.

@@ -8,7 +8,7 @@ use crate::geometry::Point;
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::status::Status;
-use crate::vehicle::{AdaptParams, Estimate, Vehicle};
+use crate::vehicle::{Estimate, Vehicle};
 
 /// What a controller decides, for the mirrored vehicle: one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,12 +92,6 @@ pub trait LateralLaw {
     fn check_state(&self, _state: &Self::State) -> Result<(), InputError> {
         Ok(())
     }
-
-    /// How a tracker of this controller adapts by default: only if estimates are used, which is in
-    /// controllers that predict and for vehicles with a dead time.
-    fn default_adapt(&self) -> Option<AdaptParams> {
-        (self.reads_belief() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
-    }
 }
 
 /// A checked vehicle, and which of its points a controller tracks.
@@ -139,7 +133,7 @@ impl Vehicle {
     /// An angle brought within `max_steer`, and the status of that.
     #[inline]
     pub(crate) fn limit_steer(&self, steer: f64) -> (f64, Status) {
-        let saturated = Status::SATURATED.with(Status::STEER_LIMIT);
+        let saturated = Status::SATURATED | Status::STEER_LIMIT;
         (
             self.at_wheels(steer),
             saturated.when(steer.abs() > self.max_steer),

@@ -223,8 +223,7 @@ impl LateralLaw for Pop {
         Decision {
             steer,
             target: target.point,
-            status: Status::SATURATED
-                .with(Status::STEER_LIMIT)
+            status: (Status::SATURATED | Status::STEER_LIMIT)
                 .when(steer.abs() >= self.vehicle().max_steer)
                 | Status::LOOKAHEAD_LOST.when(!target.found),
         }

@@ -107,7 +107,7 @@ impl<L: LateralLaw> Tracker<L> {
 impl<S: LateralState> Tracking<S> {
     /// Continues from the present angle: its difference to the controller's angle fades in the
     /// remaining time of a hand-over in progress, or within [`HANDOVER_TIME`].
-    fn hand_over(&mut self) {
+    pub(super) fn hand_over(&mut self) {
         if let Some(monitor) = &mut self.monitor {
             // A new path is a new task: the vehicle may start it beyond the limit.
             monitor.within = false;

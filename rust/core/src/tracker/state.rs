@@ -308,20 +308,6 @@ impl<S: LateralState> TrackerState<S> {
     }
 }
 
-impl<S: LateralState> Tracking<S> {
-    pub(super) fn take_over(&mut self, steer: f64) {
-        self.steer = steer;
-        self.handover = if self.law.set_steer(steer) {
-            None
-        } else {
-            Some(Handover {
-                offset: None,
-                remaining: HANDOVER_TIME,
-            })
-        };
-    }
-}
-
 /// The widest offset of a hand-over: from one end of the wheels to the other [rad].
 pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
     let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
@@ -329,17 +315,4 @@ pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn test_handover_reaches_from_one_end_of_the_wheels_to_the_other() {
-        let car = Vehicle {
-            max_steer: 0.6,
-            steer_offset: -0.05,
-            ..Vehicle::PAPER
-        };
-        let most = 1.2 + 0.05 + Estimator::MAX_STEER_OFFSET;
-        assert!((widest_offset(&car) - most).abs() < 1e-15);
-    }
-}
+mod tests;

@@ -60,10 +60,11 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Self::unchecked(law, adapt))
     }
 
-    /// A tracker of `law` that adapts by the controller's default.
+    /// A tracker of `law` that adapts by default: only if estimates are used, which is in
+    /// controllers that predict and for vehicles with a dead time.
     pub fn of(law: L) -> Self {
-        let adapt = law.default_adapt();
-        Self::unchecked(law, adapt)
+        let used = law.reads_belief() || law.vehicle().dead_time > 0.0;
+        Self::unchecked(law, used.then_some(AdaptParams::DEFAULT))
     }
 
     fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
@@ -157,7 +158,8 @@ impl<L: LateralLaw> Tracker<L> {
     pub fn state_from(&self, steer: f64) -> Result<TrackerState<L::State>, InputError> {
         check_steer("steer", steer, self.law.vehicle().max_steer)?;
         let mut state = self.initial_state();
-        state.take_over(steer);
+        state.steer = steer;
+        state.hand_over();
         state.model = self.model_at(steer);
         Ok(state)
     }
