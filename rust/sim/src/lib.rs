@@ -39,7 +39,6 @@ pub mod metrics;
 pub mod noise;
 pub mod plant;
 pub mod record;
-pub mod run_state;
 pub mod simulation;
 #[cfg(test)]
 mod tests;
@@ -55,5 +54,4 @@ pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
 pub use record::Record;
-pub use run_state::RunState;
 pub use simulation::{Settings, Simulation};

@@ -35,28 +35,6 @@ pub struct Tracked {
     pub pedals: PedalMap,
 }
 
-impl Tracked {
-    /// The control of a vehicle whose wheels are commanded to `steer` [rad].
-    fn control(
-        &self,
-        state: &mut SpeedTrackerState,
-        vehicle: VehicleState,
-        steer: f64,
-        dt: f64,
-    ) -> Result<Control, InputError> {
-        let path = self.path.view();
-        let command = self.law.step(&path, &self.plan, state, vehicle, dt)?;
-        let gear = if command.reverse { -1.0 } else { 1.0 };
-        let (throttle, brake) = self.pedals.of(command.acceleration, gear * vehicle.speed);
-        Ok(Control {
-            steer,
-            throttle,
-            brake,
-            reverse: command.reverse,
-        })
-    }
-}
-
 impl Default for Longitudinal {
     /// The paper's controller with the paper's Table 2.
     fn default() -> Self {
@@ -99,9 +77,9 @@ impl Pedalling {
             self.backwards = reverse;
             self.state = SpeedPidState::default();
         }
-        let gear = if reverse { -1.0 } else { 1.0 };
-        let speed = gear * vehicle.speed;
-        let pedals: Pedals = match &self.longitudinal {
+        let gear = |reverse| if reverse { -1.0 } else { 1.0 };
+        let (mut reverse, speed) = (reverse, gear(reverse) * vehicle.speed);
+        let Pedals { throttle, brake } = match &self.longitudinal {
             Longitudinal::Coupled(law) => law.step(speed, steer)?,
             Longitudinal::Speed(law) => {
                 // Without a reference speed it holds the present one.
@@ -109,13 +87,18 @@ impl Pedalling {
                 law.step(&mut self.state, speed, wanted, dt)?
             }
             Longitudinal::Tracked(tracked) => {
-                return tracked.control(&mut self.tracked, vehicle, steer, dt);
+                let (path, state) = (tracked.path.view(), &mut self.tracked);
+                let command = tracked.law.step(&path, &tracked.plan, state, vehicle, dt)?;
+                reverse = command.reverse;
+                let speed = gear(reverse) * vehicle.speed;
+                let (throttle, brake) = tracked.pedals.of(command.acceleration, speed);
+                Pedals { throttle, brake }
             }
         };
         Ok(Control {
             steer,
-            throttle: pedals.throttle,
-            brake: pedals.brake,
+            throttle,
+            brake,
             reverse,
         })
     }

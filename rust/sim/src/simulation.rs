@@ -14,7 +14,6 @@ use crate::delay::Delay;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
 use crate::record::Record;
-use crate::run_state::RunState;
 
 popsteer_core::params! {
     /// How a run goes: by default with the paper's control period, and the rest to suit.
@@ -313,6 +312,27 @@ impl Simulation {
         run.finished |= length - done <= self.settings.stop_distance;
         run.lost |= get_distance(at.position, at.closest.point) > self.settings.give_up_distance;
     }
+}
+
+/// All that a simulation remembers beside its path, its plant and its settings.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct RunState {
+    pub(crate) plant: PlantState,
+    /// The segments that points of the vehicle were last projected to; None before.
+    pub(crate) reference: Option<usize>,
+    pub(crate) rear: Option<usize>,
+    pub(crate) leading: Option<usize>,
+    /// Whether the path is driven backwards where the rear axle is.
+    pub(crate) reverse: bool,
+    pub(crate) leading_arc: f64,
+    pub(crate) delay: Delay,
+    pub(crate) travelled: f64,
+    pub(crate) steps: usize,
+    pub(crate) finished: bool,
+    pub(crate) lost: bool,
+    pub(crate) gatherer: Gatherer,
+    pub(crate) records: Vec<Record>,
 }
 
 /// The same without a search of the whole path: a simulated point does not jump.
