@@ -40,32 +40,30 @@ pub struct Record {
     pub status: Status,
 }
 
-impl Record {
-    /// How many numbers a record is.
-    pub const LENGTH: usize = 17;
+/// A number of a record: its name, and where it is.
+pub type Column = (&'static str, fn(&Record) -> f64);
 
-    /// The record as numbers.
-    pub fn numbers(&self) -> [f64; Self::LENGTH] {
-        [
-            self.time,
-            self.reference.x,
-            self.reference.y,
-            self.x,
-            self.y,
-            self.yaw,
-            self.speed,
-            self.steer,
-            self.throttle,
-            self.brake,
-            self.cross_track_error,
-            self.heading_error,
-            self.rear_cross_track_error,
-            self.rear_heading_error,
-            self.target.x,
-            self.target.y,
-            f64::from(self.status.bits()),
-        ]
-    }
+impl Record {
+    /// The numbers of a record, beside its status: their names, and where they are.
+    #[rustfmt::skip] // a line each
+    pub const COLUMNS: [Column; 16] = [
+        ("time", |record| record.time),
+        ("x", |record| record.x),
+        ("y", |record| record.y),
+        ("yaw", |record| record.yaw),
+        ("speed", |record| record.speed),
+        ("steer", |record| record.steer),
+        ("throttle", |record| record.throttle),
+        ("brake", |record| record.brake),
+        ("reference_x", |record| record.reference.x),
+        ("reference_y", |record| record.reference.y),
+        ("cross_track_error", |record| record.cross_track_error),
+        ("heading_error", |record| record.heading_error),
+        ("rear_cross_track_error", |record| record.rear_cross_track_error),
+        ("rear_heading_error", |record| record.rear_heading_error),
+        ("target_x", |record| record.target.x),
+        ("target_y", |record| record.target.y),
+    ];
 }
 
 /// A status as its bits.

@@ -13,9 +13,6 @@ use crate::settings::{self, Settings};
 const MOST: usize = 1 << 18;
 
 const METRICS: &str = "steps,time,ending,mean,max,rear_mean,rear_max,rms_steer_rate,faults";
-const COLUMNS: &str = "time,reference_x,reference_y,x,y,yaw,speed,steer,throttle,brake,\
-                       cross_track_error,heading_error,rear_cross_track_error,\
-                       rear_heading_error,target_x,target_y,status";
 
 /// The texts that a page asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,10 +111,12 @@ impl Session {
         self.text = match what {
             Text::Message => return &self.message,
             Text::Metrics => return METRICS,
-            Text::Columns => return COLUMNS,
             Text::Version => return env!("CARGO_PKG_VERSION"),
             Text::Controllers => controllers::NAMES.join(","),
             Text::Settings => settings::NAMES.join(","),
+            Text::Columns => [&Record::COLUMNS.map(|(name, _)| name)[..], &["status"]]
+                .concat()
+                .join(","),
             Text::Statuses => statuses.join(","),
         };
         &self.text
@@ -154,7 +153,6 @@ impl Session {
             2.0
         };
         let (own, rear) = (&metrics.reference, &metrics.rear_axle);
-        let records = run.records();
         self.output.clear();
         self.output.extend([
             popsteer_core::math::from_count(metrics.steps),
@@ -167,7 +165,11 @@ impl Session {
             metrics.rms_steer_rate,
             f64::from(metrics.faults.bits()),
         ]);
-        self.output.extend(records.iter().flat_map(Record::numbers));
+        for record in run.records() {
+            let numbers = Record::COLUMNS.map(|(_, number)| number(record));
+            self.output.extend(numbers);
+            self.output.push(record.status.bits().into());
+        }
     }
 
     /// What was `done`; the message says why it was not.
