@@ -229,7 +229,7 @@ impl PyBatch {
             columns = Columns::of(out);
             Ok(())
         })?;
-        PyCommandBatch::new(py, columns)
+        columns.shown(py)
     }
 
     /// Have vehicles follow other paths from the next step on, as `set_path` of a controller.

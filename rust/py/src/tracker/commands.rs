@@ -10,15 +10,44 @@ use rayon::prelude::*;
 
 use crate::params::NewArgs;
 
-type Column = Py<PyArray1<f64>>;
+/// What a column has of each vehicle.
+trait Entry: Send + Sized {
+    /// The array that has such an entry for each vehicle.
+    type Array;
 
-/// A class of columns, one entry a vehicle. The text of each is its documentation in the class and
-/// on the attribute.
+    fn array(py: Python<'_>, entries: Vec<Self>) -> PyResult<Py<Self::Array>>;
+}
+
+macro_rules! numbers {
+    ($($number:ty),+) => {$(
+        impl Entry for $number {
+            type Array = PyArray1<$number>;
+
+            fn array(py: Python<'_>, entries: Vec<Self>) -> PyResult<Py<PyArray1<Self>>> {
+                Ok(PyArray1::from_vec(py, entries).unbind())
+            }
+        }
+    )+};
+}
+numbers!(f64, bool, u32);
+
+impl Entry for [f64; 2] {
+    type Array = PyArray2<f64>;
+
+    fn array(py: Python<'_>, entries: Vec<Self>) -> PyResult<Py<PyArray2<f64>>> {
+        let rows = [entries.len(), 2];
+        let numbers = PyArray1::from_vec(py, entries.into_flattened());
+        Ok(numbers.reshape(rows)?.unbind())
+    }
+}
+
+/// A class of columns, one entry a vehicle, and its columns before they are arrays. The text of each
+/// is its documentation in the class and on the attribute.
 macro_rules! columns {
     (
         $(#[doc = $about:literal])+
-        $class:ident named $name:literal,
-        $($field:ident: $kind:ty, $words:literal, $text:literal;)+
+        $class:ident named $name:literal, gathered as $columns:ident,
+        $($field:ident: $kind:ty = $entry:expr, $words:literal, $text:literal;)+
         @examples { $(#[doc = $example:literal])+ }
     ) => {
         $(#[doc = $about])+
@@ -39,17 +68,38 @@ macro_rules! columns {
             $(
                 #[doc = $text]
                 #[pyo3(get)]
-                $field: $kind,
+                $field: Py<<$kind as Entry>::Array>,
             )+
+        }
+
+        /// The fields of commands, each in a column.
+        #[derive(Debug, Default)]
+        pub(crate) struct $columns {
+            $($field: Vec<$kind>,)+
+        }
+
+        impl $columns {
+            /// Of all of a batch, on the threads of the present pool if those have stepped it.
+            pub(crate) fn of(commands: &[Command]) -> Self {
+                Self { $($field: gather(commands, $entry)),+ }
+            }
+
+            /// The columns as arrays.
+            pub(crate) fn shown(self, py: Python<'_>) -> PyResult<$class> {
+                Ok($class { $($field: Entry::array(py, self.$field)?),+ })
+            }
         }
 
         #[pymethods]
         impl $class {
             #[new]
             #[pyo3(signature = (*, $($field),+))]
-            fn made_of(py: Python<'_>, $($field: $kind),+) -> PyResult<Self> {
+            fn made_of(
+                py: Python<'_>,
+                $($field: Py<<$kind as Entry>::Array>),+
+            ) -> PyResult<Self> {
                 let made = Self { $($field),+ };
-                let count = made.count(py);
+                let count = made.__len__(py);
                 let equal = $(made.$field.bind(py).shape().first() == Some(&count))&&+;
                 if equal && made.target.bind(py).shape() == [count, 2] {
                     return Ok(made);
@@ -62,11 +112,11 @@ macro_rules! columns {
             }
 
             fn __len__(&self, py: Python<'_>) -> usize {
-                self.count(py)
+                self.steer.bind(py).len()
             }
 
             fn __repr__(&self, py: Python<'_>) -> String {
-                format!("<{} of {} vehicles>", $name, self.count(py))
+                format!("<{} of {} vehicles>", $name, self.__len__(py))
             }
 
             fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArgs<'py>> {
@@ -80,26 +130,26 @@ macro_rules! columns {
 
 columns! {
     /// What one step of a batch answers: `Command` in columns, an entry a vehicle.
-    PyCommandBatch named "CommandBatch",
-    steer: Column, "ndarray of shape (N,)",
+    PyCommandBatch named "CommandBatch", gathered as Columns,
+    steer: f64 = |command| command.steer, "ndarray of shape (N,)",
         "Angles to command [rad], positive to the left.";
-    cross_track_error: Column, "ndarray of shape (N,)",
+    cross_track_error: f64 = |command| command.cross_track_error, "ndarray of shape (N,)",
         "Offsets of the tracked points from the path [m], positive left of it.";
-    heading_error: Column, "ndarray of shape (N,)",
+    heading_error: f64 = |command| command.heading_error, "ndarray of shape (N,)",
         "Yaw less direction of the path [rad], in [-pi, pi].";
-    predicted_cross_track_error: Column, "ndarray of shape (N,)",
+    predicted_cross_track_error: f64 = |command| command.predicted_cross_track_error, "ndarray of shape (N,)",
         "Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].";
-    predicted_heading_error: Column, "ndarray of shape (N,)",
+    predicted_heading_error: f64 = |command| command.predicted_heading_error, "ndarray of shape (N,)",
         "Heading errors of those [rad].";
-    target: Py<PyArray2<f64>>, "ndarray of shape (N, 2)",
+    target: [f64; 2] = |command| [command.target.x, command.target.y], "ndarray of shape (N, 2)",
         "The points aimed at, (x, y) [m].";
-    reverse: Py<PyArray1<bool>>, "ndarray of shape (N,) of bool",
+    reverse: bool = |command| command.reverse, "ndarray of shape (N,) of bool",
         "Whether the path is driven backwards there.";
-    reference_speed: Column, "ndarray of shape (N,)",
+    reference_speed: f64 = |command| command.reference_speed.unwrap_or(f64::NAN), "ndarray of shape (N,)",
         "The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.";
-    distance_to_stop: Column, "ndarray of shape (N,)",
+    distance_to_stop: f64 = |command| command.distance_to_stop, "ndarray of shape (N,)",
         "Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.";
-    status: Py<PyArray1<u32>>, "ndarray of shape (N,) of uint32",
+    status: u32 = |command| command.status.bits(), "ndarray of shape (N,) of uint32",
         "How the steps went, as the bits of `Status`.";
     @examples {
         /// >>> import numpy as np
@@ -109,70 +159,6 @@ columns! {
         /// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
         /// >>> commands.steer.round(4), (commands.status & popsteer.Status.END_OF_PATH) > 0
         /// (array([-0.0997,  0.0997]), array([False,  True]))
-    }
-}
-
-impl PyCommandBatch {
-    fn count(&self, py: Python<'_>) -> usize {
-        self.steer.bind(py).len()
-    }
-
-    /// The commands in columns.
-    pub(crate) fn new(py: Python<'_>, columns: Columns) -> PyResult<Self> {
-        let [
-            steer,
-            cross_track_error,
-            heading_error,
-            predicted_cross_track_error,
-            predicted_heading_error,
-            reference_speed,
-            distance_to_stop,
-        ] = columns
-            .numbers
-            .map(|column| PyArray1::from_vec(py, column).unbind());
-        let target = PyArray1::from_vec(py, columns.targets.into_flattened());
-        Ok(Self {
-            target: target.reshape([columns.status.len(), 2])?.unbind(),
-            reverse: PyArray1::from_vec(py, columns.reverse).unbind(),
-            status: PyArray1::from_vec(py, columns.status).unbind(),
-            steer,
-            cross_track_error,
-            heading_error,
-            predicted_cross_track_error,
-            predicted_heading_error,
-            reference_speed,
-            distance_to_stop,
-        })
-    }
-}
-
-/// The fields of commands, each in a column.
-#[derive(Debug, Default)]
-pub(crate) struct Columns {
-    numbers: [Vec<f64>; 7],
-    targets: Vec<[f64; 2]>,
-    reverse: Vec<bool>,
-    status: Vec<u32>,
-}
-
-impl Columns {
-    /// Of all of a batch, on the threads of the present pool if those have stepped it.
-    pub(crate) fn of(commands: &[Command]) -> Self {
-        const NUMBERS: [fn(&Command) -> f64; 7] = [
-            |command| command.steer,
-            |command| command.cross_track_error,
-            |command| command.heading_error,
-            |command| command.predicted_cross_track_error,
-            |command| command.predicted_heading_error,
-            |command| command.reference_speed.unwrap_or(f64::NAN),
-            |command| command.distance_to_stop,
-        ];
-        Self {
-            numbers: NUMBERS.map(|field| gather(commands, field)),
-            targets: gather(commands, |command| [command.target.x, command.target.y]),
-            reverse: gather(commands, |command| command.reverse),
-            status: gather(commands, |command| command.status.bits()),
-        }
     }
 }
 
