@@ -15,9 +15,7 @@ use popsteer_core::laws::{
     Stanley, StanleyParams,
 };
 use popsteer_core::path::jump::find_lookahead_point;
-use popsteer_core::path::lookahead::{
-    get_crossing, get_lookahead_point, get_lookahead_point_index,
-};
+use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
@@ -192,9 +190,8 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));
     let (lookahead, tolerance) = black_box((6.0, 0.01));
     let found = get_lookahead_point(&grid, position, lookahead, tolerance);
-    let at = get_lookahead_point_index(&grid, position, lookahead, tolerance);
     let (jumped, _) = find_lookahead_point(path, index, 20.0, 0.01, position, lookahead, tolerance);
-    sum += found.point.x + math::from_count(at) + jumped.x;
+    sum += found.point.x + math::from_count(found.index) + jumped.x;
     sum += get_predicted_location(vehicle, black_box(0.1), 0.05).x;
     let state = black_box([0.0, 1.0, 0.2, 3.0, 0.1]);
     sum += state_transition(state.into(), black_box([0.1, 0.2]).into(), 0.1, 0.05).x;

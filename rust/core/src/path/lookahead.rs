@@ -44,16 +44,6 @@ pub fn get_lookahead_point(
     last
 }
 
-/// The index alone: the paper's `get_lookahead_point_index` (Equation 5).
-pub fn get_lookahead_point_index(
-    grid: &Grid<'_>,
-    position: Point,
-    lookahead: f64,
-    tolerance: f64,
-) -> usize {
-    get_lookahead_point(grid, position, lookahead, tolerance).index
-}
-
 /// The first point of the path, from `closest` on, that is `lookahead` [m] away from `position`,
 /// and whether there is one.
 ///

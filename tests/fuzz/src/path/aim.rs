@@ -6,9 +6,7 @@ use popsteer_core::geometry::get_distance;
 use popsteer_core::math::{atan2, wrap};
 use popsteer_core::path::ClosestPoint;
 use popsteer_core::path::jump::find_lookahead_point;
-use popsteer_core::path::lookahead::{
-    get_crossing, get_lookahead_point, get_lookahead_point_index,
-};
+use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::{PathView, Point};
@@ -148,8 +146,4 @@ pub(super) fn check_lookahead(
     let plain = get_lookahead_point(&grid, position, lookahead, tolerance);
     assert_eq!((point, found), (plain.point, plain.found));
     assert!(plain.index < points);
-    assert_eq!(
-        get_lookahead_point_index(&grid, position, lookahead, tolerance),
-        plain.index
-    );
 }
