@@ -9,17 +9,6 @@ use core::ops::{BitOr, BitOrAssign};
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Status(u32);
 
-/// How bad the worst condition of a [`Status`] is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// As the controller wants it.
-    Ok,
-    /// It continues with less than it needs.
-    Degraded,
-    /// Stop the vehicle.
-    Fault,
-}
-
 impl Status {
     /// As the controller wants it.
     pub const OK: Self = Self(0);
@@ -111,17 +100,6 @@ impl Status {
     /// Those of the conditions that are faults.
     pub const fn faults(self) -> Self {
         Self(self.0 & Self::FAULTS.0)
-    }
-
-    /// The worst of the conditions.
-    pub const fn level(self) -> Level {
-        if self.0 & Self::FAULTS.0 != 0 {
-            Level::Fault
-        } else if self.0 != 0 {
-            Level::Degraded
-        } else {
-            Level::Ok
-        }
     }
 
     /// The names of the conditions that hold.

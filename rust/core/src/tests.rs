@@ -1,5 +1,5 @@
 use crate::math::*;
-use crate::status::{Level, Status};
+use crate::status::Status;
 use core::f64::consts::TAU;
 use std::format;
 
@@ -82,9 +82,9 @@ fn test_status_conditions_stand_side_by_side() {
     assert!(both.contains(Status::SATURATED) && both.contains(Status::END_OF_PATH));
     assert!(!both.contains(Status::OFF_PATH) && both.contains(Status::OK));
     assert_eq!(format!("{both} {}", Status::OK), "saturated|end-of-path ok");
-    assert_eq!(both.level(), Level::Degraded);
-    assert_eq!((both | Status::INPUT_LOST).level(), Level::Fault);
-    assert_eq!(Status::OK.level(), Level::Ok);
+    assert_eq!(both.faults(), Status::OK);
+    assert_eq!((both | Status::INPUT_LOST).faults(), Status::INPUT_LOST);
+    assert_eq!(Status::OK.faults(), Status::OK);
     assert_eq!(Status::from_bits(both.bits()), Some(both));
     assert_eq!(Status::from_bits(1 << 31), None);
 }
