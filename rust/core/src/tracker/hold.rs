@@ -32,10 +32,8 @@ impl<L: LateralLaw> Tracker<L> {
         hold_limit: usize,
         reported: Reported,
     ) -> Command {
-        if let Ok(command) = self.step(path, state, vehicle, dt, reported) {
-            return command;
-        }
-        state.hold(dt, hold_limit)
+        self.step(path, state, vehicle, dt, reported)
+            .unwrap_or_else(|_| state.hold(dt, hold_limit))
     }
 }
 

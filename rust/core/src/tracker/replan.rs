@@ -41,9 +41,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let Some(place) = state.place else {
             // After a jump it is not known where on the old path the vehicle was.
-            state.waypoint = None;
-            state.measured_waypoint = None;
-            state.law.change_path(None);
+            state.jump_to(None);
             return state.hand_over();
         };
         let last = old.segment_at(last);

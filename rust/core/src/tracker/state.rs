@@ -61,13 +61,13 @@ impl Deviation {
             && self.along.y.to_bits() == other.along.y.to_bits()
     }
 
-    pub(super) fn checked(self) -> Result<Self, InputError> {
+    fn check(&self) -> Result<(), InputError> {
         let most = 4.0 * MAX_COORDINATE;
         input_within("answer", self.cross_track_error, most)?;
         input_within("answer", self.yaw, 2.0 * MAX_YAW)?;
         input_within("answer", self.along.x, most)?;
         input_within("answer", self.along.y, most)?;
-        Ok(self)
+        Ok(())
     }
 }
 
@@ -133,23 +133,24 @@ impl Answer {
     /// Bound of a distance along a path [m], which no valid path reaches.
     const MAX_DISTANCE: f64 = 1e18;
 
-    pub(super) fn checked_ahead(&self) -> Result<(), InputError> {
-        let Ahead {
-            reference_speed,
-            distance_to_stop,
-        } = self.ahead;
-        let most = 2.0 * MAX_SPEED;
-        input_within("answer", reference_speed.unwrap_or(0.0), most)?;
-        if distance_to_stop < f64::INFINITY || distance_to_stop.is_nan() {
-            let most = Self::MAX_DISTANCE;
-            input_within("answer", distance_to_stop, most)?;
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        const FIELD: &str = "answer";
+        self.measured.check()?;
+        self.predicted.check()?;
+        input_within(FIELD, self.target.x, 4.0 * MAX_COORDINATE)?;
+        input_within(FIELD, self.target.y, 4.0 * MAX_COORDINATE)?;
+        let reference_speed = self.ahead.reference_speed.unwrap_or(0.0);
+        input_within(FIELD, reference_speed, 2.0 * MAX_SPEED)?;
+        let distance = self.ahead.distance_to_stop;
+        if distance < f64::INFINITY || distance.is_nan() {
+            input_within(FIELD, distance, Self::MAX_DISTANCE)?;
         }
-        let vehicle = self.vehicle;
-        input_within("answer", vehicle.x, MAX_COORDINATE)?;
-        input_within("answer", vehicle.y, MAX_COORDINATE)?;
-        input_within("answer", vehicle.yaw, MAX_YAW)?;
-        input_within("answer", vehicle.speed, MAX_SPEED)?;
-        Ok(())
+        let vehicle = self.vehicle.checked();
+        vehicle.map_err(|error| InputError {
+            field: FIELD,
+            ..error
+        })?;
+        Ok(self)
     }
 }
 
@@ -294,17 +295,24 @@ impl Model {
 impl<S: LateralState> TrackerState<S> {
     /// Sets the place on the path after a jump. The motion until then is not used for estimates.
     pub fn set_waypoint(&mut self, waypoint: usize) {
-        self.waypoint = Some(waypoint);
-        self.measured_waypoint = Some(waypoint);
-        self.place = None;
-        // What was measured against the path before says nothing of the errors from here on.
-        self.law.change_path(None);
+        self.jump_to(Some(waypoint));
         self.model.estimator.last_measured = None;
         self.gate = None;
         if let Some(monitor) = &mut self.monitor {
             monitor.interrupt();
             monitor.within = false;
         }
+    }
+}
+
+impl<S: LateralState> Tracking<S> {
+    /// Starts the next step from this waypoint, or from the whole path: what was measured against
+    /// the path before says nothing of the errors from here on.
+    pub(super) fn jump_to(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
+        self.measured_waypoint = waypoint;
+        self.place = None;
+        self.law.change_path(None);
     }
 }
 

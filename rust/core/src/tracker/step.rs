@@ -4,8 +4,8 @@
 //! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
 //! driver without a jump of the angle, and answers every input.
 
-use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
-use crate::error::{ConfigError, InputError, input_in_range, input_within};
+use crate::bounds::{MAX_DT, MIN_DT};
+use crate::error::{ConfigError, InputError, input_in_range};
 use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
 use crate::laws::{Decision, LateralLaw, LateralState};
@@ -77,7 +77,7 @@ impl<L: LateralLaw> Tracker<L> {
         Self {
             law,
             adapt,
-            monitor: Some(Monitor::unchecked(MonitorParams::DEFAULT, &vehicle)),
+            monitor: Some(Monitor::new(MonitorParams::DEFAULT, &vehicle)),
             models,
             bare,
         }
@@ -110,13 +110,12 @@ impl<L: LateralLaw> Tracker<L> {
 
     /// The same with the controller made into another by `change`.
     pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
-        let (models, bare) = (self.models, self.bare);
         Tracker {
             law: change(self.law),
             adapt: self.adapt,
             monitor: self.monitor,
-            models,
-            bare,
+            models: self.models,
+            bare: self.bare,
         }
     }
 
@@ -212,14 +211,7 @@ impl<L: LateralLaw> Tracker<L> {
         state.place.map(Place::checked).transpose()?;
         input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
         input_in_range("period", state.period, 0.0, MAX_DT)?;
-        if let Some(answer) = state.answer {
-            answer.measured.checked()?;
-            answer.predicted.checked()?;
-            let most = 4.0 * MAX_COORDINATE;
-            input_within("answer", answer.target.x, most)?;
-            input_within("answer", answer.target.y, most)?;
-            answer.checked_ahead()?;
-        }
+        state.answer.map(Answer::checked).transpose()?;
         let model = &state.model;
         model.past.as_ref().map(Past::check).transpose()?;
         model.estimator.checked(vehicle)?;
@@ -407,8 +399,8 @@ impl<L: LateralLaw> Tracker<L> {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
-        let monitor = |params| Monitor::new(params, self.law.vehicle());
-        self.monitor = params.map(monitor).transpose()?;
+        let params = params.map(MonitorParams::checked).transpose()?;
+        self.monitor = params.map(|params| Monitor::new(params, self.law.vehicle()));
         Ok(self)
     }
 
@@ -470,10 +462,7 @@ impl<L: LateralLaw> Tracker<L> {
         let believed = gate.believed;
         if jumped {
             model.estimator.last_measured = None;
-            state.waypoint = None;
-            state.measured_waypoint = None;
-            state.place = None;
-            state.law.change_path(None);
+            state.jump_to(None);
             if let Some(monitor) = &mut state.monitor {
                 monitor.interrupt();
             }

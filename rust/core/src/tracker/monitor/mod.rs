@@ -11,7 +11,6 @@ pub mod state;
 
 pub use state::MonitorState;
 
-use crate::error::ConfigError;
 use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
@@ -59,13 +58,8 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
-    /// With `params`, where each is within its range.
-    pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
-        Ok(Self::unchecked(params.checked()?, vehicle))
-    }
-
     /// With `params` that are within their ranges.
-    pub(super) fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
+    pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Self {
         Self {
             given: params,
             params: params.resolved(vehicle),
