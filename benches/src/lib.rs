@@ -157,31 +157,21 @@ impl<'a, L: LateralLaw> LapRunner<'a, L> {
     /// The next angle [rad]; not a number where the state is refused.
     #[inline]
     pub fn steer(&mut self) -> f64 {
-        let vehicle = self.vehicle();
-        self.tracker
-            .steer(
-                &self.course.path.view(),
-                &mut self.state,
-                vehicle,
-                DT,
-                Reported::NOTHING,
-            )
-            .unwrap_or(f64::NAN)
+        let (vehicle, path, state) = (self.vehicle(), self.course.path.view(), &mut self.state);
+        let answer = self
+            .tracker
+            .steer(&path, state, vehicle, DT, Reported::NOTHING);
+        answer.unwrap_or(f64::NAN)
     }
 
     /// The next command; none where the state is refused.
     #[inline]
     pub fn step(&mut self) -> Option<popsteer_core::Command> {
-        let vehicle = self.vehicle();
-        self.tracker
-            .step(
-                &self.course.path.view(),
-                &mut self.state,
-                vehicle,
-                DT,
-                Reported::NOTHING,
-            )
-            .ok()
+        let (vehicle, path, state) = (self.vehicle(), self.course.path.view(), &mut self.state);
+        let answer = self
+            .tracker
+            .step(&path, state, vehicle, DT, Reported::NOTHING);
+        answer.ok()
     }
 
     #[inline]

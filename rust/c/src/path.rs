@@ -42,10 +42,10 @@ pub unsafe extern "C" fn popsteer_path_new(
 ) -> CError {
     let value = || {
         // SAFETY: the caller vouches for the arrays.
-        let (x, y) = unsafe { (handle::items(x, count, "x")?, handle::items(y, count, "y")?) };
-        // SAFETY: the caller vouches for the arrays.
-        let (speed, reverse) = unsafe {
+        let (x, y, speed, reverse) = unsafe {
             (
+                handle::items(x, count, "x")?,
+                handle::items(y, count, "y")?,
                 given(speed, count, "speed")?,
                 given(reverse, count, "reverse")?,
             )

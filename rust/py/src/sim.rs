@@ -341,15 +341,8 @@ impl PySimulation {
             return Ok(());
         }
         let noise = noise.map_or(Noise::DEFAULT, |noise| noise.get().0);
-        let perception = Perception::new(noise, seed, 0);
-        let fault = driven(
-            py,
-            &mut self.simulation,
-            controller,
-            &longitudinal,
-            perception,
-            progress,
-        )?;
+        let (simulation, seen) = (&mut self.simulation, Perception::new(noise, seed, 0));
+        let fault = driven(py, simulation, controller, &longitudinal, seen, progress)?;
         self.take_note(py, fault)
     }
 
