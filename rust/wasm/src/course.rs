@@ -37,25 +37,12 @@ pub(crate) fn drive(
         speed: speeds.first().copied().unwrap_or(0.0),
         ..start(&view, settings)
     };
-    let plant = Arc::new(settings.plant);
-    let mut simulation = Simulation::new(
-        Arc::new(path),
-        plant,
-        start,
-        *law.follow(),
-        Running::DEFAULT,
-    )?;
+    let (path, plant) = (Arc::new(path), Arc::new(settings.plant));
+    let mut run = Simulation::new(path, plant, start, *law.follow(), Running::DEFAULT)?;
     let longitudinal = Longitudinal::Speed(SpeedPid::new(KEEPING)?);
-    let mut controller = Controller::new(law);
-    let exact = Perception::EXACT;
-    closed_loop::run(
-        &mut simulation,
-        &mut controller,
-        &longitudinal,
-        exact,
-        |_| true,
-    )?;
-    Ok(simulation)
+    let (controller, exact) = (&mut Controller::new(law), Perception::EXACT);
+    closed_loop::run(&mut run, controller, &longitudinal, exact, |_| true)?;
+    Ok(run)
 }
 
 /// The speed at each waypoint [m/s].
@@ -66,10 +53,8 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
     }
     let vehicle = settings.plant.vehicle;
     let curvature = path_curvature(view, defaults::SMOOTHING * vehicle.wheelbase);
-    let mut spacing: Vec<f64> = view.s().windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if view.is_closed() {
-        spacing.push(view.length() - view.s().last().copied().unwrap_or(0.0));
-    }
+    let segments = 0..view.segments();
+    let spacing: Vec<f64> = segments.map(|k| view.segment_length(k)).collect();
     let limits = SpeedLimits {
         max_speed: settings.speed,
         // As on the embedded tracks: all of the lateral acceleration.
@@ -81,15 +66,10 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
         vehicle,
     };
     let course = Course {
-        sharp: None,
         curvature: &curvature,
         spacing: &spacing,
         closed: view.is_closed(),
-        cusps: None,
-        speed_limits: None,
-        grade: None,
-        start_speed: None,
-        end_speed: None,
+        ..Course::default()
     };
     let mut limit = vec![Limit::default(); speed.len()];
     plan_speeds(&course, &limits, &mut speed, &mut limit)?;

@@ -106,7 +106,7 @@ impl Limit {
 }
 
 /// What is to be driven: N waypoints.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Course<'a> {
     /// Curvature at each waypoint [1/m].
     pub curvature: &'a [f64],
