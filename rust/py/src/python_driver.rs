@@ -1,7 +1,7 @@
 //! A controller written in Python, driven by the same closed loop as the core's.
 
-use popsteer_core::{InputError, PathView, Point, Status, VehicleState};
-use popsteer_sim::{Driver, DriverAnswer};
+use popsteer_core::{Command, InputError, PathView, Status, VehicleState};
+use popsteer_sim::Driver;
 use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ impl PythonDriver {
         self.fault.take()
     }
 
-    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<DriverAnswer> {
+    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<Command> {
         Python::attach(|py| {
             let VehicleState { x, y, yaw, speed } = vehicle;
             let options = PyDict::new(py);
@@ -62,7 +62,7 @@ impl Driver for PythonDriver {
         vehicle: VehicleState,
         dt: f64,
         reverse: bool,
-    ) -> Result<Option<DriverAnswer>, InputError> {
+    ) -> Result<Option<Command>, InputError> {
         match self.asked(vehicle, dt, reverse) {
             Ok(answer) => Ok(Some(answer)),
             Err(error) => {
@@ -86,15 +86,13 @@ fn takes_reverse(step: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// An angle, or an object that has one and may have target, status and direction.
-fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<DriverAnswer> {
+fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Command> {
     let py = answer.py();
-    let nowhere = Point::new(f64::NAN, f64::NAN);
     if answer.is_instance_of::<PyFloat>() || answer.is_instance_of::<PyInt>() {
-        return Ok(DriverAnswer {
+        return Ok(Command {
             steer: answer.extract()?,
             reverse,
-            target: nowhere,
-            status: Status::OK,
+            ..Command::NONE
         });
     }
     let given = |name| -> PyResult<Option<Bound<'_, PyAny>>> {
@@ -116,7 +114,9 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<DriverAnswer> {
         })?,
     };
     let target = given(intern!(py, "target"))?.map(|target| target.extract());
-    let target = target.transpose()?.map_or(nowhere, Field::from_argument);
+    let target = target
+        .transpose()?
+        .map_or(Command::NONE.target, Field::from_argument);
     let status = match given(intern!(py, "status"))? {
         None => Status::OK,
         Some(status) => Status::from_bits(status.extract()?).ok_or_else(|| {
@@ -124,10 +124,11 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<DriverAnswer> {
         })?,
     };
     let turned = given(intern!(py, "reverse"))?.map(|reverse| reverse.extract());
-    Ok(DriverAnswer {
+    Ok(Command {
         steer,
         reverse: turned.transpose()?.unwrap_or(reverse),
         target,
         status,
+        ..Command::NONE
     })
 }

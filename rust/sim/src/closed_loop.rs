@@ -1,31 +1,17 @@
 //! The one closed loop: a driver, the pedals and a simulation.
 
 use popsteer_core::tracker::TrackerState;
-use popsteer_core::{
-    InputError, LateralLaw, PathView, Point, Reported, Status, Tracker, VehicleState,
-};
+use popsteer_core::{Command, InputError, LateralLaw, PathView, Reported, Tracker, VehicleState};
 
 use crate::longitudinal::{Longitudinal, Pedalling};
 use crate::noise::Perception;
 use crate::simulation::Simulation;
 
-/// What a driver answers to one measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriverAnswer {
-    /// Steering angle to command [rad].
-    pub steer: f64,
-    /// Whether to drive backwards.
-    pub reverse: bool,
-    /// The point aimed at [m]; not a number where there is none.
-    pub target: Point,
-    /// How the step went.
-    pub status: Status,
-}
-
 /// What steers a simulated vehicle.
 pub trait Driver {
     /// The answer to a measured vehicle, `dt` [s] after the last one; `reverse` says whether the
-    /// path is driven backwards where the rear axle is. None ends the run.
+    /// path is driven backwards where the rear axle is. None ends the run. Of a command its angle,
+    /// direction, target and status count.
     ///
     /// # Errors
     ///
@@ -36,7 +22,7 @@ pub trait Driver {
         vehicle: VehicleState,
         dt: f64,
         reverse: bool,
-    ) -> Result<Option<DriverAnswer>, InputError>;
+    ) -> Result<Option<Command>, InputError>;
 }
 
 /// A controller of the core as a driver, from a fresh state.
@@ -54,11 +40,6 @@ impl<'a, L: LateralLaw> Controller<'a, L> {
             tracker,
         }
     }
-
-    /// What the controller remembers by now.
-    pub fn state(&self) -> &TrackerState<L::State> {
-        &self.state
-    }
 }
 
 impl<L: LateralLaw> Driver for Controller<'_, L> {
@@ -68,15 +49,10 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
         vehicle: VehicleState,
         dt: f64,
         _reverse: bool,
-    ) -> Result<Option<DriverAnswer>, InputError> {
+    ) -> Result<Option<Command>, InputError> {
         let (tracker, state) = (self.tracker, &mut self.state);
-        let command = tracker.step(path, state, vehicle, dt, Reported::NOTHING)?;
-        Ok(Some(DriverAnswer {
-            steer: command.steer,
-            reverse: command.reverse,
-            target: command.target,
-            status: command.status,
-        }))
+        let command = tracker.step(path, state, vehicle, dt, Reported::NOTHING);
+        command.map(Some)
     }
 }
 

@@ -45,7 +45,7 @@ mod tests;
 
 #[cfg(feature = "std")]
 pub use batch::{Batch, BatchError};
-pub use closed_loop::{Controller, Driver, DriverAnswer};
+pub use closed_loop::{Controller, Driver};
 #[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
 pub use law::{Law, LawState};
