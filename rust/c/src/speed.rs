@@ -123,13 +123,10 @@ pub unsafe extern "C" fn popsteer_speed_tracker_step(
         // SAFETY: the caller vouches for both.
         unsafe {
             handle::place(out)?;
-            let Paced {
-                law,
-                path,
-                plan,
-                state,
-            } = handle::of_mut(tracker, "tracker")?;
-            let command = law.step_aged(&path.view(), plan, state, vehicle.into(), dt, pose_age)?;
+            let paced = handle::of_mut(tracker, "tracker")?;
+            let (path, plan, state) = (paced.path.view(), &paced.plan, &mut paced.state);
+            let vehicle = vehicle.into();
+            let command = (paced.law).step_aged(&path, plan, state, vehicle, dt, pose_age)?;
             handle::write(out, command.into())
         }
     })

@@ -125,11 +125,7 @@ impl<'a> Grid<'a> {
     /// The grids of the window's segments, in order.
     #[inline]
     pub fn segments(&self) -> impl Iterator<Item = SegmentGrid> + use<'a> {
-        let Self {
-            path,
-            window,
-            spacing,
-        } = *self;
+        let (path, window, spacing) = (self.path, self.window, self.spacing);
         (0..window.segments)
             .map(move |k| SegmentGrid::new(&path, path.around(window.first + k), spacing))
     }

@@ -215,17 +215,6 @@ pub(crate) struct GivenPedals {
     air_drag: f64,
 }
 
-impl From<GivenPedals> for PedalMap {
-    fn from(given: GivenPedals) -> Self {
-        Self {
-            drive: given.drive,
-            braking: given.braking,
-            drag: given.drag,
-            air_drag: given.air_drag,
-        }
-    }
-}
-
 /// Any of the longitudinal controllers, for a plant; its pedals are those of `given`, or its own.
 /// Without a controller, the paper's.
 pub(crate) fn longitudinal_for(
@@ -243,7 +232,13 @@ pub(crate) fn longitudinal_for(
             )
         });
     };
-    let Some(map) = given.map(PedalMap::from).or_else(|| plant.pedals()) else {
+    let given = given.map(|given| PedalMap {
+        drive: given.drive,
+        braking: given.braking,
+        drag: given.drag,
+        air_drag: given.air_drag,
+    });
+    let Some(map) = given.or_else(|| plant.pedals()) else {
         let required = format!("given, as {} has no drive, braking and drag", plant.name());
         let py = object.py();
         let none = py.None().into_bound(py);

@@ -42,17 +42,11 @@ pub(super) struct Kept<L: LateralLaw> {
 
 impl<L: LateralLaw> Kept<L> {
     pub(super) fn new(member: Member<L>) -> Self {
-        let Member {
-            tracker,
-            path,
-            state,
-        } = member;
-        let TrackerState { tracking, model } = state;
         Self {
-            tracker: Arc::new(tracker),
-            path,
-            tracking,
-            model: boxed(&model),
+            tracker: Arc::new(member.tracker),
+            path: member.path,
+            model: boxed(&member.state.model),
+            tracking: member.state.tracking,
         }
     }
 
