@@ -156,7 +156,7 @@ def test_module_close_to_python(built: Built, name: str) -> None:
         # Wheels that are slower than it plans for: its loop is unstable, and differences grow.
         steps = 500 if controller == "preview-pop-unlimited" else len(x)
         assert steps == len(rows) or steps == 500
-        off = np.hypot(rows[:steps, 3] - x[:steps], rows[:steps, 4] - y[:steps])
+        off = np.hypot(rows[:steps, 1] - x[:steps], rows[:steps, 2] - y[:steps])
         assert off.max() < 1e-10, controller
 
 
