@@ -106,7 +106,7 @@ def test_what_cannot_vary_is_refused_with_what_can() -> None:
 
 def test_plant_from_elsewhere_varies_in_friction_and_delay() -> None:
     pytest.importorskip("mujoco")
-    plant = sim.geometry.made("mujoco-car")
+    plant = sim.geometry.object_of("mujoco-car")
     made = varied(plant, PATH, {"friction": 0.5, "dead_time": 0.1, "steer_offset": 0.02}).plant
     assert made.params.friction == 0.5
     assert (made.vehicle.dead_time, made.vehicle.steer_offset) == (0.1, 0.02)

@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,8 +54,7 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
         name, equals, text = (part.strip() for part in assignment.partition("="))
         if not equals:
             raise ConfigError(f"a parameter of {owner}", assignment, "written NAME=VALUE")
-        if name not in names:
-            raise ConfigError.unknown(f"parameter of {owner}", name, names)
+        check_known(f"parameter of {owner}", name, names)
         for fields, changed in zip(known, changes, strict=True):
             if name in fields:
                 changed[name] = _value(name, text, fields[name])

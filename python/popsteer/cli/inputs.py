@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path as FilePath
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 from popsteer import controllers as own_controllers
 from popsteer import own, plants, presets, sim, toml_file, tracks, vehicles
@@ -20,6 +20,7 @@ from popsteer.lab.common.varied import usual
 from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
 from popsteer.plants.protocol import PythonPlant
+from popsteer.ranges import check_known
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant, default_start
 from popsteer.sim.geometry import Pose, StartAt, object_of
 from popsteer.sim.pedals import PedalMap
@@ -122,8 +123,8 @@ def tuned(
     """
     own_too, known = known is None, controller_names() if known is None else known
     for name in controllers:
-        if name not in known and not (own_too and baselines.is_known(name)):
-            raise ConfigError.unknown("controller", name, known)
+        if not (own_too and baselines.is_known(name)):
+            check_known("controller", name, known)
     begun: dict[str, Any] = parameters(controllers, preset)
     if params is not None:
         found = load_all(params)
@@ -155,9 +156,8 @@ def start(
     `text` is ``X,Y,YAW`` [m, m, rad], `at` "pose", "rear" or "front"; `offset` [m] is as
     `popsteer.sim.default_start` has it.
     """
-    place = next((known for known in get_args(StartAt) if known == at), None)
-    if place is None:
-        raise ConfigError.unknown("--start-at", at, get_args(StartAt))
+    check_known("--start-at", at, get_args(StartAt))
+    place = cast("StartAt", at)
     if text is None:
         if place != "pose":
             raise ConfigError("--start-at", at, "given with --start")

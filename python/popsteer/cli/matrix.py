@@ -18,6 +18,7 @@ from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.ranges import check_known
 from popsteer.sim import Settings, vehicle_of
 
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
@@ -137,8 +138,7 @@ def matrix(
 
 def _suite(context: typer.Context, name: str, out: Path | None) -> None:
     """Drive a suite: all popsteer's own controllers on its own plants by default."""
-    if name not in lab.suite.names():
-        raise ConfigError.unknown("suite", name, lab.suite.names())
+    check_known("suite", name, lab.suite.names())
     given = context.params
     chosen, movers = list(own_names()), list(lab.suite.runs.PLANTS)
     if options.is_given(context, "controllers"):

@@ -12,6 +12,7 @@ from popsteer.cli import logs
 from popsteer.cli.options import flag, optional, valued
 from popsteer.errors import ConfigError
 from popsteer.extras import require
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -129,8 +130,7 @@ def parameters_of(
             raise ConfigError("--params-file", file, "a YAML file of ROS parameters") from error
     found |= {name: yaml.load(text) for name, text in _assigned("--param", given).items()}
     for name, value in found.items():
-        if name not in _PARAMETERS:
-            raise ConfigError.unknown("parameter", name, _PARAMETERS)
+        check_known("parameter", name, _PARAMETERS)
         if isinstance(value, bool) != (name in _FLAGS) or not isinstance(value, int | float):
             wanted = "a bool" if name in _FLAGS else "a number"
             raise ConfigError(f"parameter {name}", value, wanted)
@@ -175,6 +175,7 @@ def topics_of(
 
 
 def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:
-    if word is not None and word not in known:
-        raise ConfigError.unknown(option, word, known)
-    return default if word is None else known[word]
+    if word is None:
+        return default
+    check_known(option, word, known)
+    return known[word]

@@ -24,7 +24,7 @@ from popsteer._core import (
 )
 from popsteer.errors import ConfigError, PathError
 from popsteer.ranges import check_count, check_in_range
-from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
+from popsteer.sim.geometry import Plant, Pose, StartAt, object_of, pose_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 from popsteer.sim.steering import OwnController, believed, informed
@@ -277,8 +277,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     if pedals is not None and not isinstance(longitudinal, SpeedTracker):
         raise ConfigError("pedals", pedals, "None where longitudinal is no SpeedTracker")
     check_seed(seed)
-    plant = made(plant)  # refuses an unknown one before anything is asked of it
-    vehicle = vehicle_of(plant)
+    plant = object_of(plant)  # refuses an unknown one before anything is asked of it
+    vehicle = plant.vehicle
     check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
     if start is None:
@@ -299,7 +299,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     except (ConfigError, PathError):
         raise
     except Exception as error:
-        core = isinstance(plant, str | CarlaIdentified | KinematicBicycle)
+        core = isinstance(plant, CarlaIdentified | KinematicBicycle)
         if not keep_going or (core and isinstance(controller, controllers.CONTROLLERS)):
             raise
         ending = " ".join(f"raised {type(error).__name__}: {error}".split())

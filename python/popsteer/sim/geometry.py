@@ -82,16 +82,12 @@ def plant_name(plant: Plant) -> str:
     return str(plant.name)
 
 
-def made(plant: Plant) -> Plant:
-    """Make a plant from elsewhere of its name; leave all others as they are."""
-    name = plant_name(plant)  # refuses an unknown one
-    return plants.get(name) if isinstance(plant, str) and plants.is_known(name) else plant
-
-
 def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:
-    """Make a plant of its name, with its default parameters; raises what `made` does."""
-    found = made(plant)
-    return CORE_PLANTS[found]() if isinstance(found, str) else found
+    """Make a plant of its name, with its default parameters; an object is returned itself."""
+    name = plant_name(plant)  # refuses what is no plant
+    if not isinstance(plant, str):
+        return plant
+    return plants.get(name) if plants.is_known(name) else CORE_PLANTS[name]()
 
 
 def vehicle_of(plant: Plant) -> Vehicle:

@@ -17,7 +17,7 @@ from popsteer.errors import ConfigError, InputError, in_range
 from popsteer.ranges import check_in_range, check_known
 from popsteer.sim import Plant, Pose, plant_name, plant_names
 from popsteer.sim.closed_loop import KEEPING, at_constant_speed
-from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
+from popsteer.sim.geometry import CORE_PLANTS, object_of, pose_of, vehicle_of
 from popsteer.tracks import Track
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ class Task:
         """Give a plant that no other vehicle shares: one in Python holds its own state."""
         if self.name in plant_names():
             return self.plant
-        return made(self.plant) if isinstance(self.plant, str) else copy.deepcopy(self.plant)
+        return object_of(self.plant) if isinstance(self.plant, str) else copy.deepcopy(self.plant)
 
     def episodes(self, count: int) -> Episodes:
         """Give room for so many vehicles."""

@@ -9,6 +9,7 @@ from popsteer import Path, Vehicle, own
 from popsteer.errors import ConfigError
 from popsteer.extras import require
 from popsteer.lab.baselines.mpc_params import MpcParams
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,6 +98,5 @@ def get(name: str) -> Baseline:
     if name not in names() and own.is_named("controller", name):
         kind = own.load("controller", name)
         return Baseline(name, own.title(name), own.params_of(kind), partial(_own, name, kind))
-    if name not in names():
-        raise ConfigError.unknown("baseline", name, names())
+    check_known("baseline", name, _BASELINES)
     return _BASELINES[name]

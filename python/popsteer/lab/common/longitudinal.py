@@ -15,7 +15,7 @@ from popsteer._core import (
     SpeedTrackerParams,
     Vehicle,
 )
-from popsteer.errors import ConfigError
+from popsteer.ranges import check_known
 from popsteer.sim.closed_loop import start_speed
 
 if TYPE_CHECKING:
@@ -34,8 +34,7 @@ KINDS: dict[str, type[LongitudinalParams]] = {
 
 def params_of(name: str) -> LongitudinalParams:
     """Give the default parameters of a longitudinal controller, one of `KINDS`."""
-    if name not in KINDS:
-        raise ConfigError.unknown("longitudinal controller", name, KINDS)
+    check_known("longitudinal controller", name, KINDS)
     return KINDS[name]()
 
 

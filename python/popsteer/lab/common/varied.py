@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Path, Vehicle
-from popsteer.errors import ConfigError
 from popsteer.extras import require
+from popsteer.ranges import check_known
 from popsteer.sim import Plant, Pose, default_start
 
 if TYPE_CHECKING:
@@ -98,8 +98,7 @@ def varied(
     """Make a run of a draw, from `offset` [m] left of the path; ConfigError for a bad value."""
     known = varying(plant)
     for name in values:
-        if name not in known:
-            raise ConfigError.unknown("quantity that varies", name, known)
+        check_known("quantity that varies", name, known)
     moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *_START)})
     x, y, yaw = default_start(path, values.get("start_offset", offset), moved.vehicle)
     seen = {field: values[name] for name, field in _NOISE.items() if name in values}

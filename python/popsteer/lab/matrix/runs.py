@@ -13,8 +13,8 @@ from popsteer.lab import compare
 from popsteer.lab.common.longitudinal import LongitudinalParams
 from popsteer.lab.common.longitudinal import made as pedals_of
 from popsteer.lab.compare.runs import Comparison, parameters, time_steps
-from popsteer.sim import Metrics, Plant, default_start, vehicle_of
-from popsteer.sim.geometry import made, plant_name
+from popsteer.sim import Metrics, Plant, default_start
+from popsteer.sim.geometry import object_of, plant_name
 
 if TYPE_CHECKING:
     from popsteer._core import AdaptParams, Path, Settings, Vehicle
@@ -113,7 +113,7 @@ def run(  # noqa: PLR0913 - as `compare`
             raise ConfigError(field, list(given), "at least one")
     if not isinstance(plants, Mapping):
         plants = {plant_name(plant): plant for plant in plants}
-    movers = {name: made(plant) for name, plant in plants.items()}
+    movers = {name: object_of(plant) for name, plant in plants.items()}
     params = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     total = len(movers) * len(paths) * len(names) * 2  # each controller drives, then is timed
     done = 0
@@ -128,7 +128,7 @@ def run(  # noqa: PLR0913 - as `compare`
                     progress(f"{where}: {what}", min((done + share) / total, 1.0))
                 done += share >= 1.0
 
-            itself = vehicle_of(plant)
+            itself = plant.vehicle
             start = None if start_offset is None else default_start(path, start_offset, itself)
             believed = vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle
             comparison = compare.run(

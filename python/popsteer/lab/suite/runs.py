@@ -16,6 +16,7 @@ from popsteer.lab.common.names import controller_names
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import Driven, drive, seed_of
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.ranges import check_known
 from popsteer.sim.geometry import object_of
 
 SUITE_CAR = "suite-car"
@@ -149,8 +150,7 @@ def run(
 
 def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -> list[str]:
     for name in wanted or ():
-        if name not in known:
-            raise ConfigError.unknown(what, name, tuple(known))
+        check_known(what, name, known)
     return list(known if wanted is None else wanted)
 
 
@@ -159,7 +159,7 @@ def _known(name: str) -> controllers.Law | baselines.Baseline:
     if name in controllers.names():
         return controllers.get(name)
     if not baselines.is_known(name):
-        raise ConfigError.unknown("controller", name, controller_names())
+        check_known("controller", name, controller_names())
     return baselines.get(name)
 
 

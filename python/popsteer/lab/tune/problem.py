@@ -18,7 +18,7 @@ from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
 from popsteer.lab.common.experiment import Experiment
 from popsteer.lab.common.varied import draws, run_seed, varied
-from popsteer.ranges import check_count
+from popsteer.ranges import check_count, check_known
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -130,16 +130,14 @@ class Problem(Experiment):
     settings: Settings | None = None
 
     def __post_init__(self) -> None:
-        own_code = own.is_named("controller", self.controller)
-        if self.controller not in controllers.names() and not own_code:
-            raise ConfigError.unknown("controller", self.controller, controllers.names())
+        if not own.is_named("controller", self.controller):
+            check_known("controller", self.controller, controllers.names())
         check_count("cars", self.cars, 0, _MAX_CARS)
         if not self.search:
             raise ConfigError("search", "nothing", "at least one parameter")
         known = self.base.as_dict()
         for name, each in self.search.items():
-            if name not in known:
-                raise ConfigError.unknown(f"parameter of {self.controller}", name, known)
+            check_known(f"parameter of {self.controller}", name, known)
             if each.name not in ("uniform", "loguniform") or isinstance(known[name], bool):
                 raise ConfigError(name, str(each), "uniform(LOW,HIGH) or loguniform(LOW,HIGH)")
             for end in each.bounds:

@@ -12,12 +12,12 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.errors import ConfigError
 from popsteer.lab.common.draw import drawn, headline, limit, nice_limit
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES, Theme
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import caption, notes
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -285,8 +285,6 @@ def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[st
 
     The runs need their records. ConfigError where no figure, or no theme, has this name.
     """
-    if figure not in FIGURES:
-        raise ConfigError.unknown("figure", figure, FIGURES)
-    if theme not in THEMES:
-        raise ConfigError.unknown("theme", theme, THEMES)
+    check_known("figure", figure, FIGURES)
+    check_known("theme", theme, THEMES)
     return drawn(partial(FIGURES[figure], comparison), THEMES[theme])
