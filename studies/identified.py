@@ -2,8 +2,9 @@
 
     python -m studies.identified [SEEDS]
 
-Two minutes of four cars, logged with new noise each time: how far the estimates scatter, over what
-is stated. One is the model itself; the others have another structure, which no error can know of.
+Two minutes of four cars, of which one is the model itself. The same drive, logged again with new
+noise: how far the estimates scatter, over the stated error of noise. And drives that differ, as the
+noise steers: the scatter over both stated errors together.
 """
 
 from __future__ import annotations
@@ -24,42 +25,49 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 CARS = ("kinematic-bicycle", "carla-identified", "commonroad-mb-2", "mujoco-car")
+FIRST_LOG = 1000
+"""The noise of a log is not what Stanley was given."""
 NAMES = (
     *("wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "delay"),
     *("rear_axle", "no_slip_point"),
 )
 
 
-def estimates(car: str, seeds: Sequence[int]) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
+def estimates(
+    car: str, seeds: Sequence[int], *, again: bool
+) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
     """Give values and stated errors by parameter, (N, 2): of the seeds that state one."""
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in NAMES}
     for seed in seeds:
-        each = popsteer.identify(Log(**drives.drive(car, seed=seed), name=car))
-        for name, error in each.errors.items():
-            if name in found:
-                found[name].append((getattr(each.vehicle, name), error))
-        found["delay"].append((each.delay, each.delay_error))
+        which = {"logged": FIRST_LOG + seed} if again else {"seed": seed}
+        each = popsteer.identify(Log(**drives.drive(car, **which), name=car))
+        errors = {**each.errors, "delay": each.delay_error}
+        for name in errors.keys() & found.keys():
+            value = each.delay if name == "delay" else getattr(each.vehicle, name)
+            model = 0.0 if again else each.model_errors[name]
+            found[name].append((value, float(np.hypot(errors[name], model))))
     return {name: np.array(pairs).reshape(-1, 2) for name, pairs in found.items()}
 
 
-def error_line(car: str, seeds: Sequence[int]) -> str:
+def error_line(car: str, seeds: Sequence[int], again: bool) -> str:  # noqa: FBT001 - for map
     """Set out spread over stated error of each parameter that has one, as a line of the table."""
     cells = []
-    for pairs in estimates(car, seeds).values():
+    for pairs in estimates(car, seeds, again=again).values():
         if len(pairs) < max(2, len(seeds) // 2):
             cells.append("–")
             continue
         stated = float(np.sqrt(np.mean(pairs[:, 1] ** 2)))
         cells.append(f"{float(np.std(pairs[:, 0], ddof=1)) / stated:.2f}")
-    return line(car, *cells)
+    return line(car, "logged again" if again else "driven anew", *cells)
 
 
 def main() -> None:
     """Drive and identify all, two at a time, and put the table onto its page."""
-    seeds = range(int(sys.argv[1]) if len(sys.argv) > 1 else 30)
+    seeds = range(int(sys.argv[1]) if len(sys.argv) > 1 else 60)
     with ProcessPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
-        rows = []
-        for row in pool.map(error_line, CARS, [seeds] * len(CARS)):
+        rows, count = [], 2 * len(CARS)
+        cars, which = np.repeat(CARS, 2).tolist(), [True, False] * len(CARS)
+        for row in pool.map(error_line, cars, [seeds] * count, which):
             print(row, flush=True)
             rows.append(row)
     write_table("identify.md", "errors", rows)

@@ -54,7 +54,8 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
         "drive.csv: 40.0 s, 800 rows",
         "wheelbase",
         "dead time and lag together",
-        "± error",
+        "± noise",
+        "± model",
         "The vehicle explains the heading to within the noise of the log",
         "drive steps of 0.2 rad and more",
     ):

@@ -58,8 +58,13 @@ def drive(
     dt: float = 0.05,
     dead_time: float = DEAD_TIME,
     offset: float = OFFSET,
+    logged: int | None = None,
 ) -> dict[str, Any]:
-    """Drive a plant over the race track; the columns of its log."""
+    """Drive a plant over the race track; the columns of its log.
+
+    `seed` draws the noise of what Stanley is given, and what the log has. With `logged` the log has
+    noise of its own: the same drive, logged again.
+    """
     path, mover = course(), plant(name, dead_time, offset)
     vehicle = sim.vehicle_of(mover)
     settings = sim.Settings(dt=dt, time_limit=seconds, give_up_distance=50.0)
@@ -68,20 +73,28 @@ def drive(
     stanley = popsteer.Stanley(path, vehicle)
     pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
     random = np.random.default_rng(seed)
+    again = None if logged is None else np.random.default_rng(logged)
     rows = []
     for k in range(round(seconds / dt)):
-        x, y, yaw, speed = run.state
-        x, y = np.array([x, y]) + noise * 0.02 * random.standard_normal(2)
-        yaw += noise * 0.002 * random.standard_normal()
-        speed += noise * 0.02 * random.standard_normal()
-        command = stanley.step(x, y, yaw, speed, dt)
-        throttle, brake = pedals.step(speed, run.reference_speed or LEAST_SPEED, dt)
-        rows.append((k * dt, x, y, math.remainder(yaw, math.tau), speed, command.steer))
-        run.step(command.steer, throttle, brake)
+        measured = _measured(run.state, noise, random)
+        steer = stanley.step(*measured, dt).steer
+        throttle, brake = pedals.step(measured[3], run.reference_speed or LEAST_SPEED, dt)
+        x, y, yaw, speed = measured if again is None else _measured(run.state, noise, again)
+        rows.append((k * dt, x, y, math.remainder(yaw, math.tau), speed, steer))
+        run.step(steer, throttle, brake)
         if run.ending not in (None, "finished"):
             break
     columns = np.array(rows).T
     return dict(zip(("t", "x", "y", "yaw", "speed", "steer"), columns, strict=True))
+
+
+def _measured(
+    state: tuple[float, float, float, float], noise: float, random: np.random.Generator
+) -> tuple[float, float, float, float]:
+    """Add noise to position, heading and speed."""
+    x, y = np.array(state[:2]) + noise * 0.02 * random.standard_normal(2)
+    yaw = state[2] + noise * 0.002 * random.standard_normal()
+    return x, y, yaw, state[3] + noise * 0.02 * random.standard_normal()
 
 
 def track(name: str, vehicle: popsteer.Vehicle, seconds: float = 50.0, dt: float = 0.05) -> float:

@@ -209,6 +209,10 @@ def test_errors_of_least_squares_are_those_of_newey_and_west() -> None:
         assert found.error(weights) == pytest.approx(
             math.sqrt(weights @ found.covariance @ weights)
         )
+        noise = math.sqrt(weights @ plain @ weights)
+        assert found.split(weights) == pytest.approx(
+            (noise, math.sqrt(max(found.error(weights) ** 2 - noise**2, 0.0)))
+        )
 
 
 def test_errors_are_not_below_those_that_noise_alone_makes() -> None:
@@ -235,6 +239,7 @@ def test_direction_that_is_not_excited_is_not_known() -> None:
     first, second, third = found.errors()
     assert math.isfinite(first)
     assert second == third == math.inf
+    assert found.split(np.array([0.0, 1.0, 0.0])) == (math.inf, math.inf)
     # What both do together is known all the same.
     assert math.isfinite(found.error(np.array([0.0, 1.0, 2.0])))
     jacobian[:, 0] = 0.0
@@ -357,6 +362,7 @@ def test_point_of_the_car_is_found_where_it_was() -> None:
         misses += [(one.values[name] - true[name]) / one.errors[name] for name in NAMES]
         weights = np.array([1.0, 36.0, 0.0, 0.0])
         assert one.error_at(6.0) == one.known.error(weights) < one.errors["rear_axle"]
+        assert one.split(6.0) == one.known.split(weights)
     assert 0.4 < np.sqrt(np.mean(np.square(misses))) < 1.6
 
 

@@ -121,6 +121,7 @@ def identification() -> Identification:
     return Identification(
         vehicle=car,
         errors=errors,
+        model_errors=dict.fromkeys((*errors, "delay", "turning_length"), 0.0042),
         unknown={"max_steer_rate": "drive steps"},
         delay=0.32,
         delay_error=0.013,

@@ -75,8 +75,10 @@ def test_errors_of_an_identification_cover_what_it_misses(memory: float) -> None
         for name, error in found.errors.items():
             if math.isfinite(error):
                 off = getattr(found.vehicle, name) - getattr(CAR, name)
-                misses.setdefault(name, []).append(off / error)
-        misses.setdefault("delay", []).append((found.delay - 0.25) / found.delay_error)
+                whole = math.hypot(error, found.model_errors[name])
+                misses.setdefault(name, []).append(off / whole)
+        whole = math.hypot(found.delay_error, found.model_errors["delay"])
+        misses.setdefault("delay", []).append((found.delay - 0.25) / whole)
     assert {"wheelbase", "understeer", "steer_offset", "delay"} <= set(misses)
     every = [ratio for ratios in misses.values() for ratio in ratios]
     # Over all fields: neither understated nor many times too large.
@@ -138,11 +140,14 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
         assert told == pytest.approx([0.8 * k / 6 for k in range(1, 7)])
         assert (found.lag_of, set(found.unknown)) == (lag_of, unknown)
         assert found.errors.keys() == fields.keys()
+        assert found.model_errors.keys() == {*fields, "delay", "turning_length"}
         for name, (value, error) in fields.items():
             assert getattr(found.vehicle, name) == pytest.approx(value, abs=0.05 * error), name
-            assert found.errors[name] == pytest.approx(error, rel=0.01), name
+            whole = math.hypot(found.errors[name], found.model_errors[name])
+            assert whole == pytest.approx(error, rel=0.01), name
         noise = [found.noise[name] for name in ("yaw", "yaw_drift", "position")]
-        assert [found.delay, found.delay_error, *noise] == pytest.approx(others, rel=0.01)
+        whole = math.hypot(found.delay_error, found.model_errors["delay"])
+        assert [found.delay, whole, *noise] == pytest.approx(others, rel=0.01)
         # The length by which the car turns at the speed at which it turned most.
         car = found.vehicle
         assert found.speed == pytest.approx(SPEED, rel=1e-4)

@@ -9,6 +9,7 @@ import numpy as np
 
 from popsteer.identification.chain import Chain, LagOf, Wheels
 from popsteer.identification.whiten import (
+    Error,
     Known,
     choose_theta,
     clipped_mean_square,
@@ -63,9 +64,9 @@ _DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _LAGS = (0.03, 0.15)
 TURNS = 3
 """How often the fit is made, with the noise that the last one showed."""
-REACHED = 5.0
-"""By how much a limit of the rate must raise the log-likelihood before it is believed: as three
-standard deviations do."""
+REACHED = 2.0
+"""By how much a limit of the rate must raise the log-likelihood to stay: as two standard deviations
+do."""
 KEPT, CLEARLY = 1.0, 1.5
 """A limit of the rate is known if the wheels kept it for this time in all [s], where commands asked
 for this many times as much. Else anything that the model lacks would make a limit of the fastest
@@ -99,12 +100,19 @@ class Fit:
 
     @property
     def errors(self) -> dict[str, float]:
-        """The standard error of each parameter that was fitted."""
+        """The whole error of each parameter that was fitted: of noise, and of the model."""
         return dict(zip(self.names, self.known.errors(), strict=True))
 
     def error_of(self, **weights: float) -> float:
-        """Give the standard error of a weighted sum of parameters."""
-        return self.known.error(np.array([weights.get(name, 0.0) for name in self.names]))
+        """Give the whole error of a weighted sum of parameters."""
+        return self.known.error(self._row(weights))
+
+    def split(self, **weights: float) -> Error:
+        """Give the two parts of the error of a weighted sum of parameters."""
+        return self.known.split(self._row(weights))
+
+    def _row(self, weights: Mapping[str, float]) -> Array:
+        return np.array([weights.get(name, 0.0) for name in self.names])
 
     def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
         """Widen the errors by how far others lie off, that explain the log as well."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.whiten import Known, choose_theta, known, spread, whitened
+from popsteer.identification.whiten import Error, Known, choose_theta, known, spread, whitened
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
@@ -37,12 +37,20 @@ class Point:
 
     @property
     def errors(self) -> dict[str, float]:
-        """The standard error of each value."""
+        """The whole error of each value."""
         return dict(zip(NAMES, self.known.errors(), strict=True))
 
     def error_at(self, speed: float) -> float:
-        """Give the standard error of `rear_axle + slip v²` [m]."""
-        return self.known.error(np.array([1.0, speed**2, 0.0, 0.0]))
+        """Give the whole error of `rear_axle + slip v²` [m]."""
+        return self.known.error(_place(speed))
+
+    def split(self, speed: float) -> Error:
+        """Give the two parts of the error of `rear_axle + slip v²` [m]."""
+        return self.known.split(_place(speed))
+
+
+def _place(speed: float) -> Array:
+    return np.array([1.0, speed**2, 0.0, 0.0])
 
 
 def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:

@@ -16,6 +16,7 @@ from popsteer.identification.fit import Fit, fit
 from popsteer.identification.identifiability import rate_unknown, steps, unsure
 from popsteer.identification.result import Identification, described
 from popsteer.identification.simulate import compared
+from popsteer.identification.whiten import Error
 from popsteer.logs import Log, LogError
 
 if TYPE_CHECKING:
@@ -97,14 +98,17 @@ def identify(
     point = fit_point(drive, found.yaw, found.theta)
     made, errors = _vehicle(vehicle, heading, point, drive)
     values, speed = found.values, drive.usual_speed
+    turning_error = found.split(turning_wheelbase=1.0, understeer=speed**2)
+    models = errors | {"delay": heading.delay_error, "turning_length": turning_error}
     return Identification(
         vehicle=made,
-        errors=errors,
+        errors={name: error.noise for name, error in errors.items()},
+        model_errors={name: error.model for name, error in models.items()},
         unknown=heading.unknown,
         delay=values["steer_lag"] + values["dead_time"],
-        delay_error=heading.delay_error,
+        delay_error=heading.delay_error.noise,
         turning_length=values["turning_wheelbase"] + values["understeer"] * speed**2,
-        turning_length_error=found.error_of(turning_wheelbase=1.0, understeer=speed**2),
+        turning_length_error=turning_error.noise,
         speed=speed,
         lag_of=found.lag_of,
         notes=(
@@ -137,7 +141,7 @@ class _Heading:
     fixed: dict[str, float]
     unknown: dict[str, str]
     notes: list[str]
-    delay_error: float
+    delay_error: Error
 
 
 def _heading(
@@ -181,11 +185,12 @@ def _heading(
     if not found.rate_known:
         unknown["max_steer_rate"] = rate_unknown(found)
     both = {"steer_lag": 1.0, "dead_time": 1.0}
-    delay_error = found.error_of(**both)
+    delay_error = found.split(**both)
     if free is not None:
         # The sum is as well known as where both were fitted; and the assumption may move it.
         moved = sum(found.values[name] - free.values[name] for name in both)
-        delay_error = math.hypot(free.error_of(**both), moved)
+        noise, model = free.split(**both)
+        delay_error = Error(noise, math.hypot(model, moved))
     return _Heading(found, fixed, unknown, notes, delay_error)
 
 
@@ -195,13 +200,13 @@ def _share(progress: Callable[[float], object], turn: int) -> Callable[[float], 
 
 def _vehicle(
     given: Vehicle | None, heading: _Heading, point: Point, drive: PreparedLog
-) -> tuple[Vehicle, dict[str, float]]:
+) -> tuple[Vehicle, dict[str, Error]]:
     """Make the vehicle of what was found, and of what was given for the rest."""
     found, unknown = heading.found, heading.unknown
     values = found.values
     errors = {
-        name: error
-        for name, error in found.errors.items()
+        name: found.split(**{name: 1.0})
+        for name in found.names
         if name != "load_shift" and name not in unknown
     }
     changes: dict[str, float | None] = {
@@ -230,12 +235,13 @@ def _vehicle(
 
 def _place(
     given: Vehicle | None, point: Point, drive: PreparedLog, unknown: dict[str, str]
-) -> tuple[dict[str, float], dict[str, float]]:
+) -> tuple[dict[str, float], dict[str, Error]]:
     """Say where the pose's point and the no-slip point lie, and how well that is known."""
     rear, slip = point.values["rear_axle"], point.values["slip"]
     error, slip_error = point.errors["rear_axle"], point.errors["slip"]
     square = drive.usual_speed**2
     sliding, at_speed = rear + slip * square, point.error_at(drive.usual_speed)
+    stated, stated_sliding = point.split(0.0), point.split(drive.usual_speed)
     slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > 0.05
     if point.values["speed_excess"] < _FROZEN:
         share = 100.0 * max(1.0 + point.values["speed_excess"], 0.0)
@@ -252,17 +258,17 @@ def _place(
         )
         return {}, {}
     if not slips and error > _SURE_POINT:
-        rear, error = sliding, at_speed  # one speed: nothing slips that one could see
+        rear, stated = sliding, stated_sliding  # one speed: nothing slips that one could see
     if given is not None:
         own = given.rear_axle if given.no_slip_point is None else given.no_slip_point
         if abs(sliding - own) > max(2.0 * at_speed, 0.05):
-            return {"no_slip_point": sliding}, {"no_slip_point": at_speed}
+            return {"no_slip_point": sliding}, {"no_slip_point": stated_sliding}
         name = "no_slip_point" if given.no_slip_point is not None else "rear_axle"
-        return {}, {name: at_speed}
+        return {}, {name: stated_sliding}
     if slips and error <= _SURE_POINT:
         return (
             {"rear_axle": rear, "no_slip_point": sliding},
-            {"rear_axle": error, "no_slip_point": at_speed},
+            {"rear_axle": stated, "no_slip_point": stated_sliding},
         )
     if not slip_error * square <= _SURE_SLIP:
         unknown["no_slip_point"] = (
@@ -270,7 +276,7 @@ def _place(
             f" not slide at {drive.usual_speed:.1f} m/s: drive bends of {steps(drive, 0.6)} and of"
             f" {steps(drive, 1.4)}"
         )
-    return {"rear_axle": rear}, {"rear_axle": error}
+    return {"rear_axle": rear}, {"rear_axle": stated}
 
 
 def _outliers(drive: PreparedLog) -> list[str]:

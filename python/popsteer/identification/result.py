@@ -34,13 +34,18 @@ class Identification:
     vehicle : Vehicle
         What was found; fields that the log does not show have the values that were given.
     errors : dict of str to float
-        The standard error of each field that was found, in its own unit. They hold for this log
-        and this model structure; a car of another structure has larger ones.
+        The standard error of each field that was found, in its own unit: how far the estimate
+        would scatter if the same drive were logged again, with new noise.
+    model_errors : dict of str to float
+        How far a model that is not quite the car's may have moved each field, ``delay`` and
+        ``turning_length`` besides: by what its residuals show beyond noise, and by how far other
+        models lie off that explain the log as well. Independent of the standard error; a longer
+        drive does not make it smaller.
     unknown : dict of str to str
         The fields that the log does not show: why, and what to drive to learn them. They have the
         values that were given, or assumed ones.
     delay, delay_error : float
-        Dead time and lag together, and their standard error [s]: much better known than each.
+        Dead time and lag together, and their standard error [s]: better known than each.
     turning_length, turning_length_error : float
         The length by which the car turns at `speed`, and its standard error [m].
     speed : float
@@ -64,6 +69,7 @@ class Identification:
 
     vehicle: Vehicle
     errors: dict[str, float]
+    model_errors: dict[str, float]
     unknown: dict[str, str]
     delay: float
     delay_error: float

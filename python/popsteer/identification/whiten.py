@@ -67,11 +67,22 @@ def clipped_mean_square(values: Array) -> float:
     return float(np.mean(np.minimum(values**2, 9.0 * deviation**2)))
 
 
+class Error(NamedTuple):
+    """How far an estimate may be off; the two are independent."""
+
+    noise: float
+    """Standard error: how far new noise on the same drive would scatter the estimate."""
+    model: float
+    """What the residuals show beyond noise, and what else explains the log."""
+
+
 class Known(NamedTuple):
     """How well least squares know their parameters."""
 
     covariance: Array
     """Of the directions that were excited, (P, P)."""
+    noise: Array
+    """The part of it that noise alone makes, (P, P)."""
     unknown: Array
     """Directions that were not, (P, K), in the parameters over `scale`."""
     scale: Array
@@ -83,6 +94,14 @@ class Known(NamedTuple):
         if np.any(np.abs(scaled @ self.unknown) > 1e-3 * np.linalg.norm(scaled)):
             return math.inf
         return math.sqrt(max(float(weights @ self.covariance @ weights), 0.0))
+
+    def split(self, weights: Array) -> Error:
+        """Give the two parts of the error of a weighted sum of the parameters."""
+        total = self.error(weights)
+        if total == math.inf:
+            return Error(math.inf, math.inf)
+        noise = math.sqrt(max(float(weights @ self.noise @ weights), 0.0))
+        return Error(noise, math.sqrt(max(total**2 - noise**2, 0.0)))
 
     def errors(self) -> list[float]:
         """Give the standard error of each parameter."""
@@ -138,6 +157,7 @@ def known(jacobian: Array, residual: Array, memory: int, noise: Array | None = N
     else:
         least = inverse @ (noise / np.outer(scale, scale)) @ inverse
     grow = np.sqrt(np.maximum(1.0, np.diag(least) / np.maximum(np.diag(found), 1e-300)))
+    units = np.outer(scale, scale)
     return Known(
-        found * np.outer(grow, grow) / np.outer(scale, scale), directions[:, ~excited], scale
+        found * np.outer(grow, grow) / units, least / units, directions[:, ~excited], scale
     )

@@ -64,7 +64,9 @@ def figure_names(stem: str) -> list[str]:
 
 
 def finite(value: object) -> object:
-    """Give None for what JSON has no number for."""
+    """Give None for what JSON has no number for, in a table of them too."""
+    if isinstance(value, dict):
+        return {name: finite(entry) for name, entry in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

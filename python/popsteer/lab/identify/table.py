@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from popsteer.identification import Identification
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the document's layout."""
 _LAGS = {
     "wheels": "before the wheels",
@@ -26,7 +26,8 @@ _LAGS = {
 
 
 _DOCUMENT = (
-    *("unknown", "verdict", "delay", "delay_error", "turning_length", "turning_length_error"),
+    *("errors", "model_errors", "unknown", "verdict"),
+    *("delay", "delay_error", "turning_length", "turning_length_error"),
     *("speed", "lag_of", "yaw_rate_residual", "yaw_rate_rms", "position_residual", "noise"),
 )
 
@@ -61,16 +62,17 @@ def caption(found: Identification) -> str:
 
 
 def identified_table(found: Identification, given: Vehicle | None = None) -> Table:
-    """Set out what was found, with its standard errors, beside what was known before, `given`."""
+    """Set out what was found, with its errors, beside what was known before, `given`."""
     table = blank_table()
     table.add_column("", no_wrap=True)
-    add_numbers(table, "found", "± error", *(() if given is None else ("given",)))
+    add_numbers(table, "found", "± noise", "± model", *(() if given is None else ("given",)))
     table.add_column("", no_wrap=True)
 
     def add(row: _Row, value: float | None, error: float | None, before: float | None) -> None:
-        cells = "–", ""
+        cells = "–", "", ""
         if value is not None and error is not None:
-            cells = with_error(row.scale * value, row.scale * error)
+            model = with_error(0.0, row.scale * found.model_errors[row.field])[1]
+            cells = *with_error(row.scale * value, row.scale * error), model
         earlier = "none" if before is None else f"{row.scale * before:.4g}"
         table.add_row(row.head, *cells, *(() if given is None else (earlier,)), row.unit)
 
@@ -83,9 +85,9 @@ def identified_table(found: Identification, given: Vehicle | None = None) -> Tab
     length = delay = None
     if given is not None:
         length, delay = given.turning_length(found.speed), given.dead_time + given.steer_lag
-    turning = _Row("", f"turning length at {found.speed:.1f} m/s", "m")
+    turning = _Row("turning_length", f"turning length at {found.speed:.1f} m/s", "m")
     add(turning, found.turning_length, found.turning_length_error, length)
-    both = _Row("", "dead time and lag together", "ms", 1e3)
+    both = _Row("delay", "dead time and lag together", "ms", 1e3)
     add(both, found.delay, found.delay_error, delay)
     return table
 
@@ -109,13 +111,11 @@ def with_error(value: float, error: float) -> tuple[str, str]:
 def identified_json(found: Identification) -> str:
     """Write what was found as JSON, in SI units and radians."""
     shown = {name: getattr(found, name) for name in _DOCUMENT}
-    errors = {name: finite(error) for name, error in found.errors.items()}
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "version": __version__,
         "log": found.log.name,
         "vehicle": found.vehicle.as_dict(),
-        "errors": errors,
         **{name: finite(value) for name, value in shown.items()},
         "notes": list(found.notes),
     }

@@ -53,7 +53,7 @@ def of_identification(
             lead=caption(found),
             command=origin.command,
             results=of_log(found)
-            + table(identified_table(found, given), "What was found, with standard errors")
+            + table(identified_table(found, given), "What was found, ± errors of noise and model")
             + paragraphs(found.notes),
             scenes=[_scene(found)],
             roles={"measured": named("pop"), "simulated": named("pid")},
