@@ -154,5 +154,7 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
         length = (car.turning_wheelbase or car.wheelbase) + car.understeer * found.speed**2
         assert found.turning_length == pytest.approx(length)
         assert found.turning_length == pytest.approx(2.7 + 0.003 * SPEED**2, rel=0.01)
-        assert found.turning_length_error < 0.5 * found.errors[next(iter(fields))]
+        # Of the recorded whole error of a length at rest.
+        turning = math.hypot(found.turning_length_error, found.model_errors["turning_length"])
+        assert turning < 0.5 * next(iter(fields.values()))[1]
         assert found.vehicle.max_steer_rate == (None if vehicle is None else 0.5)
