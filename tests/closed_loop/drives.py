@@ -154,6 +154,8 @@ def table(seed: int = 0) -> str:
     ]
     for name in CARS:
         found = popsteer.identify(Log(**drive(name, seed=seed), name=name))
+        errors = {**found.errors, "delay": found.delay_error}
+        whole = {key: math.hypot(error, found.model_errors[key]) for key, error in errors.items()}
         car, itself = found.vehicle, sim.vehicle_of(plant(name))
         late = DEAD_TIME + response(name, found.speed)
         told = track(name, itself)
@@ -161,8 +163,8 @@ def table(seed: int = 0) -> str:
         own = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
         lines.append(
             f"| {name} | {math.degrees(car.steer_offset):.3f} (1) | {car.dead_time:.3f}"
-            f" ± {found.errors['dead_time']:.3f} (0.15) | {found.delay:.3f} ±"
-            f" {found.delay_error:.3f} ({late:.3f}) | {car.rear_axle:.2f} ({own:g}) |"
+            f" ± {whole['dead_time']:.3f} (0.15) | {found.delay:.3f} ±"
+            f" {whole['delay']:.3f} ({late:.3f}) | {round(car.rear_axle, 2) + 0.0:.2f} ({own:g}) |"
             f" {1e3 * told:.1f} / {1e3 * identified:.1f} |"
         )
     return "\n".join(lines)
