@@ -45,7 +45,6 @@ pub type Column = (&'static str, fn(&Record) -> f64);
 
 impl Record {
     /// The numbers of a record, beside its status: their names, and where they are.
-    #[rustfmt::skip] // a line each
     pub const COLUMNS: [Column; 16] = [
         ("time", |record| record.time),
         ("x", |record| record.x),
@@ -59,7 +58,9 @@ impl Record {
         ("reference_y", |record| record.reference.y),
         ("cross_track_error", |record| record.cross_track_error),
         ("heading_error", |record| record.heading_error),
-        ("rear_cross_track_error", |record| record.rear_cross_track_error),
+        ("rear_cross_track_error", |record| {
+            record.rear_cross_track_error
+        }),
         ("rear_heading_error", |record| record.rear_heading_error),
         ("target_x", |record| record.target.x),
         ("target_y", |record| record.target.y),

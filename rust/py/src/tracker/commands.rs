@@ -41,8 +41,8 @@ impl Entry for [f64; 2] {
     }
 }
 
-/// A class of columns, one entry a vehicle, and its columns before they are arrays. The text of each
-/// is its documentation in the class and on the attribute.
+/// A class of columns, one entry a vehicle, and its columns before they are arrays. The text of
+/// each is its documentation in the class and on the attribute.
 macro_rules! columns {
     (
         $(#[doc = $about:literal])+
@@ -137,15 +137,18 @@ columns! {
         "Offsets of the tracked points from the path [m], positive left of it.";
     heading_error: f64 = |command| command.heading_error, "ndarray of shape (N,)",
         "Yaw less direction of the path [rad], in [-pi, pi].";
-    predicted_cross_track_error: f64 = |command| command.predicted_cross_track_error, "ndarray of shape (N,)",
+    predicted_cross_track_error: f64 = |command| command.predicted_cross_track_error,
+        "ndarray of shape (N,)",
         "Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].";
-    predicted_heading_error: f64 = |command| command.predicted_heading_error, "ndarray of shape (N,)",
+    predicted_heading_error: f64 = |command| command.predicted_heading_error,
+        "ndarray of shape (N,)",
         "Heading errors of those [rad].";
     target: [f64; 2] = |command| [command.target.x, command.target.y], "ndarray of shape (N, 2)",
         "The points aimed at, (x, y) [m].";
     reverse: bool = |command| command.reverse, "ndarray of shape (N,) of bool",
         "Whether the path is driven backwards there.";
-    reference_speed: f64 = |command| command.reference_speed.unwrap_or(f64::NAN), "ndarray of shape (N,)",
+    reference_speed: f64 = |command| command.reference_speed.unwrap_or(f64::NAN),
+        "ndarray of shape (N,)",
         "The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.";
     distance_to_stop: f64 = |command| command.distance_to_stop, "ndarray of shape (N,)",
         "Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.";
