@@ -41,11 +41,11 @@ def estimates(
     for seed in seeds:
         which = {"logged": FIRST_LOG + seed} if again else {"seed": seed}
         each = popsteer.identify(Log(**drives.drive(car, **which), name=car))
-        errors = {**each.errors, "delay": each.delay_error}
-        for name in errors.keys() & found.keys():
+        noise = {**each.errors, "delay": each.delay_error}
+        stated = noise if again else drives.whole_errors(each)
+        for name in noise.keys() & found.keys():
             value = each.delay if name == "delay" else getattr(each.vehicle, name)
-            model = 0.0 if again else each.model_errors[name]
-            found[name].append((value, float(np.hypot(errors[name], model))))
+            found[name].append((value, stated[name]))
     return {name: np.array(pairs).reshape(-1, 2) for name, pairs in found.items()}
 
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import popsteer
 from popsteer import plants, sim, tracks
 from popsteer.errors import PlantLimit
+
+if TYPE_CHECKING:
+    from popsteer.identification import Identification
 
 OFFSET = math.radians(1.0)
 DEAD_TIME = 0.15
@@ -97,6 +100,13 @@ def _measured(
     return x, y, yaw, state[3] + noise * 0.02 * random.standard_normal()
 
 
+def whole_errors(found: Identification) -> dict[str, float]:
+    """Give the errors of noise and of the model together."""
+    noise = {"delay": found.delay_error, "turning_length": found.turning_length_error}
+    noise |= found.errors
+    return {name: math.hypot(noise[name], model) for name, model in found.model_errors.items()}
+
+
 def track(name: str, vehicle: popsteer.Vehicle, seconds: float = 50.0, dt: float = 0.05) -> float:
     """Drive preview POP that believes a vehicle; mean error of the rear axle after 5 s [m]."""
     path, mover = course(), plant(name)
@@ -154,8 +164,7 @@ def table(seed: int = 0) -> str:
     ]
     for name in CARS:
         found = popsteer.identify(Log(**drive(name, seed=seed), name=name))
-        errors = {**found.errors, "delay": found.delay_error}
-        whole = {key: math.hypot(error, found.model_errors[key]) for key, error in errors.items()}
+        whole = whole_errors(found)
         car, itself = found.vehicle, sim.vehicle_of(plant(name))
         late = DEAD_TIME + response(name, found.speed)
         told = track(name, itself)

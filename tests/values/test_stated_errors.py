@@ -11,6 +11,7 @@ import pytest
 import popsteer
 from popsteer.logs import Log
 from studies.chain import Chain as Car
+from tests.closed_loop.drives import whole_errors
 from tests.values.tables import MIRRORED
 
 if TYPE_CHECKING:
@@ -72,13 +73,12 @@ def test_errors_of_an_identification_cover_what_it_misses(memory: float) -> None
     misses: dict[str, list[float]] = {}
     for seed in range(SEEDS):
         found = popsteer.identify(_measured(clean, seed, memory))
+        whole = whole_errors(found)
         for name, error in found.errors.items():
             if math.isfinite(error):
                 off = getattr(found.vehicle, name) - getattr(CAR, name)
-                whole = math.hypot(error, found.model_errors[name])
-                misses.setdefault(name, []).append(off / whole)
-        whole = math.hypot(found.delay_error, found.model_errors["delay"])
-        misses.setdefault("delay", []).append((found.delay - 0.25) / whole)
+                misses.setdefault(name, []).append(off / whole[name])
+        misses.setdefault("delay", []).append((found.delay - 0.25) / whole["delay"])
     assert {"wheelbase", "understeer", "steer_offset", "delay"} <= set(misses)
     every = [ratio for ratios in misses.values() for ratio in ratios]
     # Over all fields: neither understated nor many times too large.
@@ -141,13 +141,12 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
         assert (found.lag_of, set(found.unknown)) == (lag_of, unknown)
         assert found.errors.keys() == fields.keys()
         assert found.model_errors.keys() == {*fields, "delay", "turning_length"}
+        whole = whole_errors(found)
         for name, (value, error) in fields.items():
             assert getattr(found.vehicle, name) == pytest.approx(value, abs=0.05 * error), name
-            whole = math.hypot(found.errors[name], found.model_errors[name])
-            assert whole == pytest.approx(error, rel=0.01), name
+            assert whole[name] == pytest.approx(error, rel=0.01), name
         noise = [found.noise[name] for name in ("yaw", "yaw_drift", "position")]
-        whole = math.hypot(found.delay_error, found.model_errors["delay"])
-        assert [found.delay, whole, *noise] == pytest.approx(others, rel=0.01)
+        assert [found.delay, whole["delay"], *noise] == pytest.approx(others, rel=0.01)
         # The length by which the car turns at the speed at which it turned most.
         car = found.vehicle
         assert found.speed == pytest.approx(SPEED, rel=1e-4)
@@ -155,6 +154,5 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
         assert found.turning_length == pytest.approx(length)
         assert found.turning_length == pytest.approx(2.7 + 0.003 * SPEED**2, rel=0.01)
         # Of the recorded whole error of a length at rest.
-        turning = math.hypot(found.turning_length_error, found.model_errors["turning_length"])
-        assert turning < 0.5 * next(iter(fields.values()))[1]
+        assert whole["turning_length"] < 0.5 * next(iter(fields.values()))[1]
         assert found.vehicle.max_steer_rate == (None if vehicle is None else 0.5)

@@ -23,7 +23,7 @@ LOG is a CSV file with the columns t, x, y, yaw, speed, steer [s, m, m, rad, m/s
 or a ROS 2 bag with nav_msgs/Odometry and ackermann_msgs/AckermannDriveStamped (or Autoware's
 command or steering report). steer is the angle of the front wheels that was commanded.
 
-Prints the estimates with their standard errors, and notes on what the log does not show. Two
+Prints the estimates with their errors, and notes on what the log does not show. Two
 minutes of bends to both sides at several speeds, steered briskly, show everything. Give what a tape
 measure and the manual say by --vehicle or --set-vehicle; otherwise the position of the axles is
 estimated from the motion of the car.

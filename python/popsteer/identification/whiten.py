@@ -140,7 +140,7 @@ def known(jacobian: Array, residual: Array, memory: int, noise: Array | None = N
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
-    scaled = jacobian / scale
+    scaled, units = jacobian / scale, np.outer(scale, scale)
     information, directions = np.linalg.eigh(scaled.T @ scaled)
     excited = information > _NOTHING * max(float(information[-1]), 1e-300)
     inverse = (directions[:, excited] / information[excited]) @ directions[:, excited].T
@@ -155,9 +155,8 @@ def known(jacobian: Array, residual: Array, memory: int, noise: Array | None = N
     if noise is None:
         least = inverse * float(np.mean(residual**2))
     else:
-        least = inverse @ (noise / np.outer(scale, scale)) @ inverse
+        least = inverse @ (noise / units) @ inverse
     grow = np.sqrt(np.maximum(1.0, np.diag(least) / np.maximum(np.diag(found), 1e-300)))
-    units = np.outer(scale, scale)
     return Known(
         found * np.outer(grow, grow) / units, least / units, directions[:, ~excited], scale
     )
