@@ -45,7 +45,7 @@ class Identification:
         The fields that the log does not show: why, and what to drive to learn them. They have the
         values that were given, or assumed ones.
     delay, delay_error : float
-        Dead time and lag together, and their standard error [s]: better known than each.
+        Dead time and lag together, and their standard error [s]: mostly better known than each.
     turning_length, turning_length_error : float
         The length by which the car turns at `speed`, and its standard error [m].
     speed : float
