@@ -8,15 +8,18 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from popsteer.lab.sweep import rows
+from popsteer.lab.tune import study
 from tests.cli import command
 from tests.helpers import looped
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 pytest.importorskip("optuna")
 pytest.importorskip("scipy")
@@ -114,22 +117,30 @@ def test_tune_interrupted_keeps_its_trials(tmp_path: Path) -> None:
 
 
 def test_interrupted_tune_lets_go_of_its_journal_and_of_no_one_elses(tmp_path: Path) -> None:
-    # Where Ctrl-C comes between the lock and what is written under it.
+    # Where Ctrl-C comes between the lock and what is written under it, and while it waits for one.
     code = """
-import sys
+import signal, sys
 from pathlib import Path
-from optuna.storages import journal
 from popsteer.lab.tune import study
 
-mine, others = (study._lock(journal, Path(file)) for file in sys.argv[1:])
-mine.acquire()
-raise KeyboardInterrupt
+lock = study._Lock(Path(sys.argv[1]))
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+signal.setitimer(signal.ITIMER_REAL, 0.5)
+lock.acquire()
+print("held", flush=True)
+signal.pause()
 """
-    files = [tmp_path / "mine", tmp_path / "others"]
-    locks = [Path(f"{file}.lock") for file in files]
-    locks[1].symlink_to(files[1])
-    subprocess.run([sys.executable, "-c", code, *files], capture_output=True, check=False)
-    assert [os.path.lexists(lock) for lock in locks] == [False, True]
+    ends = [sys.executable, "-c", code, str(tmp_path / "study.journal")]
+    held = study._Lock(tmp_path / "study.journal")
+    held.acquire()
+    waiting = subprocess.run(ends, capture_output=True, check=False)
+    assert b"KeyboardInterrupt" in waiting.stderr
+    assert waiting.stdout == b""
+    held.release()
+    for _ in range(2):
+        done = subprocess.run(ends, capture_output=True, check=False)
+        assert done.stdout == b"held\n"
+    assert [file.name for file in tmp_path.iterdir()] == ["study.journal"]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import math
 import os
 import time
@@ -248,9 +247,11 @@ def _study(
             file = Path(storage)
             file.parent.mkdir(parents=True, exist_ok=True)
             _check_journal(file)
-            lock = _lock(optuna.storages.journal, file)
+            # A locked file of Windows cannot be read either.
+            journal = optuna.storages.journal
+            lock = journal.JournalFileOpenLock(str(file)) if os.name == "nt" else _Lock(file)
             _cut_half_line(file, lock)
-            backend = optuna.storages.journal.JournalFileBackend(str(file), lock_obj=lock)
+            backend = journal.JournalFileBackend(str(file), lock_obj=lock)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
             study_name=_NAME,
@@ -298,25 +299,21 @@ def _check_journal(file: Path) -> None:
             raise PopsteerError(f"{file}: is no journal of Optuna")
 
 
-def _lock(journal: Any, file: Path) -> Any:  # noqa: ANN401
-    """Make Optuna's lock, which an interrupted process lets go of too: others would wait 30 s."""
-    # Windows lets few users make symbolic links.
-    kind: Any = journal.JournalFileOpenLock if os.name == "nt" else journal.JournalFileSymlinkLock
+class _Lock:
+    """Optuna's lock of its journal by the kernel, which takes it from a process that ends."""
 
-    class Lock(kind):  # type: ignore[misc]
-        held = False
+    def __init__(self, file: Path) -> None:
+        self._file = file
 
-        def acquire(self) -> bool:
-            self.held = bool(super().acquire())
-            return self.held
+    def acquire(self) -> bool:
+        from filelock import lock_descriptor
 
-        def release(self) -> None:
-            super().release()
-            self.held = False
+        self._stream = self._file.open("ab")
+        lock_descriptor(self._stream.fileno())
+        return True
 
-    lock = Lock(str(file))
-    atexit.register(lambda: lock.release() if lock.held else None)
-    return lock
+    def release(self) -> None:
+        self._stream.close()
 
 
 def _cut_half_line(file: Path, lock: Any) -> None:  # noqa: ANN401
