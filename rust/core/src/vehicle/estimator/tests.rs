@@ -105,27 +105,30 @@ fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
 
 #[test]
 fn test_estimator_learns_the_same_in_unequal_periods_and_at_every_rate() {
-    let given = car(2.7, 0.12, 0.0);
-    let equal = estimated(given, 0.02, 0.0, 0.0).estimate;
-    for periods in [
-        &[0.02, 0.03][..],
-        &[0.04, 0.06],
-        &[0.025, 0.075, 0.05],
-        &[0.05, 0.05, 0.05, 0.2],
-        &[0.1],
-        &[0.02],
-        &[0.01],
-        &[0.005],
-    ] {
-        let found = estimated_in(periods, given, 0.02, 0.0, 0.0).estimate;
-        let apart = found.longer_dead_time - equal.longer_dead_time;
-        assert!(apart.abs() < 6e-3, "{periods:?} {found:?} {equal:?}");
-        assert!(
-            (found.gain - equal.gain).abs() < 5e-3,
-            "{periods:?} {found:?}"
-        );
-        let apart = found.steer_offset / equal.steer_offset - 1.0;
-        assert!(apart.abs() < 0.02, "{periods:?} {found:?}");
+    // A dead time that is not given at all is a longer one too.
+    for given in [car(2.7, 0.12, 0.0), car(2.7, 0.0, 0.0)] {
+        let equal = estimated(given, 0.02, 0.0, 0.0).estimate;
+        assert!((given.dead_time + equal.longer_dead_time - 0.2).abs() < 0.02);
+        for periods in [
+            &[0.02, 0.03][..],
+            &[0.04, 0.06],
+            &[0.025, 0.075, 0.05],
+            &[0.05, 0.05, 0.05, 0.2],
+            &[0.1],
+            &[0.02],
+            &[0.01],
+            &[0.005],
+        ] {
+            let found = estimated_in(periods, given, 0.02, 0.0, 0.0).estimate;
+            let apart = found.longer_dead_time - equal.longer_dead_time;
+            assert!(apart.abs() < 6e-3, "{periods:?} {found:?} {equal:?}");
+            assert!(
+                (found.gain - equal.gain).abs() < 5e-3,
+                "{periods:?} {found:?}"
+            );
+            let apart = found.steer_offset / equal.steer_offset - 1.0;
+            assert!(apart.abs() < 0.02, "{periods:?} {found:?}");
+        }
     }
 }
 
