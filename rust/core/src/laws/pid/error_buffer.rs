@@ -1,6 +1,7 @@
 //! The terms that the integral of a PID sums: the last so many.
 
 use crate::error::{InputError, input_within};
+use crate::math::saturate;
 #[cfg(feature = "serde")]
 use crate::row::Row;
 use crate::vehicle::state::check_count;
@@ -48,11 +49,9 @@ impl ErrorBuffer {
     pub fn push(&mut self, term: f64) {
         let full = self.count == self.length;
         if let Some(place) = self.terms.get_mut(self.next) {
-            self.sum = if full {
-                self.sum - *place + term
-            } else {
-                self.sum + term
-            };
+            let rest = if full { self.sum - *place } else { self.sum };
+            // A state that was restored may have as much as the bound.
+            self.sum = saturate(rest + term, -BOUND, BOUND);
             *place = term;
         }
         if !full {
@@ -61,11 +60,8 @@ impl ErrorBuffer {
         self.next += 1;
         if self.next == self.length {
             self.next = 0;
-            self.sum = self
-                .terms
-                .iter()
-                .take(self.length)
-                .fold(0.0, |sum, term| sum + term);
+            let terms = self.terms.iter().take(self.length);
+            self.sum = saturate(terms.fold(0.0, |sum, term| sum + term), -BOUND, BOUND);
         }
     }
 
