@@ -147,6 +147,7 @@ class Tracker(Generic[StateT]):
         wanted, status = at.mirror(decision.steer), decision.status
         if self._bare:
             state.steer = wanted
+            law.set_steer(state.law, wanted)  # at rest the controller has not decided
         else:
             status |= self._limit(wanted, at.vehicle.speed, dt)
         if here.past_end:

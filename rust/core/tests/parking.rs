@@ -3,7 +3,7 @@
 //! the curvature.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
-use popsteer_core::laws::{PreviewPop, PreviewPopParams};
+use popsteer_core::laws::{Pop, PopParams, PreviewPop, PreviewPopParams};
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 
 use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
@@ -250,4 +250,26 @@ fn test_vehicle_waits_until_its_wheels_are_turned_and_only_if_they_turn_at_rest(
         let expected = if steers_at_rest { needed } else { 0.0 };
         assert!((waited - expected).abs() < 0.1, "{waited} {expected}");
     }
+}
+
+#[test]
+fn test_pop_searches_on_from_the_angle_that_wheels_turned_to_at_rest() {
+    let arc = bay(&[(false, 1.0 / 6.0, 9.0)]);
+    let vehicle = Vehicle {
+        steers_at_rest: true,
+        max_lateral_acceleration: None,
+        ..Vehicle::DEFAULT
+    };
+    let tracker = Tracker::of(Pop::new(vehicle, PopParams::DEFAULT).unwrap());
+    let mut state = tracker.initial_state();
+    let origin = VehicleState::ORIGIN;
+    let command = tracker
+        .step(&arc.path.view(), &mut state, origin, DT, Reported::NOTHING)
+        .unwrap();
+    let arc_angle = (vehicle.wheelbase / 6.0).atan();
+    assert!((command.steer - arc_angle).abs() < 0.05, "{command:?}");
+    assert!(
+        (state.law.previous_steer - command.steer).abs() <= 0.0,
+        "{state:?}"
+    );
 }

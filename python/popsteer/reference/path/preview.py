@@ -223,7 +223,9 @@ def wheel_at_rest(vehicle: Vehicle, path: PathView, segment: int, arc: float) ->
     two chords of a quarter of the wheelbase just ahead, or the last two before a cusp or the end.
     """
     length = 0.25 * vehicle.wheelbase
-    preview = Preview(path, length, segment, arc - length, 3.0 * length)
+    # However far past the end: the last two chords are those before it.
+    arc = min(arc, path.s[segment] + path.segment_length(segment))
+    preview = Preview(path, length, segment, arc - 2.0 * length, 4.0 * length)
     stretch = preview.stretch
     if stretch is not None:
         first, last = stretch.start, stretch.end

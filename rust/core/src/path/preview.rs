@@ -327,7 +327,9 @@ impl Stretch {
 /// two before a cusp or the end.
 pub fn wheel_at_rest(vehicle: &Vehicle, path: &PathView<'_>, segment: usize, arc: f64) -> f64 {
     let length = 0.25 * vehicle.wheelbase;
-    let mut preview = Preview::new(path, length, segment, arc - length, 3.0 * length);
+    // However far past the end: the last two chords are those before it.
+    let arc = smaller(arc, path.arc(segment) + path.segment_length(segment));
+    let mut preview = Preview::new(path, length, segment, arc - 2.0 * length, 4.0 * length);
     let (first, last) = match &preview.stretch {
         Some(stretch) => (stretch.start, stretch.end),
         None if path.is_closed() => (f64::NEG_INFINITY, f64::INFINITY),

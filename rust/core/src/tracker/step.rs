@@ -355,6 +355,8 @@ impl<L: LateralLaw> Tracker<L> {
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;
+            // At rest the controller has not decided.
+            state.law.set_steer(steer);
             Status::OK
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
