@@ -13,7 +13,7 @@
 //! ```
 //!
 //! where `k_i` is the curvature. A and D are the accelerations that the friction ellipse leaves
-//! beside the lateral one, `w |k|` ([`SpeedLimits`]); they hold at both ends of a segment. The bound
+//! for the direction of travel, next to the lateral one, `w |k|` ([`SpeedLimits`]); they hold at both ends of a segment. The bound
 //! of a waypoint is the least of the following; the wheels' time is a segment's and bounds both its
 //! ends
 //!
@@ -25,8 +25,9 @@
 //! 0 at a cusp, start_speed² and end_speed² at the ends of an open path
 //! ```
 //!
-//! with L the vehicle's turning length at rest; the third bounds nothing without understeer, nor where
-//! the wheels reach `k` at rest. No one plan need be the greatest at every waypoint: at the lateral
+//! with L the vehicle's turning length at rest. That of the wheels' angle bounds nothing without
+//! understeer, nor where the wheels do not reach `k` even at rest: no speed lets the vehicle turn there
+//! as the path does. No one plan need be the greatest at every waypoint: at the lateral
 //! limit A is 0, and a slightly lower `w_i` may allow a higher `w_{i+1}`. Along a path with a grade,
 //! gravity uphill is taken off A, and D is at most what the brakes can do less gravity downhill.
 //!
@@ -60,8 +61,8 @@ const ROUNDS: usize = 50;
 /// A jump of the curvature is looked for so far on each side of a waypoint, in wheelbases: where the
 /// wheels turn for it.
 const JUMP_REACH: f64 = 0.4;
-/// How far a vehicle that parks may be shifted by a jump of the curvature, in wheelbases. Less: it
-/// drives past more slowly.
+/// How far a vehicle that parks (`steers_at_rest`) may be shifted by a jump of the curvature, in
+/// wheelbases. Less: it drives past more slowly.
 const JUMP_SHIFT: f64 = 0.003;
 /// A turn of the wheels that is no jump [rad]: noise of the waypoints, a bend of a road.
 const SMALL_JUMP: f64 = 0.1;
@@ -80,7 +81,7 @@ pub enum Limit {
     SteerAngle,
     /// The rate of the wheels.
     SteerRate,
-    /// The start, a cusp or the end.
+    /// The start, a cusp or the end, with the speed given there.
     Stop,
     /// The driving acceleration.
     Driving,
@@ -137,8 +138,8 @@ impl Course<'_> {
         self.spacing.get(index).copied().unwrap_or(1.0)
     }
 
-    /// Gravity along the segment that starts at waypoint `index` [m/s²], the strongest at its ends
-    /// against `sign`; 0 if it helps.
+    /// How much gravity hinders along the segment that starts at waypoint `index` [m/s²]: driving
+    /// uphill with `sign` 1, braking downhill with -1. The stronger of its ends; 0 if it helps.
     fn hinders(&self, index: usize, sign: f64) -> f64 {
         let Some(grade) = self.grade else {
             return 0.0;
@@ -193,6 +194,7 @@ pub fn plan_speeds(
     limit: &mut [Limit],
 ) -> Result<(), ConfigError> {
     limits.checked()?;
+    // Squares, until the last lines.
     bound(course, limits, speed, limit);
     let count = speed.len();
     let segments = course.spacing.len();
@@ -218,19 +220,20 @@ pub fn plan_speeds(
                 lost: course.hinders(index, 1.0),
                 most: f64::INFINITY,
             };
-            let reached = (index, course.next(index), index, Limit::Driving);
-            lowered |= lower(course, limits, &over, reached, speed, limit);
+            let ends = (index, course.next(index), index, Limit::Driving);
+            lowered |= lower(course, limits, &over, ends, speed, limit);
         }
         for step in (0..segments).rev() {
             let index = (start + step) % count;
-            // Downhill the brakes have to hold the vehicle, too; comfort leaves them room for that.
+            // Downhill the brakes have to hold the vehicle, too. A comfortable deceleration is less
+            // than they can do, so only from that gravity is taken off.
             let over = Over {
                 table: &limits.deceleration,
                 lost: 0.0,
                 most: strongest - course.hinders(index, -1.0),
             };
-            let reached = (course.next(index), index, index, Limit::Braking);
-            lowered |= lower(course, limits, &over, reached, speed, limit);
+            let ends = (course.next(index), index, index, Limit::Braking);
+            lowered |= lower(course, limits, &over, ends, speed, limit);
         }
         if !lowered {
             break;
@@ -342,11 +345,11 @@ fn turn_in_time(speed: f64, index: usize, squared: &mut [f64], limit: &mut [Limi
 /// The speed at which a vehicle that parks drives past a jump of the curvature near waypoint `index`
 /// [m/s], infinite if there is none.
 ///
-/// Wheels that turn at their rate, half before the jump `D` and half after it, shift the vehicle by
-/// `D l² / 24` to the side, with `l = v t` and `t = L D / max_steer_rate`. That is to be `shift`:
+/// Wheels that turn at their rate, half before the jump `Δk` and half after it, shift the vehicle by
+/// `Δk l² / 24` to the side, with `l = v t` and `t = L Δk / max_steer_rate`. That is to be `shift`:
 ///
 /// ```text
-/// v = sqrt(24 shift) max_steer_rate / (L D^1.5)
+/// v = sqrt(24 shift) max_steer_rate / (L Δk^1.5)
 /// ```
 fn jump_speed(course: &Course<'_>, sharp: &[f64], index: usize, car: &Vehicle) -> f64 {
     let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);

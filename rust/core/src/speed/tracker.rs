@@ -27,10 +27,10 @@
 //! c       = min(creep, sqrt(b D))                   the speed to creep with
 //! v_T     = max(v + (last command + g + d) T, 0)    speed when the command takes effect
 //! D_T     = D - margin - T (v + v_T) / 2            distance that remains then
-//! wanted  = -(v_T² - c²) / (2 D_T)                  once that is near the largest deceleration
+//! stop    = -(v_T² - c²) / (2 D_T)                  once that is near `-b`
+//! wanted  = min(stop, the wanted of above)
 //! ```
 //!
-//! down to `c`, or harder where that keeps the plan: the harder of the two counts.
 //! `wanted` is kept within the vehicle's accelerations, extended by `reserve`. Only where the vehicle
 //! would overrun its stop it brakes harder, up to what its brakes can do, and `cannot_stop` says when
 //! even that is not enough. The command changes by at most `max_jerk * dt`.
@@ -107,8 +107,9 @@ const AT_REST: f64 = 0.2;
 const SMALL_TURN: f64 = 0.02;
 /// Bound of the bend of a state [1/m].
 const MAX_BEND: f64 = 1e6;
-/// Travel in a period that tells how the vehicle turns, in wheelbases, and how long it takes to count [s].
+/// Travel in a period that tells how the vehicle turns, in wheelbases; in less its bend is kept.
 const LEAST_TRAVEL: f64 = 0.02;
+/// Time constant of the bend [s].
 const BEND_TIME: f64 = 0.2;
 /// How many steering lags the wheels are waited for, beside the time at their rate.
 const LAGS: f64 = 3.0;
@@ -135,7 +136,7 @@ params! {
 pub struct SpeedCommand {
     /// Acceleration in the direction of driving [m/s^2]; negative brakes.
     pub acceleration: f64,
-    /// Speed that the path allows beside the rear axle [m/s], never negative.
+    /// Speed that the plan has beside the rear axle [m/s]; at least that to creep with, so never negative.
     pub reference_speed: f64,
     /// Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; infinite where
     /// there is none.
@@ -154,7 +155,7 @@ pub struct SpeedCommand {
 /// and corrects the error of the speed:
 ///
 /// ```text
-/// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e - gravity - disturbance,   e = v(s) - v
+/// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e - gravity - disturbance,   e = target - v
 /// ```
 ///
 /// Before a stop it brakes by the remaining distance. [`SpeedTracker::plan`] makes the plan; the
@@ -374,8 +375,8 @@ impl SpeedTracker {
     }
 
     /// Where the vehicle is: its pose, or what the [`Gate`] believes in its place, rolled forward by its
-    /// age along the bend that the last poses showed. After what is a fault to a controller, the pose
-    /// is believed: a stop by an expectation alone may be anywhere.
+    /// age along the bend that the last poses showed. A pose that the gate calls `IMPLAUSIBLE` is taken as
+    /// the new truth: a stop by an expectation alone may be anywhere.
     fn believe(
         &self,
         state: &mut SpeedTrackerState,
@@ -422,6 +423,7 @@ impl SpeedTracker {
         if !car.steers_at_rest || speed > creep {
             return 0.0;
         }
+        // Not the first step.
         if state.model_speed.is_some() {
             let still = speed.abs() < AT_REST * creep;
             return larger(state.turning - if still { dt } else { 0.0 }, 0.0);
@@ -483,8 +485,8 @@ impl SpeedTracker {
         state.observe(speed, known, (held, at_full_drive), model, dt);
 
         let stays_at_zero = planned.stays_at_zero();
-        let moves = speed > creep || state.standing;
-        let behind = if moves { OVERRUN } else { LEAVES };
+        let may_have_overrun = speed > creep || state.standing;
+        let behind = if may_have_overrun { OVERRUN } else { LEAVES };
         let stop = planned.next_stop(arc, behind * wheelbase, self.braking);
         let measured = if stays_at_zero {
             smaller(stop - arc, 0.0)

@@ -1,7 +1,7 @@
 //! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! Two least squares that forget ([`Regression`]) have what is measured in the same form,
-//! `y = φᵀ θ` for each period.
+//! Two least-squares fits that forget ([`Regression`]), each of `y = φᵀ θ` in every period: `y` is
+//! measured, `θ` is looked for.
 //!
 //! # Turning: gain, steering offset and dead time
 //!
@@ -10,16 +10,19 @@
 //!
 //! φ = (a + t c, b, -c)ᵀ,    θ = (gain, gain steer_offset, gain t')ᵀ
 //!
-//! a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ 1 + tan(wheel)² dt,
+//! a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ (1 + tan(wheel)²) dt,
 //! c = v / L(v) (tan(wheel at the end) - tan(wheel at the start))
 //! ```
 //!
 //! `y` is the measured turn, `a` the one by the vehicle's parameters, with the mean speed `v` and
-//! the turning length `L`. `b` is its derivative by the steering offset. A dead time that is longer
-//! by `t'` shifts the wheels' motion, so that the vehicle turns by `t' c` less in the period. The
-//! wheels that `a` is computed with are shifted by the present estimate `t` already.
+//! the turning length `L`. `b` is its derivative by the steering offset. Both the dead time's estimate
+//! before this period, `t`, and the one looked for, `t'`, are counted from the dead time given. A dead
+//! time that is longer by `t'` shifts the wheels' motion, so that the vehicle turns by `t' c` less in
+//! the period. The wheels that `a` is computed with are shifted by `t` already. In the code, `a` of
+//! sums and products is the first of φ, `a + t c`, and `c` the third, `-c`.
 //!
-//! On a straight, an offset and a low gain look alike, and in a steady bend so do all three. So the
+//! On a straight, an offset and a low gain look alike; in a steady bend they do too, and the dead time
+//! does not show. So the
 //! gain is fitted first, with the other two almost free: only turns that neither of them explains
 //! show it. Then the other two are fitted for that gain. With the sums `M` and `m` of [`Regression`]
 //! split into the gain's row and the rest, and the weights `w` and `W` of the priors:
@@ -48,7 +51,8 @@
 //!
 //! `slip` and `compliance` solve `(M + W) θ = m`. Most vehicles hardly slip, and in them the noise of
 //! the yaw would cost more than what is learnt. So each counts only as far as it stands out of its
-//! noise (James and Stein, *Estimation with quadratic loss*, 1961, with the positive part):
+//! noise (L. Breiman's non-negative garrote, *Better subset regression using the nonnegative garrote*,
+//! Technometrics 37, 1995, for each by itself; what the two share, `(M + W)₁₂`, is left out of `vᵢ`):
 //!
 //! ```text
 //! θᵢ (1 - vᵢ / θᵢ²)₊,    vᵢ = d / (M + W)ᵢᵢ,    d = (n + (SPAN v / L)² n_yaw) dt
@@ -56,7 +60,7 @@
 //!
 //! `d` is the spectral density of the noise in the sums of [`Regression`] at low frequencies. The
 //! noise of the position, of variance `n`, is in a sum once. That of the heading, of variance
-//! `n_yaw`, moves the vehicle aside in every period, so a sum of [`SPAN`] holds all of its periods.
+//! `n_yaw`, moves the vehicle aside in every period, so a sum over [`SPAN`] seconds holds all of its periods.
 //!
 //! Assumed: both are white. Noise counts once it has been seen: that of the yaw in the turns, so
 //! never where those are not fitted (`turn_time = 0`).
@@ -111,7 +115,8 @@ impl Estimator {
     const OFFSET_PRIOR: f64 = 1.0;
     const DELAY_PRIOR: f64 = 2e-3;
     /// How far the gain may be from 1 [-], the offset from the given one [rad], and the dead time
-    /// from the given one [s]: standard deviations that the noise of the yaw is weighed against.
+    /// from the given one [s]: standard deviations. The noisier the yaw, the more they weigh
+    /// ([`Regression::prior`]).
     const GAIN_DOUBT: f64 = 0.1;
     const OFFSET_DOUBT: f64 = 0.03;
     const DELAY_DOUBT: f64 = 0.1;
@@ -205,9 +210,9 @@ impl Estimator {
         dt: f64,
     ) -> f64 {
         let most = Self::MAX_ACCELERATION * vehicle.wheelbase;
-        let gained = (now.speed - before.speed) / dt - estimate.acceleration;
+        let innovation = (now.speed - before.speed) / dt - estimate.acceleration;
         let weight = 1.0 - exp(-dt / Self::ACCELERATION_TIME);
-        saturate(estimate.acceleration + weight * gained, -most, most)
+        saturate(estimate.acceleration + weight * innovation, -most, most)
     }
 
     /// Updates gain, steering offset and dead time from one `measured` turn [rad].

@@ -58,7 +58,7 @@ record! {
 /// driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration: the rest is for the
 /// steering to correct errors. A step takes the plan's acceleration where the vehicle will be when
 /// the command takes effect, and corrects the error of the speed: ``command = a(s + v (drive_delay +
-/// drive_lag + dt / 2)) + kp e - gravity - disturbance`` with ``e = v(s) - v``: gravity where the path
+/// drive_lag + dt / 2)) + kp e - gravity - disturbance`` with ``e = target - v``: gravity where the path
 /// has a grade, and an estimate of all that neither it nor the commands explain. It stops at cusps,
 /// at the end and at each speed of 0, but for the first waypoint's, and stands there until the path
 /// goes on. Before a stop it brakes by the remaining distance: with ``max_deceleration`` at the most,

@@ -5,7 +5,7 @@
 //! The state is `x = (e, p, a, c)`: cross-track error `e` [m], heading error `p` [rad], driven
 //! curvature `a` [1/m] and commanded curvature `c` [1/m], all positive to the left. The independent
 //! variable is the distance travelled, so the model is the same at any speed; only the steering lag
-//! becomes a distance, `lag * speed`:
+//! becomes a distance, its time times the speed:
 //!
 //! ```text
 //! e' = p + offset a,    p' = a - path curvature,    a' = (c - a) / lag distance,    c' = 0
@@ -24,13 +24,13 @@
 //!     ⎣ 0  0   0     1   ⎦        ⎣ 1 ⎦        ⎣      0       ⎦
 //! ```
 //!
-//! The path turns by `turn` in the step.
+//! The path turns by `turn` in the step. Assumed: small angles, and the same `h` and lag in all steps.
 //!
 //! # Cost
 //!
 //! A step costs `R u² + x⁺ᵀ Q x⁺` [m²], where `x⁺ᵀ Q x⁺ = e² + (heading_cost (p + offset a))²`, with
-//! `R > 0` [m⁴] and `heading_cost` [m]. The cost of all steps that remain is quadratic in the state, too. [`CostToGo`] holds such a cost,
-//! less a constant, which changes no decision:
+//! `R > 0` [m⁴] and `heading_cost` [m]. The cost of all steps that remain is quadratic in the state,
+//! too. [`CostToGo`] holds such a cost, less a constant, which changes no decision:
 //!
 //! ```text
 //! xᵀ P x + 2 qᵀ x        P symmetric: ee ... cc are P_ee ... P_cc;  e ... c are q_e ... q_c
@@ -38,20 +38,20 @@
 //!
 //! # Recursion
 //!
-//! At the end of the horizon `P = Q`, `q = 0`. Each step, from the last to the first, is undone in
-//! two parts. P includes Q of its own state, which the step before pays; before the first step that
-//! is a constant. Let P, q be the cost-to-go after the step:
+//! At the end of the horizon `P = Q`, `q = 0`. Each step, from the last to the first, is taken back:
+//! first its travel, then its move. P of the state `x_k` contains `x_kᵀ Q x_k`, although step `k - 1`
+//! pays for it; at `k = 0` that is a constant. Let P, q be the cost-to-go after the step:
 //!
 //! ```text
 //! S = Fᵀ P F,    s = Fᵀ (P g + q)        the cost before its travel         before
 //! u = -(S_c x + s_c) / (R + S_cc)        its best move                      best_move
-//! P = Q + S - S_cᵀ S_c / (R + S_cc)
-//! q = s - S_cᵀ s_c / (R + S_cc)          the cost before the best move      before_best_move
+//! P = Q + S - S_cᵀ S_c / (R + S_cc)      the cost before the best move:     before_best_move
+//! q = s - S_cᵀ s_c / (R + S_cc)          both P and q
 //! ```
 //!
-//! with the row `S_c = bᵀ S = (S_ec, S_pc, S_ac, S_cc)`: the discrete Riccati recursion (Bertsekas,
-//! *Dynamic Programming and Optimal Control*, volume I, fourth edition, section 3.1, there without
-//! `g`). A move that a limit dictates has no choice, so the minimum is left out:
+//! with the row `S_c = bᵀ S = (S_ec, S_pc, S_ac, S_cc)` and the entry `s_c` of s: the discrete Riccati
+//! recursion (Bertsekas, *Dynamic Programming and Optimal Control*, volume I, fourth edition, section
+//! 3.1, there without `g`). A move that a limit dictates has no choice, so the minimum is left out:
 //! `before_move_by`, `before_move_to`.
 //!
 //! # Scalars
@@ -59,8 +59,8 @@
 //! Each entry is a plain scalar, because most entries of F, Q and b are 0 or 1, and P is symmetric.
 //! With nalgebra's fixed matrices this file would be a third shorter, and a step of preview POP would
 //! take 1.30 to 1.44 times the instructions. The reference in Python has the recursion in matrices;
-//! tests compare the two. Nothing restores P's symmetry and sign after rounding: a horizon has at
-//! most 20 steps.
+//! tests compare the two. P is symmetric as it is stored; nothing makes it positive again after
+//! rounding: a horizon has at most 20 steps.
 
 /// The model over one step of travel: the entries of F that are not 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,8 +87,8 @@ impl Travel {
     /// no-slip point.
     ///
     /// With a constant `c` the solution is `a = c + (a_0 - c) exp(-distance / lag)`. Its integral
-    /// over the step gives `F_pa` and `F_pc`. The integral of the heading, plus `offset` times the
-    /// change of the heading, gives `F_ea` and `F_ec`:
+    /// over the step gives `F_pa` and `F_pc`. The integral of `p + offset a`, without what the path
+    /// turns by, gives `F_ea` and `F_ec`:
     ///
     /// ```text
     /// F_pa = lag (1 - kept)                    F_pc = h - F_pa
@@ -140,10 +140,10 @@ impl Travel {
     /// step the path turns by `turn` [rad].
     #[inline]
     pub fn after(&self, state: &ModelState, turn: f64) -> ModelState {
-        let moved = -0.5 * self.step * turn;
+        let shifted = -0.5 * self.step * turn;
         let (e, p, a, c) = state.entries();
         ModelState {
-            error: (e + self.step * p + moved)
+            error: (e + self.step * p + shifted)
                 + (self.error_by_driven * a + self.error_by_commanded * c),
             heading: (p - turn) + (self.heading_by_driven * a + self.heading_by_commanded * c),
             driven: self.kept * a + self.taken * c,
@@ -153,14 +153,14 @@ impl Travel {
 
     /// `F_0 x + g`, where `F_0` is F with zeros for `F_ec`, `F_pc` and `F_ac`: the state after this
     /// step without the contribution of the curvature that is commanded during it. That curvature
-    /// is known last; so this can be computed before it is. `commanded` is passed on as it is: it is
-    /// the last one, and not to be read.
+    /// is known last, so the processor can compute this while it computes that one. `commanded` is
+    /// passed on as it is: it is the last one, and not to be read.
     #[inline]
     pub(super) fn without_commanded(&self, state: &ModelState, turn: f64) -> ModelState {
-        let moved = -0.5 * self.step * turn;
+        let shifted = -0.5 * self.step * turn;
         let (e, p, a, c) = state.entries();
         ModelState {
-            error: e + (self.step * p + (self.error_by_driven * a + moved)),
+            error: e + (self.step * p + (self.error_by_driven * a + shifted)),
             heading: (p - turn) + self.heading_by_driven * a,
             driven: self.kept * a,
             commanded: c,
@@ -306,11 +306,11 @@ impl CostToGo {
                 + self.cc,
         );
         // P g + q.
-        let moved = -0.5 * step * turn;
-        let e = moved * self.ee - turn * self.ep + self.e;
-        let p = moved * self.ep - turn * self.pp + self.p;
-        let a = moved * self.ea - turn * self.pa + self.a;
-        let c = moved * self.ec - turn * self.pc + self.c;
+        let shifted = -0.5 * step * turn;
+        let e = shifted * self.ee - turn * self.ep + self.e;
+        let p = shifted * self.ep - turn * self.pp + self.p;
+        let a = shifted * self.ea - turn * self.pa + self.a;
+        let c = shifted * self.ec - turn * self.pc + self.c;
         Self {
             ee: self.ee,
             ep: pe,
@@ -378,7 +378,8 @@ impl CostToGo {
     /// P_cc = R,    q_c = -R κ,    P_ec = P_pc = P_ac = 0,    q_i = s_i + S_ic κ  for i = e, p, a
     /// ```
     ///
-    /// and `P_ij = Q_ij + S_ij` elsewhere: but for the entries with c, a move by κ from 0.
+    /// and `P_ij = Q_ij + S_ij` elsewhere: the other entries are those of
+    /// [`before_move_by`](Self::before_move_by) with `u = κ`.
     #[inline]
     pub fn before_move_to(&self, curvature: f64, move_cost: f64, stage: &Self) -> Self {
         Self {

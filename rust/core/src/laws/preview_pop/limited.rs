@@ -12,8 +12,8 @@
 //!             low <= c_{k+1} <= high             their angle, and the lateral acceleration
 //! ```
 //!
-//! where `c_{k+1} = c_k + u_k` is the commanded curvature in `x_{k+1}`. First moves that cannot bring
-//! the curvature within its limits are given, without a limit of the curvature
+//! where `c_{k+1} = c_k + u_k` is the commanded curvature in `x_{k+1}`. Where it begins outside its
+//! limits, the moves until it can be within them are fixed: towards them, as fast as the rate allows
 //! ([`PlanLimits::begin`]), so that a plan exists. R is positive and Q has no negative eigenvalue, so
 //! there is one solution: the plan that keeps all limits, whose reached limits all have a multiplier
 //! of the right sign (the conditions of Karush, Kuhn and Tucker).
@@ -23,28 +23,30 @@
 //! The limits in a working set are *held*: taken as equalities. The others are left out, so that
 //! the backward recursion of [`cost_to_go`](super::cost_to_go) solves the rest. The working set is
 //! then corrected until it is stable. One backward recursion with the prediction forward after it
-//! is a *pass*:
+//! is a *pass*; a *step* is always one of the horizon:
 //!
 //! 1. `PassKind::Guess`: the first pass holds what the last plan reached.
 //! 2. `PassKind::Along`: the working set is decided during the backward recursion, by the limits
 //!    that the best moves exceed along the best plan so far, as in control-limited differential
 //!    dynamic programming (Tassa, Mansard and Todorov, ICRA 2014). This changes the whole set at
 //!    once, and most plans need no more. If its moves, cut to their limits, cost more, only a part of
-//!    the step towards the solution with that set held is taken, cut to its limits.
-//! 3. `PassKind::OneByOne`: once no part of the step lowers the cost either, limits are added one
-//!    at a time, and those with a multiplier of the wrong sign are released: as in the primal
-//!    active-set method (Nocedal and Wright, *Numerical Optimization*, second edition, section 16.5),
-//!    but all wrong ones at once, and a step may go on beyond the first limit. A plan whose cut moves
-//!    cost less is still taken whole. So that method's proof of convergence does not hold here.
+//!    the way to the solution with that set held is gone, cut to its limits.
+//! 3. `PassKind::OneByOne`: once no part of the way lowers the cost either, limits are added one at a
+//!    time, and where none is in the way those with a multiplier of the wrong sign are released: as in
+//!    the primal active-set method (Nocedal and Wright, *Numerical Optimization*, second edition,
+//!    section 16.5), but all wrong ones at once, and a pass may go on beyond the first limit. A plan
+//!    whose cut moves cost less is still taken whole. So that method's proof of convergence does not
+//!    hold here.
 //!
 //! # When it does not progress
 //!
 //! The cost of the best plan never rises from pass to pass, but for rounding. It may stay: where the
-//! best plan already touches a limit that the step crosses, or one that was just released, the step
-//! has length 0, and the pass only adds that limit to the working set (a degenerate step). An
-//! active-set method may then return to a working set that it had before; there is no rule against it
-//! here. [`MAX_PASSES`] ends that, as any slow search: the best plan so far keeps all limits and is
-//! returned, with `cut_short`. The test `limited` bounds how often that happens on random problems.
+//! best plan already touches a limit that lies on the way, or one that was just released, the way up
+//! to it has length 0, and the pass only adds that limit to the working set (a degenerate step, in the
+//! textbook's words). An active-set method may then return to a working set that it had before; there
+//! is no rule against it here. [`MAX_PASSES`] ends that, as any slow search: the best plan so far keeps
+//! all limits and is returned, with `cut_short`. `rust/core/tests/limited.rs` bounds how often that
+//! happens on random problems.
 //!
 //! The reference in Python solves the same program by another method, the dual active set of
 //! Goldfarb and Idnani.
@@ -60,10 +62,10 @@ pub use crate::laws::preview_pop::horizon::{Horizon, MoveLimit, Plan, PlanLimits
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
 
-/// How many shortened steps a whole search may take; after them limits are added one at a time.
+/// How many passes of a search may go a part of the way; after them limits are added one at a time.
 const MAX_SHORTENED: usize = 2;
 
-/// A cost that is lower by no more than this share is not lower.
+/// A cost that is lower by no more than this share counts as the same.
 const SAME_COST: f64 = 1e-12;
 
 /// How a pass finds which limits to hold.
@@ -83,8 +85,9 @@ impl Horizon<'_> {
     /// Where the commanded curvature lies beyond its limit and cannot be brought back by one move,
     /// the moves go back as fast as they may until it can.
     ///
-    /// `guess` are the limits that the plan may reach. It changes only the count of passes, unless
-    /// they run out. Of more than [`MAX_STEPS`] turns the plan is empty; no caller has as many.
+    /// `guess` are the limits that the plan is expected to reach. It changes only the count of
+    /// passes, unless the passes run out. Of more than [`MAX_STEPS`] turns the plan is empty; no
+    /// caller has as many.
     #[inline(never)]
     pub fn limited(&self, start: ModelState, limits: &PlanLimits, guess: ReachedLimits) -> Plan {
         self.limited_in(MAX_PASSES, start, limits, guess)
@@ -212,9 +215,9 @@ impl Horizon<'_> {
     ///
     /// The cost is a parabola in each move: `(R + S_cc) (u - u_best)²` plus a constant. Half its
     /// slope is the multiplier of a limit of this move: wrong below 0 at the low end, and above 0 at
-    /// the high one. The multiplier of a limit of the curvature is the same slope at the step that
-    /// brings the curvature there; for a held move between the two, it is subtracted. Where held
-    /// moves lead to it from the first step on, the limits depend on each other, and it is 0.
+    /// the high one. The multiplier λ of a limit of the curvature `c_{k+1}` is that slope at the last
+    /// step up to k whose move is not held; that of each held move after it is its own slope less λ.
+    /// If all moves up to k are held, the limits depend on each other, and λ is 0.
     fn roll_held(&self, start: ModelState, steps: &mut [Step], rounding: f64) -> bool {
         let mut state = start;
         // Half the slope of the cost over the curvature at which the held moves have to arrive.
@@ -256,7 +259,7 @@ impl Horizon<'_> {
         optimal
     }
 
-    /// Takes a part of the step from the best plan to the next one, with the moves cut to their
+    /// Goes a part of the way from the best plan to the next one, with the moves cut to their
     /// limits, if one costs less than `best_cost`; the cost then.
     fn shorten(&self, start: ModelState, steps: &mut [Step], best_cost: f64) -> Option<f64> {
         let mut share = 0.5;
@@ -274,7 +277,7 @@ impl Horizon<'_> {
     /// Goes from the best plan towards the next one, which costs less but may exceed limits: until
     /// the first limit stops it, or farther, with the moves cut to their limits, if that costs
     /// less. Returns the cost of the best plan then. The limit that stops it is added to the
-    /// working set, even if the step has length 0.
+    /// working set, even if the way up to it has length 0.
     fn go_on(&self, start: ModelState, steps: &mut [Step], rounding: f64) -> f64 {
         let (share, stop) = first_stop(start.commanded, steps, rounding);
         let mut best = (share, self.cost_along(start, steps, share, false));
