@@ -67,7 +67,8 @@ pub fn get_crossing(
     let mut segment = closest.segment;
     // Remaining share of the segment; more than 1 before the start of the path.
     let mut remaining = 1.0 - closest.fraction;
-    for _ in 0..path.segments() {
+    let mut left = path.segments();
+    while left > 0 {
         let (start, end) = path.segment(segment);
         let next = path.following(segment);
         let goes_on = next.is_none();
@@ -81,11 +82,30 @@ pub fn get_crossing(
             };
             return (from + along * fraction, true);
         }
-        from = end;
+        let next = next.unwrap_or(segment);
+        let within = count_within(path, next, position, lookahead);
+        segment = next + within;
+        from = path.waypoint(segment);
         remaining = 1.0;
-        segment = next.unwrap_or(segment);
+        left = left.saturating_sub(1 + within);
     }
     (quarter_round(path, closest), false)
+}
+
+/// How many segments from `segment` on certainly end within the circle: their arc is shorter than the
+/// way out of it. A shortcut: none would do.
+#[inline]
+fn count_within(path: &PathView<'_>, segment: usize, position: Point, lookahead: f64) -> usize {
+    if path.reverse().is_some() {
+        return 0;
+    }
+    let distance = get_distance(position, path.waypoint(segment));
+    let rounding = 1e-6 + 1e-14 * path.length();
+    let farthest = path.arc(segment) + (lookahead - distance - rounding);
+    // The last segment may go on without an end.
+    let ends = path.s().get(segment + 1..path.len() - 1);
+    let ends = ends.unwrap_or_default().iter();
+    ends.take_while(|&&end| end <= farthest).count()
 }
 
 /// Where, in multiples of `along`, a line that starts at `from` inside the circle about the origin

@@ -90,6 +90,52 @@ fn test_crossing_of_a_path_within_the_circle_is_a_quarter_round() {
 }
 
 #[test]
+fn test_crossing_is_the_first_one_that_a_walk_over_all_segments_finds() {
+    let places = 0..200;
+    let x: Vec<f64> = places
+        .clone()
+        .map(|k| (f64::from(k) * 0.11).sin() * 9.0)
+        .collect();
+    let y: Vec<f64> = places.map(|k| (f64::from(k) * 0.07).cos() * 7.0).collect();
+    for closed in [false, true] {
+        let path = Path::new(&x, &y, None, closed).unwrap();
+        let view = path.view();
+        for k in 0..400_u32 {
+            let at = |n: u32| f64::from(k * n % 397) / 397.0;
+            let position = Point::new(20.0 * at(31) - 10.0, 16.0 * at(77) - 8.0);
+            let lookahead = 0.2 + 12.0 * at(53);
+            let heading = Point::new(1.0, 0.0);
+            let closest = locate_by_scan(&view, 90, position, heading, 1e3, OPPOSITE);
+            let found = get_crossing(&view, &closest, position, lookahead);
+            if closest.squared_distance >= lookahead * lookahead {
+                assert_eq!(found, (closest.point, false));
+                continue;
+            }
+            let mut segment = closest.segment;
+            let mut expected = None;
+            for passed in 0..view.segments() {
+                let (start, end) = view.segment(segment);
+                let next = view.following(segment);
+                if next.is_none() || get_distance(position, end) >= lookahead {
+                    let from = if passed == 0 { closest.point } else { start };
+                    let along = (end - start).dot(&(found.0 - from));
+                    assert!(along >= -1e-9, "{closed} {k}");
+                    let off = (end - start).perp(&(found.0 - from));
+                    assert!(off.abs() < 1e-9, "{closed} {k}: on another segment");
+                    expected = Some(get_distance(position, found.0));
+                    break;
+                }
+                segment = next.unwrap_or(segment);
+            }
+            match expected {
+                Some(distance) => assert!((distance - lookahead).abs() < 1e-9, "{closed} {k}"),
+                None => assert!(!found.1, "{closed} {k}"),
+            }
+        }
+    }
+}
+
+#[test]
 fn test_window_one_waypoint_behind_to_the_arc_ahead() {
     let x: Vec<f64> = (0..50).map(f64::from).collect();
     let path = Path::new(&x, &[0.0; 50], None, false).unwrap();
