@@ -38,26 +38,6 @@ _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 __version__: str
 build_profile: str
 
-def wrap(angle: float, /) -> float: ...
-def saturate(value: float, low: float, high: float, /) -> float: ...
-def get_distance(a: _Point, b: _Point, /) -> float: ...
-def get_predicted_location(
-    x: float, y: float, yaw: float, speed: float, steer: float, dt: float, /
-) -> _Point: ...
-def state_transition(
-    state: tuple[float, float, float, float, float], control: _Point, steer: float, dt: float, /
-) -> tuple[float, float, float, float, float]: ...
-def kinematic_bicycle(
-    x: float,
-    y: float,
-    yaw: float,
-    speed: float,
-    steer: float,
-    acceleration: float,
-    wheelbase: float,
-    dt: float,
-    /,
-) -> _Numbers: ...
 def run_many(
     runs: Iterable[
         tuple[_Law, _Plant, list[float], tuple[Noise | None, int, int], _Longitudinal | None]
