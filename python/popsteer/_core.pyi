@@ -30,7 +30,6 @@ _Point: TypeAlias = tuple[float, float]
 _Flags: TypeAlias = NDArray[np.bool_]
 _Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
 _Pose: TypeAlias = tuple[float, float, float]
-_Numbers: TypeAlias = tuple[float, float, float, float]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
 _Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
@@ -428,7 +427,7 @@ class Simulation:
         settings: Settings | None = None,
     ) -> Self: ...
     @property
-    def state(self) -> _Numbers: ...
+    def state(self) -> tuple[float, float, float, float]: ...
     path: Final[Path]
     plant: Final[str]
     vehicle: Final[Vehicle]
