@@ -40,15 +40,7 @@ def steps(horizon: float, dt: float) -> tuple[int, float]:
 def get_predicted_location(
     x: float, y: float, yaw: float, speed: float, steer: float, dt: float
 ) -> Point:
-    """Predict the vehicle's location after `dt`: the first two rows of Equation 6.
-
-    With φ = θ + δ::
-
-        x_{t+1} = x_t + cos φ · Δt · v
-        y_{t+1} = y_t + sin φ · Δt · v
-
-    With x and y [m], heading θ [rad], speed v [m/s], steering angle δ [rad] and Δt [s].
-    """
+    """Predict the vehicle's location after `dt`: the first two rows of Equation 6, unchecked."""
     heading = yaw + steer
     return x + cos(heading) * dt * speed, y + sin(heading) * dt * speed
 
