@@ -31,7 +31,7 @@ from popsteer import interrupt as interrupt  # isort: skip - before all that tak
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from popsteer import _core, paper, vehicles
+from popsteer import _core, vehicles
 from popsteer._core import (
     AdaptParams,
     Batch,
@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from popsteer import identification as identification
     from popsteer import lab as lab
     from popsteer import logs as logs
+    from popsteer import paper as paper
     from popsteer import planning as planning
     from popsteer import plants as plants
     from popsteer import presets as presets
@@ -132,8 +133,8 @@ add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, Sta
 
 # Loaded where they are used: what drives a car needs none of them.
 _LAZY = (
-    *("adapters", "controllers", "identification", "lab", "logs", "planning"),
-    *("plants", "presets", "reference", "sim", "tracks"),
+    *("adapters", "controllers", "identification", "lab", "logs", "paper"),
+    *("planning", "plants", "presets", "reference", "sim", "tracks"),
 )
 
 # Hidden from type checkers, which would take any name for one of popsteer.

@@ -30,7 +30,6 @@ _Point: TypeAlias = tuple[float, float]
 _Flags: TypeAlias = NDArray[np.bool_]
 _Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
 _Pose: TypeAlias = tuple[float, float, float]
-_Numbers: TypeAlias = tuple[float, float, float, float]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
 _Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
@@ -38,26 +37,6 @@ _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 __version__: str
 build_profile: str
 
-def wrap(angle: float, /) -> float: ...
-def saturate(value: float, low: float, high: float, /) -> float: ...
-def get_distance(a: _Point, b: _Point, /) -> float: ...
-def get_predicted_location(
-    x: float, y: float, yaw: float, speed: float, steer: float, dt: float, /
-) -> _Point: ...
-def state_transition(
-    state: tuple[float, float, float, float, float], control: _Point, steer: float, dt: float, /
-) -> tuple[float, float, float, float, float]: ...
-def kinematic_bicycle(
-    x: float,
-    y: float,
-    yaw: float,
-    speed: float,
-    steer: float,
-    acceleration: float,
-    wheelbase: float,
-    dt: float,
-    /,
-) -> _Numbers: ...
 def run_many(
     runs: Iterable[
         tuple[_Law, _Plant, list[float], tuple[Noise | None, int, int], _Longitudinal | None]
@@ -448,7 +427,7 @@ class Simulation:
         settings: Settings | None = None,
     ) -> Self: ...
     @property
-    def state(self) -> _Numbers: ...
+    def state(self) -> tuple[float, float, float, float]: ...
     path: Final[Path]
     plant: Final[str]
     vehicle: Final[Vehicle]

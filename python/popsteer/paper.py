@@ -1,7 +1,7 @@
 """The functions of the paper, one by one.
 
-What the controllers compute in one step, as the paper defines it. `popsteer.reference` has the same
-names in plain Python, to read; these are the ones of the Rust core.
+What the controllers compute in one step, as the paper defines it, in plain Python: those of
+`popsteer.reference`.
 
 Examples
 --------
@@ -10,7 +10,7 @@ Examples
 0.6
 """
 
-from popsteer._core import (
+from popsteer.reference import (
     get_distance,
     get_predicted_location,
     kinematic_bicycle,

@@ -127,7 +127,7 @@ def test_public_names_are_sorted_and_all_of_the_extension() -> None:
     # The five laws and their parts alone are fifteen.
     assert len(exported) > 30
     # The batch below an adapter is that adapter's.
-    assert exported - {"plants", "Episodes"} <= {*popsteer.__all__, *paper.__all__, *sim.__all__}
+    assert exported - {"plants", "Episodes"} <= {*popsteer.__all__, *sim.__all__}
     for name in popsteer.__all__:
         assert getattr(popsteer, name) is not None
 

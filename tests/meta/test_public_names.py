@@ -56,8 +56,8 @@ def test_hidden_module_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 LAZY = (
-    *("adapters", "controllers", "identification", "lab", "logs", "planning"),
-    *("plants", "presets", "reference", "sim", "tracks"),
+    *("adapters", "controllers", "identification", "lab", "logs", "paper"),
+    *("planning", "plants", "presets", "reference", "sim", "tracks"),
 )
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import PopsteerError, paper, reference
+from popsteer import PopsteerError, reference
 from popsteer.reference.path.view import PathView
 from popsteer.reference.vehicle.delay import InFlight
 from tests.parity import plans
@@ -134,9 +134,8 @@ def same(
 
 
 def call(name: str, *args: Any, **kwargs: Any) -> Pair | None:
-    """Call a function, or make an object, of popsteer and of its reference."""
-    home = paper if name in paper.__all__ else popsteer
-    return same(name, getattr(home, name), getattr(reference, name), *args, **kwargs)
+    """Make an object of popsteer and of its reference."""
+    return same(name, getattr(popsteer, name), getattr(reference, name), *args, **kwargs)
 
 
 def make(name: str, *args: Any, **kwargs: Any) -> Pair:

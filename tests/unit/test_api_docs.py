@@ -132,7 +132,12 @@ def _is_of_core(thing: Any) -> bool:
 
 PUBLIC = _public()
 CALLABLES = {name: thing for name, thing in PUBLIC.items() if callable(thing)}
-CORE = {name: thing for name, thing in CALLABLES.items() if _is_of_core(thing)}
+# What drives a vehicle, and the paper's functions.
+CORE = {
+    name: thing
+    for name, thing in CALLABLES.items()
+    if _is_of_core(thing) or name.startswith("popsteer.paper.")
+}
 DOCUMENTED = {name: thing for name, thing in CALLABLES.items() if _documented(thing)}
 DEFAULTS = {
     (name, parameter): kind.partition("default ")[2]

@@ -10,7 +10,7 @@ from popsteer.errors import ConfigError
 from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from typing_extensions import Self
 
@@ -23,6 +23,20 @@ class _Params(Protocol):
 
 
 _P = TypeVar("_P", bound=_Params)
+
+
+def pairs(
+    option: str, given: Sequence[str] | None, form: str = "NAME=VALUE", *, whole: bool = False
+) -> Iterator[tuple[str, str]]:
+    """Split ``NAME=VALUE`` each; ConfigError where a sign, or of a `whole` pair a part, is missing.
+
+    `form` says in messages how one is written.
+    """
+    for each in given or []:
+        name, sign, value = (part.strip() for part in each.partition("="))
+        if not sign or (whole and not (name and value)):
+            raise ConfigError(option, each, f"written {form}")
+        yield name, value
 
 
 def assigned(params: _P, assignments: Sequence[str] | None, owner: str) -> _P:
@@ -50,10 +64,7 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     known = [_settable(params) for params in parts]
     names = list(dict.fromkeys(name for fields in known for name in fields))
     changes: list[dict[str, Any]] = [{} for _ in parts]
-    for assignment in assignments or []:
-        name, equals, text = (part.strip() for part in assignment.partition("="))
-        if not equals:
-            raise ConfigError(f"a parameter of {owner}", assignment, "written NAME=VALUE")
+    for name, text in pairs(f"a parameter of {owner}", assignments):
         check_known(f"parameter of {owner}", name, names)
         for fields, changed in zip(known, changes, strict=True):
             if name in fields:

@@ -83,10 +83,9 @@ def identify(
     if report is not None:
         origin = lab.report.Origin(outputs.command_line(context))
         content[report] = lab.report.of_identification(found, given, origin)
-        said += f"\nWritten to {report}"
     write_files_atomic(content)
     below = (found.verdict, *(f"- {note}" for note in found.notes))
-    outputs.show(caption(found), [identified_table(found, given)], below, said)
+    outputs.show(caption(found), [identified_table(found, given)], below, said, report)
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:

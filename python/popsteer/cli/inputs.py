@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 from popsteer import controllers as own_controllers
 from popsteer import own, plants, presets, sim, toml_file, tracks, vehicles
 from popsteer._core import AdaptParams, Path, Vehicle
-from popsteer.cli.assignments import assigned, assigned_each
+from popsteer.cli.assignments import assigned, assigned_each, pairs
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.distributions import Distribution, distribution
@@ -289,10 +289,7 @@ def distributions(
         texts = toml_file.read(file, "--distributions")
     elif not vary or all(each.partition("=")[2].strip() == "none" for each in vary):
         texts = dict(usual(sim.vehicle_of(plant), plant))
-    for each in vary or []:
-        name, equals, text = (part.strip() for part in each.partition("="))
-        if not equals:
-            raise ConfigError("--vary", each, "written NAME=DISTRIBUTION")
+    for name, text in pairs("--vary", vary, "NAME=DISTRIBUTION"):
         if text == "none":
             texts.pop(name, None)
         else:

@@ -9,9 +9,9 @@ from typing import Annotated, TypeAlias
 import typer
 
 from popsteer import logs
+from popsteer.cli.assignments import pairs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
-from popsteer.errors import ConfigError
 from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
 
@@ -52,19 +52,8 @@ def read(
     """Read the log that the options name; LogError where it cannot be read."""
     return logs.read(
         file,
-        columns=pairs("--column", columns),
-        topics=pairs("--topic", topics),
-        units=pairs("--unit", units),
+        columns=dict(pairs("--column", columns, whole=True)),
+        topics=dict(pairs("--topic", topics, whole=True)),
+        units=dict(pairs("--unit", units, whole=True)),
         progress=partial(progress.update, "read"),
     )
-
-
-def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read what an option sets by name, ``NAME=VALUE`` each; ConfigError where it is not."""
-    found = {}
-    for entry in given or []:
-        name, equals, value = (part.strip() for part in entry.partition("="))
-        if not (name and equals and value):
-            raise ConfigError(option, entry, "written NAME=VALUE")
-        found[name] = value
-    return found

@@ -14,6 +14,7 @@ from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.controllers import names as own_names
 from popsteer.errors import ConfigError
+from popsteer.files import write_bytes_atomic
 from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.lab.suite.conditions import CONDITIONS
@@ -126,13 +127,13 @@ def matrix(
         page = b"" if report is None else lab.report.of_matrix(found, origin)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
     if report is not None:
-        said += "\n" + outputs.write_page(report, page)
+        write_bytes_atomic(report, page)
     notes = lab.matrix.table.matrix_notes(found)
     for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):
             notes.append(f"{name}{otherwise}")
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
-    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said)
+    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said, report)
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())
 
 

@@ -141,8 +141,14 @@ def say(text: str, style: str = "") -> None:
     at.print(Text(text, style=style), soft_wrap=not at.is_terminal)
 
 
-def show(head: str, tables: Iterable[Table], below: Iterable[str] = (), said: str = "") -> None:
-    """Print tables with a heading above, notes below, and `said`, what was written, last."""
+def show(
+    head: str,
+    tables: Iterable[Table],
+    below: Iterable[str] = (),
+    said: str = "",
+    page: Path | None = None,
+) -> None:
+    """Print tables with a heading above, notes below, and what was written last: `said`, a page."""
     at = console()
     say(head, "bold")
     for table in tables:
@@ -154,6 +160,8 @@ def show(head: str, tables: Iterable[Table], below: Iterable[str] = (), said: st
         say(note, "dim")
     if said:
         print(said)
+    if page is not None:
+        print(f"Written to {page}")
 
 
 def deliver(
@@ -173,10 +181,10 @@ def deliver(
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
     if report is not None:
-        said += "\n" + write_page(report, _page(comparison, origin, progress))
+        files.write_bytes_atomic(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
-    show(caption(comparison), tables, notes(comparison), said)
+    show(caption(comparison), tables, notes(comparison), said, report)
     say_raised(comparison.runs.values())
 
 
@@ -243,9 +251,3 @@ def command_line(context: typer.Context) -> str:
     """Give the command as it was typed, quoted for a shell; empty where it is not known."""
     arguments = context.obj
     return shlex.join(["popsteer", *arguments]) if isinstance(arguments, list) else ""
-
-
-def write_page(file: Path, page: bytes) -> str:
-    """Write a page, whole or not at all, and say so."""
-    files.write_bytes_atomic(file, page)
-    return f"Written to {file}"

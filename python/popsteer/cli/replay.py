@@ -108,10 +108,9 @@ def replay(
     if report is not None:
         origin = lab.report.Origin(outputs.command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, origin)
-        said += f"\nWritten to {report}"
     write_files_atomic(files)
     below = (*statuses(found), *drive.remarks, NOTE)
-    outputs.show(caption(found), [replay_table(found)], below, said)
+    outputs.show(caption(found), [replay_table(found)], below, said, report)
 
 
 def _chosen(

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
-from popsteer.cli import logs
+from popsteer.cli.assignments import pairs
 from popsteer.cli.options import flag, optional, valued
 from popsteer.errors import ConfigError
 from popsteer.extras import require
@@ -171,7 +171,7 @@ def topics_of(
         topics,
         path_type=_chosen("--path-type", path_type, paths, topics.path_type),
         command_type=_chosen("--command-type", command_type, commands, topics.command_type),
-    ).renamed(logs.pairs("--topic", renamed), *(names or Names()))
+    ).renamed(dict(pairs("--topic", renamed, whole=True)), *(names or Names()))
 
 
 def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:

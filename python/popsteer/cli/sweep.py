@@ -12,7 +12,7 @@ from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
-from popsteer.files import write_files_atomic
+from popsteer.files import write_bytes_atomic, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
@@ -144,17 +144,15 @@ def sweep(
                 lab.report.Origin(outputs.command_line(context)),
                 progress.update,
             )
-            outputs.write_page(report, page)
+            write_bytes_atomic(report, page)
     summary = lab.sweep.summary
     nothing = "--out FILE writes the rows, to repeat any run, and a figure of where it fails."
     said = outputs.written(out, pictures, nothing)
     if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
         said += f"\nThe worst run again: popsteer compare --replay-run {out}:{worst}"
-    if report is not None:
-        said += f"\nWritten to {report}"
     below = summary.notes(job, rows)
-    outputs.show(summary.caption(job, rows), summary.tables(job, rows), below, said)
+    outputs.show(summary.caption(job, rows), summary.tables(job, rows), below, said, report)
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])

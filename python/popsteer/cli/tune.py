@@ -8,9 +8,9 @@ from typing import Annotated
 
 from popsteer import controllers, lab
 from popsteer.cli import inputs, options, outputs
+from popsteer.cli.assignments import pairs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
-from popsteer.errors import ConfigError
 from popsteer.files import write_files_atomic
 from popsteer.lab.common.distributions import distribution
 from popsteer.params_file import as_toml
@@ -117,11 +117,8 @@ def tune(
     base = tuning.params[name]
     wanted = lab.tune.usual_search(name, base, given)
     if search:
-        pairs = [(each, *each.partition("=")) for each in search]
-        for each, _, equals, _ in pairs:
-            if not equals:
-                raise ConfigError("--search", each, "written NAME=DISTRIBUTION")
-        wanted = {k.strip(): distribution(k.strip(), text) for _, k, _, text in pairs}
+        named = list(pairs("--search", search, "NAME=DISTRIBUTION"))
+        wanted = {field: distribution(field, text) for field, text in named}
     varies = inputs.distributions(vary, distributions, moved)
     if not vary and distributions is None:
         # Any tuning steers after noise, which would hide the differences between tunings.

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference import geometry, math
 from popsteer.reference.bounds import MAX_YAW
-from popsteer.reference.error import input_in_range, input_within
+from popsteer.reference.error import as_float, as_numbers, input_within
 from popsteer.reference.laws.pid import Pid, PidParams, PidState
 from popsteer.reference.laws.pop import Pop, PopParams, PopState
 from popsteer.reference.laws.preview_pop import PreviewPop, PreviewPopParams, PreviewPopState
@@ -41,7 +41,6 @@ from popsteer.reference.laws.pure_pursuit import (
     PurePursuitState,
 )
 from popsteer.reference.laws.stanley import Stanley, StanleyParams, StanleyState
-from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
 from popsteer.reference.path.projection import Projection
@@ -51,11 +50,12 @@ from popsteer.reference.speed.pedals import Pedals
 from popsteer.reference.speed.pid import SpeedPid, SpeedPidParams, SpeedPidState
 from popsteer.reference.tracker import Command, Tracker, TrackerState
 from popsteer.reference.vehicle import Vehicle, bicycle
+from popsteer.reference.vehicle.bicycle import kinematic_bicycle, state_transition
 from popsteer.reference.vehicle.estimate import Estimate
-from popsteer.reference.vehicle.state import VehicleState, checked_dt, checked_point
+from popsteer.reference.vehicle.state import checked_point
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
     from popsteer.reference.geometry import Point
 
@@ -99,94 +99,118 @@ __all__ = [
 ]
 
 
-# The plain functions, with their arguments checked: what a user calls. They raise `InputError`
-# where a number is not finite or beyond its bound. The controllers call those behind them.
+# The plain functions of the controllers, with their arguments checked: what a user calls.
 
 
 def wrap(angle: float, /) -> float:
-    """Bring an angle [rad], within 1e6, into [-π, π] by whole turns; see `math.wrap`.
+    """Bring an angle into [-pi, pi] by whole turns.
+
+    Parameters
+    ----------
+    angle : float
+        Angle [rad], within 1e6.
+
+    Returns
+    -------
+    float
+        The same direction, in [-pi, pi]; an angle already there comes back unchanged.
+
+    Raises
+    ------
+    InputError
+        If the angle is not finite or beyond its bound.
 
     Examples
     --------
-    >>> wrap(7.0)
+    >>> popsteer.paper.wrap(7.0)
     0.7168146928204138
     """
     return math.wrap(input_within("angle", angle, MAX_YAW))
 
 
-def get_distance(a: Point, b: Point, /) -> float:
-    """Measure the Euclidean distance of two points (x, y) [m]: Equation 4.
+def saturate(value: float, low: float, high: float, /) -> float:
+    """Limit a number to a range.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    low, high : float
+        Ends of the range, ``low <= high``.
+
+    Returns
+    -------
+    float
+        `low`, `value` or `high`.
 
     Examples
     --------
-    >>> get_distance((0.0, 0.0), (3.0, 4.0))
+    >>> popsteer.paper.saturate(3.0, -1.0, 1.0)
+    1.0
+    """
+    return math.saturate(as_float(value), as_float(low), as_float(high))
+
+
+def get_distance(a: Iterable[float], b: Iterable[float], /) -> float:
+    """Measure the Euclidean distance of two points, the paper's Equation 4.
+
+    Parameters
+    ----------
+    a, b : sequence of float
+        Points (x, y) [m], within 1e9.
+
+    Returns
+    -------
+    float
+        Their distance [m].
+
+    Raises
+    ------
+    InputError
+        If a coordinate is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> popsteer.paper.get_distance((0.0, 0.0), (3.0, 4.0))
     5.0
     """
-    return geometry.get_distance(checked_point(a), checked_point(b))
+    a, b = checked_point(as_numbers("a", a)), checked_point(as_numbers("b", b))
+    return geometry.get_distance(a, b)
 
 
 def get_predicted_location(
     x: float, y: float, yaw: float, speed: float, steer: float, dt: float, /
 ) -> Point:
-    """Predict the location after `dt` [s]: Equation 6; see `bicycle.get_predicted_location`.
+    """Predict the vehicle's location one interval ahead, as POP does (the paper's Equation 6).
+
+    ``x + cos(yaw + steer) dt speed``, ``y + sin(yaw + steer) dt speed``.
+
+    Parameters
+    ----------
+    x, y : float
+        Position [m].
+    yaw : float
+        Heading [rad].
+    speed : float
+        Speed [m/s].
+    steer : float
+        Steering angle [rad].
+    dt : float
+        Interval [s].
+
+    Returns
+    -------
+    tuple of float
+        Predicted (x, y) [m].
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or beyond its bound.
 
     Examples
     --------
-    >>> get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
+    >>> popsteer.paper.get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
     (0.5, 0.0)
     """
-    return bicycle.get_predicted_location(*_checked_motion(x, y, yaw, speed, steer, dt))
-
-
-def state_transition(
-    state: Sequence[float], control: Sequence[float], steer: float, dt: float, /
-) -> tuple[float, float, float, float, float]:
-    """Predict the whole state after `dt` [s]: Equation 6; see `bicycle.state_transition`.
-
-    Examples
-    --------
-    >>> state_transition((0.0, 0.0, 0.0, 10.0, 0.1), (0.5, 0.0), 0.0, 0.5)
-    (5.0, 0.0, 0.05, 10.5, 0.1)
-    """
-    x, y, yaw, speed, yaw_rate = state
-    longitudinal, lateral = control
-    x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
-    yaw_rate = input_within("yaw_rate", yaw_rate, 1e6)
-    longitudinal = input_within("longitudinal", longitudinal, 1e6)
-    lateral = input_within("lateral", lateral, 1e6)
-    return bicycle.state_transition(
-        (x, y, yaw, speed, yaw_rate), (longitudinal, lateral), steer, dt
-    )
-
-
-def kinematic_bicycle(
-    x: float,
-    y: float,
-    yaw: float,
-    speed: float,
-    steer: float,
-    acceleration: float,
-    wheelbase: float,
-    dt: float,
-    /,
-) -> tuple[float, float, float, float]:
-    """Move the kinematic bicycle by `dt` [s]; see `bicycle.kinematic_bicycle`.
-
-    Examples
-    --------
-    >>> kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 3.0, 0.5)
-    (5.0, 0.0, 0.0, 10.5)
-    """
-    x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
-    acceleration = input_within("acceleration", acceleration, 1e6)
-    wheelbase = input_in_range("wheelbase", wheelbase, 1e-3, 1e3)
-    return bicycle.kinematic_bicycle(x, y, yaw, speed, steer, acceleration, wheelbase, dt)
-
-
-def _checked_motion(
-    x: float, y: float, yaw: float, speed: float, steer: float, dt: float
-) -> tuple[float, float, float, float, float, float]:
-    vehicle = VehicleState(x, y, yaw, speed).checked()
-    steer = input_within("steer", steer, PI)
-    dt = checked_dt(dt)
-    return vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, steer, dt
+    return bicycle.get_predicted_location(*bicycle.checked_motion(x, y, yaw, speed, steer, dt))

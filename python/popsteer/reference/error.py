@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import field, fields
-from math import inf
+from math import inf, ldexp
 from typing import TYPE_CHECKING, Any
 
 from popsteer import errors
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
 
-def _number(value: float) -> float:
+def as_float(value: float) -> float:
     """Return `value` as a float; a whole number beyond all floats as an infinity."""
     try:
-        return float(value)
+        return ldexp(value, 0)  # not float(), which reads text, too
     except OverflowError:
         return inf if value > 0 else -inf
+
+
+def as_numbers(name: str, values: Iterable[float]) -> Iterable[float]:
+    """Return `values`; raises `TypeError` for text, and for what has no order."""
+    if isinstance(values, (str, bytes, bytearray, AbstractSet, Mapping)):
+        raise TypeError(f"{name} must be numbers in their order, not {type(values).__name__}")
+    return values
 
 
 class Checked:
@@ -50,7 +59,7 @@ def number(default: float, low: float, high: float) -> Any:  # noqa: ANN401 - wh
     """Declare a field: a float in [low, high]."""
 
     def settled(name: str, value: float) -> float:
-        value = _number(value)
+        value = as_float(value)
         check_in_range(name, value, low, high)
         return value
 
@@ -91,7 +100,7 @@ def input_in_range(name: str, value: float, low: float, high: float) -> float:
 
     Raises `InputError`, naming the argument, where it does not.
     """
-    value = _number(value)
+    value = as_float(value)
     check_in_range(name, value, low, high, error=errors.InputError)
     return value
 

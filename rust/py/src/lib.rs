@@ -17,7 +17,6 @@ mod driving;
 mod empty_call;
 mod episodes;
 mod errors;
-mod functions;
 mod laws;
 mod many;
 mod metrics;
@@ -47,10 +46,6 @@ mod _core {
         batch::PyBatch,
         empty_call::PyEmptyCall,
         episodes::PyEpisodes,
-        functions::{
-            get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition,
-            wrap,
-        },
         laws::{
             PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop, PyPreviewPopParams,
             PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,

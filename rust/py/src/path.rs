@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use popsteer_core::bounds::MAX_YAW;
+use popsteer_core::bounds::{MAX_COORDINATE, MAX_YAW};
 use popsteer_core::error::{InputError, input_in_range as checked};
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
@@ -16,7 +16,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
 use crate::errors::Raises;
-use crate::functions::checked_point;
 use crate::params::{Count, NewArgs};
 use crate::projection::{PyLookahead, PyProjection};
 use crate::waypoints::Waypoints;
@@ -666,4 +665,11 @@ impl PyPath {
         self.get_lookahead_point(x, y, lookahead, nearest, tolerance, ahead, spacing)
             .map(|found| found.0.index)
     }
+}
+
+/// A position whose coordinates are within the bounds.
+fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
+    checked("x", x, -MAX_COORDINATE, MAX_COORDINATE)?;
+    checked("y", y, -MAX_COORDINATE, MAX_COORDINATE)?;
+    Ok(Point::new(x, y))
 }

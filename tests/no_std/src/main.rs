@@ -24,9 +24,7 @@ use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
 use popsteer_core::tracker::Tracker;
-use popsteer_core::vehicle::bicycle::{
-    get_predicted_location, kinematic_bicycle, state_transition,
-};
+use popsteer_core::vehicle::bicycle::{get_predicted_location, kinematic_bicycle};
 use popsteer_core::vehicle::{AdaptParams, Estimate, InFlight};
 use popsteer_core::{LateralLaw, PathView, Point, Reported, Status, Vehicle, VehicleState, math};
 
@@ -193,8 +191,6 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let (jumped, _) = find_lookahead_point(path, index, 20.0, 0.01, position, lookahead, tolerance);
     sum += found.point.x + math::from_count(found.index) + jumped.x;
     sum += get_predicted_location(vehicle, black_box(0.1), 0.05).x;
-    let state = black_box([0.0, 1.0, 0.2, 3.0, 0.1]);
-    sum += state_transition(state.into(), black_box([0.1, 0.2]).into(), 0.1, 0.05).x;
     let terms = black_box([1.0, 2.0, 3.0]);
     if cfg!(feature = "planted-panic") {
         sum += terms[index];

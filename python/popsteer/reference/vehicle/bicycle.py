@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import ceil, cos, divide, saturate, sin, tan
-from popsteer.reference.vehicle.state import VehicleState
+from popsteer.reference.error import as_numbers, input_in_range, input_within
+from popsteer.reference.math import PI, ceil, cos, divide, saturate, sin, tan
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.reference.vehicle.wheels import move_wheel
 
 if TYPE_CHECKING:
@@ -39,30 +40,51 @@ def steps(horizon: float, dt: float) -> tuple[int, float]:
 def get_predicted_location(
     x: float, y: float, yaw: float, speed: float, steer: float, dt: float
 ) -> Point:
-    """Predict the vehicle's location after `dt`: the first two rows of Equation 6.
-
-    With φ = θ + δ::
-
-        x_{t+1} = x_t + cos φ · Δt · v
-        y_{t+1} = y_t + sin φ · Δt · v
-
-    With x and y [m], heading θ [rad], speed v [m/s], steering angle δ [rad] and Δt [s].
-    """
+    """Predict the vehicle's location after `dt`: the first two rows of Equation 6, unchecked."""
     heading = yaw + steer
     return x + cos(heading) * dt * speed, y + sin(heading) * dt * speed
 
 
 def state_transition(
-    state: Sequence[float], control: Sequence[float], steer: float, dt: float
+    state: Iterable[float], control: Iterable[float], steer: float, dt: float, /
 ) -> tuple[float, float, float, float, float]:
-    """Predict the whole state after `dt`: Equation 6, z_{t+1} = A(φ, Δt) z_t + B u.
+    """Apply the paper's state-transition equation whole (Equation 6).
 
-    As printed, the control adds to speed and yaw rate without Δt.
+    ``A(yaw + steer, dt) z + B u``. As printed, the control adds to speed and yaw rate without
+    ``dt``.
 
-    The state is z = (x, y, θ, v, ω): position [m], heading [rad], speed [m/s], yaw rate [rad/s];
-    the control u = (u_τ, u_δ), throttle or brake, and steering; φ = θ + δ with the angle δ [rad].
+    Parameters
+    ----------
+    state : sequence of float
+        z = (x, y, yaw, speed, yaw rate) [m, m, rad, m/s, rad/s].
+    control : sequence of float
+        u = (longitudinal, lateral) control, added to speed and yaw rate.
+    steer : float
+        Steering angle [rad] in the direction of travel, ``yaw + steer``.
+    dt : float
+        Interval [s].
+
+    Returns
+    -------
+    tuple of float
+        The state one interval later.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> popsteer.paper.state_transition((0.0, 0.0, 0.0, 10.0, 0.1), (0.5, 0.0), 0.0, 0.5)
+    (5.0, 0.0, 0.05, 10.5, 0.1)
     """
-    heading = state[2] + steer
+    x, y, yaw, speed, yaw_rate = as_numbers("state", state)
+    longitudinal, lateral = as_numbers("control", control)
+    x, y, yaw, speed, steer, dt = checked_motion(x, y, yaw, speed, steer, dt)
+    z = (x, y, yaw, speed, input_within("yaw_rate", yaw_rate, 1e6))
+    u = (input_within("longitudinal", longitudinal, 1e6), input_within("lateral", lateral, 1e6))
+    heading = yaw + steer
     c, s = cos(heading) * dt, sin(heading) * dt
     a = (
         (1.0, 0.0, 0.0, c, 0.0),
@@ -79,7 +101,7 @@ def state_transition(
         (0.0, 1.0),
     )
     x, y, yaw, speed, yaw_rate = (
-        _dot(row_a, state) + _dot(row_b, control) for row_a, row_b in zip(a, b, strict=True)
+        _dot(row_a, z) + _dot(row_b, u) for row_a, row_b in zip(a, b, strict=True)
     )
     return x, y, yaw, speed, yaw_rate
 
@@ -103,16 +125,50 @@ def kinematic_bicycle(
     acceleration: float,
     wheelbase: float,
     dt: float,
+    /,
 ) -> tuple[float, float, float, float]:
-    """Move a kinematic bicycle about its rear axle by one step.
+    """Move the kinematic bicycle about its rear axle by one interval.
 
-    The yaw rate is v tan δ / L. The position moves along the heading of mid-step (second order
-    in `dt`); the speed changes at the end.
+    ``yaw rate = speed tan(steer) / wheelbase``; the position moves along the heading of
+    mid-step (second order in ``dt``), the speed changes at the end.
 
-    x and y [m] are of the middle of the rear axle.
+    Parameters
+    ----------
+    x, y : float
+        Position of the rear axle [m].
+    yaw : float
+        Heading [rad].
+    speed : float
+        Speed [m/s].
+    steer : float
+        Steering angle [rad].
+    acceleration : float
+        Acceleration [m/s^2].
+    wheelbase : float
+        Distance of the axles [m].
+    dt : float
+        Interval [s].
+
+    Returns
+    -------
+    tuple of float
+        (x, y, yaw, speed) one interval later.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> popsteer.paper.kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 3.0, 0.5)
+    (5.0, 0.0, 0.0, 10.5)
     """
+    x, y, yaw, speed, steer, dt = checked_motion(x, y, yaw, speed, steer, dt)
+    acceleration = input_within("acceleration", acceleration, 1e6)
+    wheelbase = input_in_range("wheelbase", wheelbase, 1e-3, 1e3)
     travel = speed * dt
-    turn = divide(travel * tan(steer), wheelbase)
+    turn = travel * tan(steer) / wheelbase
     heading = yaw + 0.5 * turn
     return (
         x + travel * cos(heading),
@@ -120,6 +176,15 @@ def kinematic_bicycle(
         yaw + turn,
         speed + acceleration * dt,
     )
+
+
+def checked_motion(
+    x: float, y: float, yaw: float, speed: float, steer: float, dt: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return a vehicle's state, its angle and its interval, as floats; else raise InputError."""
+    vehicle = VehicleState(x, y, yaw, speed).checked()
+    steer = input_within("steer", steer, PI)
+    return vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, steer, checked_dt(dt)
 
 
 def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float) -> VehicleState:

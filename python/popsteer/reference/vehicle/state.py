@@ -10,6 +10,8 @@ from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.math import cos, saturate, sin, wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from popsteer.reference.geometry import Point
 
 
@@ -65,7 +67,7 @@ def checked_dt(dt: float) -> float:
     return input_in_range("dt", dt, MIN_DT, MAX_DT)
 
 
-def checked_point(point: Point) -> Point:
+def checked_point(point: Iterable[float]) -> Point:
     """Return a point whose coordinates are finite and within their bound; else `InputError`."""
     x, y = point
     return input_within("x", x, MAX_COORDINATE), input_within("y", y, MAX_COORDINATE)

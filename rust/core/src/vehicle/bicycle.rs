@@ -4,7 +4,6 @@
 use super::{Estimate, Vehicle, VehicleState};
 use crate::geometry::Point;
 use crate::math::{ceil_to_count, cos, from_count, saturate, sin, tan, to_count};
-use nalgebra::{SMatrix, SVector, Vector2};
 
 /// The largest number of steps of a prediction.
 pub const MAX_STEPS: usize = 20;
@@ -27,37 +26,6 @@ pub fn get_predicted_location(vehicle: VehicleState, steer: f64, dt: f64) -> Poi
         vehicle.x + cos(heading) * dt * vehicle.speed,
         vehicle.y + sin(heading) * dt * vehicle.speed,
     )
-}
-
-/// The paper's Equation 6 whole: `A(yaw + steer, dt) z + B u` for the state
-/// `z = (x, y, yaw, speed, yaw rate)` and the input `u = (throttle or brake, steering)`.
-///
-/// As printed, the input adds to speed and yaw rate without `dt`.
-pub fn state_transition(
-    state: SVector<f64, 5>,
-    input: Vector2<f64>,
-    steer: f64,
-    dt: f64,
-) -> SVector<f64, 5> {
-    let heading = state.z + steer;
-    let (c, s) = (cos(heading) * dt, sin(heading) * dt);
-    #[rustfmt::skip]
-    let a = SMatrix::<f64, 5, 5>::new(
-        1.0, 0.0, 0.0,   c, 0.0,
-        0.0, 1.0, 0.0,   s, 0.0,
-        0.0, 0.0, 1.0, 0.0,  dt,
-        0.0, 0.0, 0.0, 1.0, 0.0,
-        0.0, 0.0, 0.0, 0.0, 1.0,
-    );
-    #[rustfmt::skip]
-    let b = SMatrix::<f64, 5, 2>::new(
-        0.0, 0.0,
-        0.0, 0.0,
-        0.0, 0.0,
-        1.0, 0.0,
-        0.0, 1.0,
-    );
-    a * state + b * input
 }
 
 /// One step of the kinematic bicycle about the rear axle: `yaw rate = speed tan(steer) /

@@ -1,10 +1,9 @@
-use super::bicycle::{get_predicted_location, kinematic_bicycle, state_transition};
+use super::bicycle::{get_predicted_location, kinematic_bicycle};
 use super::state::{VehicleState, checked_dt};
 use super::timed::{Timed, clipped};
 use super::*;
-use crate::math::{exp, saturate, sqrt, tan};
+use crate::math::{PI, cos, exp, saturate, sin, sqrt, tan};
 use alloc::vec::Vec;
-use nalgebra::{SVector, Vector2};
 
 #[test]
 fn test_vehicle_bad_field_is_named() {
@@ -94,18 +93,29 @@ fn test_move_wheel_is_a_first_order_response_with_a_limited_rate() {
 }
 
 #[test]
-fn test_state_transition_location_is_the_predicted_one() {
-    let vehicle = VehicleState {
-        x: 3.0,
-        y: -2.0,
-        yaw: 0.7,
-        speed: 12.0,
+fn test_predicted_location_is_that_of_equation_6() {
+    let at = |yaw, speed, steer, dt| {
+        let (x, y) = (3.0, -2.0);
+        let location = get_predicted_location(VehicleState { x, y, yaw, speed }, steer, dt);
+        (location.x, location.y)
     };
-    let state = SVector::<f64, 5>::new(3.0, -2.0, 0.7, 12.0, 0.3);
-    let next = state_transition(state, Vector2::new(0.5, 0.1), -0.2, 0.05);
-    let location = get_predicted_location(vehicle, -0.2, 0.05);
-    assert_eq!((next.x, next.y), (location.x, location.y));
-    assert_eq!((next.z, next.w), (0.7 + 0.3 * 0.05, 12.5));
+    // The paper's first two rows: x + cos(yaw + steer) dt speed, y + sin(yaw + steer) dt speed.
+    for (yaw, steer) in [(0.7, -0.2), (-PI, PI), (1e6, -PI), (2.0, 1.0)] {
+        for (speed, dt) in [(12.0, 0.05), (-3.0, 1e3), (1e4, 1e-6)] {
+            let heading = yaw + steer;
+            let expected = (
+                3.0 + cos(heading) * dt * speed,
+                -2.0 + sin(heading) * dt * speed,
+            );
+            assert_eq!(at(yaw, speed, steer, dt), expected, "{yaw} {steer}");
+        }
+    }
+    // Straight on, backwards, and at a stand.
+    assert_eq!(at(0.0, 10.0, 0.0, 0.5), (8.0, -2.0));
+    assert_eq!(at(0.3, -10.0, -0.3, 0.5), (-2.0, -2.0));
+    assert_eq!(at(1.0, 0.0, 0.5, 0.5), (3.0, -2.0));
+    let (x, y) = at(PI, 4.0, -0.5 * PI, 0.25);
+    assert!((x - 3.0).abs() < 1e-15 && (y + 1.0).abs() < 1e-15);
 }
 
 #[test]
@@ -122,6 +132,27 @@ fn test_kinematic_bicycle_drives_its_circle() {
         vehicle = kinematic_bicycle(vehicle, steer, 0.0, wheelbase, 0.01);
         let (dx, dy) = (vehicle.x, vehicle.y - radius);
         assert!((sqrt(dx * dx + dy * dy) - radius).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn test_kinematic_bicycle_moves_along_the_heading_of_mid_step() {
+    let (x, y, yaw) = (3.0, -2.0, 0.7);
+    for (speed, steer) in [(12.0, -0.2), (-3.0, 1.4), (1e4, -PI), (0.0, 0.3)] {
+        for (acceleration, wheelbase, dt) in [(1.5, 3.0, 0.05), (-1e6, 1e-3, 1e3), (0.0, 1e3, 1e-6)]
+        {
+            let before = VehicleState { x, y, yaw, speed };
+            let after = kinematic_bicycle(before, steer, acceleration, wheelbase, dt);
+            let turn = speed * dt * tan(steer) / wheelbase;
+            let middle = yaw + 0.5 * turn;
+            let expected = VehicleState {
+                x: x + speed * dt * cos(middle),
+                y: y + speed * dt * sin(middle),
+                yaw: yaw + turn,
+                speed: speed + acceleration * dt,
+            };
+            assert_eq!(after, expected, "{speed} {steer} {dt}");
+        }
     }
 }
 
