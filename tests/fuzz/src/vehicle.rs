@@ -345,7 +345,8 @@ impl Plain {
             .list
             .last()
             .map_or(f64::INFINITY, |&(_, remaining)| remaining + dt);
-        self.joins |= shortest <= self.car.dead_time / 64.0;
+        self.joins |=
+            shortest <= self.car.dead_time / 64.0 || self.list.len() >= InFlight::CAPACITY;
         if self.joins {
             return None;
         }

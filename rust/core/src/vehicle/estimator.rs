@@ -70,7 +70,7 @@ use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{cos, exp, larger, saturate, sin, sqrt, wrap};
+use crate::math::{cos, exp, saturate, sin, sqrt, wrap};
 use nalgebra::SVector;
 
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
@@ -252,14 +252,13 @@ impl Estimator {
         let most = Self::MAX_STEER_OFFSET;
         self.estimate.gain = fitted_gain;
         self.estimate.steer_offset = saturate(offset, -most, most);
+        // A vehicle that was given without a dead time is predicted only where it shows one.
+        let is_none = vehicle.dead_time <= 0.0 && fitted < Self::LEAST_DEAD_TIME;
+        let fitted = if is_none { 0.0 } else { fitted };
         let most = Self::DELAY_RATE * dt;
-        let moved = saturate(fitted, longer - most, longer + most);
-        // A vehicle that was given without a dead time is predicted only where it shows one; the
-        // estimate itself is less at first, however short the period.
-        let is_less = vehicle.dead_time <= 0.0 && larger(fitted, moved) < Self::LEAST_DEAD_TIME;
-        let moved = if is_less { 0.0 } else { moved };
+        let fitted = saturate(fitted, longer - most, longer + most);
         let (least, most) = Self::longer_range(vehicle);
-        self.estimate.longer_dead_time = saturate(moved, least, most);
+        self.estimate.longer_dead_time = saturate(fitted, least, most);
         let estimate = &self.estimate;
         let found = SVector::<f64, 3>::new(1.0, estimate.steer_offset, estimate.longer_dead_time);
         self.turning.observe_noise(found * fitted_gain, dt);
