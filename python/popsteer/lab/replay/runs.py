@@ -223,30 +223,13 @@ def _shadow(
 def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
     """Make a path of a log's trajectory, smoothed as little as its noise allows, with its speeds.
 
-    The smoothing is Whittaker's, as that of `popsteer.planning.curvature`: a bend keeps its radius.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    ahead : float, default 0.0
-        Which point's trajectory: so far ahead of the pose's [m].
-    wheelbase : float, default 3.0
-        The vehicle's, with which lengths scale [m].
-
-    Returns
-    -------
-    Path
-        A waypoint every `SPACING` wheelbases; driven backwards where the log drives backwards.
-
-    Raises
-    ------
-    LogError
-        The car was driven for less than two wheelbases.
+    It is that of the point `ahead` of the pose's [m], with a waypoint every `SPACING` wheelbases,
+    backwards where the log drives backwards. The smoothing is Whittaker's, as that of
+    `popsteer.planning.curvature`: a bend keeps its radius. Raises LogError where the car was driven
+    for less than two wheelbases.
 
     Examples
     --------
-    >>> from popsteer.logs import Log
     >>> t = np.arange(0.0, 10.0, 0.05)
     >>> path = own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0)
     >>> round(float(path.x[0]), 6)
