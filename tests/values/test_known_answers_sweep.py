@@ -12,8 +12,7 @@ import pytest
 import popsteer
 from popsteer import Status, sim
 from popsteer.lab.report import shares
-from popsteer.lab.report.sweep import _worst_table
-from popsteer.lab.report.verdict import of_rows
+from popsteer.lab.report.sweep import _worst_table, verdict
 from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.summary import ERROR
 from tests.pages_of_html import Html
@@ -158,7 +157,7 @@ def test_share_that_succeeds_is_drawn_in_percent_with_its_interval() -> None:
 
 
 def test_report_says_the_rate_and_repeats_the_worst_run() -> None:
-    text = Html(of_rows(ROWS))
+    text = Html(verdict(ROWS))
     assert text.texts["strong"] == ["8 of 10 runs succeeded, 80 %"]
     page = Html(_worst_table(job(), ROWS, "out/a b.csv"))
     assert any(

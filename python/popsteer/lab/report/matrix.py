@@ -10,11 +10,10 @@ from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
 from popsteer.lab.report.colours import colours_of, dots, figure, log_axis
-from popsteer.lab.report.compare import scene_of
+from popsteer.lab.report.compare import scene_of, verdict
 from popsteer.lab.report.markup import escape, html_table, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
-from popsteer.lab.report.verdict import of_runs
 
 if TYPE_CHECKING:
     from popsteer.lab.matrix import Matrix
@@ -51,7 +50,7 @@ def of_matrix(found: Matrix, origin: Origin | None = None) -> bytes:
             ),
             lead=matrix_caption(found),
             command=origin.command,
-            results=of_runs(found.comparisons)
+            results=verdict(found.comparisons)
             + _pivot(found)
             + paragraphs(matrix_notes(found))
             + f"<details><summary>All figures</summary>{results}</details>",

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
 from popsteer.lab.report.colours import colours_of, figure, named, stairs
-from popsteer.lab.report.markup import paragraphs, table
+from popsteer.lab.report.markup import badge, paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
-from popsteer.lab.report.verdict import of_shadows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +58,7 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
             title=f"{titles} beside the driver of {found.log.name}",
             lead=caption(found),
             command=origin.command,
-            results=of_shadows(found)
+            results=verdict(found)
             + table(replay_table(found), "Angles beside the driver's")
             + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
             scenes=[_scene(found)],
@@ -68,6 +67,18 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
             sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
         )
     )
+
+
+def verdict(found: Replay) -> str:
+    """Say how many controllers would have driven the log without a fault."""
+    shares = {each.name: each.share("fault") for each in found.shadows.values()}
+    wrong = [
+        f"{title_of(name)} (fault in {100.0 * share:.1f} % of the rows)"
+        for name, share in shares.items()
+        if share > 0.0
+    ]
+    head = f"{len(shares) - len(wrong)} of {counted(len(shares), 'controller')}"
+    return badge(f"{head} reported no fault along the drive", wrong, good=not wrong)
 
 
 def _scene(found: Replay) -> Scene:

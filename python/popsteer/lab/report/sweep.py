@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import sim
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.colours import named, ranked
 from popsteer.lab.report.compare import PANELS, actor_of
-from popsteer.lab.report.markup import block, paragraphs, plain_table, table
+from popsteer.lab.report.markup import badge, block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Scene
 from popsteer.lab.report.shares import envelope_figure, error_figure, quantity_figures, start_figure
-from popsteer.lab.report.verdict import of_rows
+from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.job import repeat
-from popsteer.lab.sweep.summary import caption, error_of, notes, tables, worst
+from popsteer.lab.sweep.summary import error_of, worst
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -69,12 +69,12 @@ def of_sweep(
     return page_bytes(
         Page(
             title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
-            lead=caption(job, rows),
+            lead=summary.caption(job, rows),
             command=command,
-            results=of_rows(rows)
-            + "".join(table(each, "Percentiles and worst runs") for each in tables(job, rows)[:1])
+            results=verdict(rows)
+            + table(summary.tables(job, rows)[0], "Percentiles and worst runs")
             + _worst_table(job, rows, file)
-            + paragraphs(notes(job, rows)),
+            + paragraphs(summary.notes(job, rows)),
             scenes=[_scene(job, median, runs, progress)],
             figures=[
                 envelope_figure(job, rows, progress and partial(progress, "envelope")),
@@ -90,6 +90,18 @@ def of_sweep(
             ],
         )
     )
+
+
+def verdict(rows: Sequence[dict[str, Any]]) -> str:
+    """Say how many runs of a sweep succeeded, with confidence, and why the others did not."""
+    good, share, low, high = summary.success_of(rows)
+    faulty, names = summary.faults_of(rows)
+    stopped = sum(not row["finished"] for row in rows)
+    said = [f"95 % confidence: {low} to {high} %"]
+    said += [f"{stopped} did not finish"] if stopped else []
+    said += [f"{faulty} reported a fault: {names}"] if faulty else []
+    head = f"{good} of {counted(len(rows), 'run')} succeeded, {share} %"
+    return badge(head, said, good=good == len(rows))
 
 
 def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:

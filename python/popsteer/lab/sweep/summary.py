@@ -160,10 +160,22 @@ def percent(share: float, runs: int) -> str:
     return f"{100.0 * share:.{min(max(math.ceil(math.log10(max(runs, 1))) - 2, 0), 4)}f}"
 
 
-def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
-    """Say in one line what came out: the success rate and its interval."""
+def success_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str, str, str]:
+    """Count the runs that succeeded, and word their share and the ends of its interval [%]."""
     good = sum(row["success"] for row in rows)
     share, low, high = (percent(each, len(rows)) for each in success_rate(good, len(rows)))
+    return good, share, low, high
+
+
+def faults_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str]:
+    """Count the runs that reported a fault, and name their faults."""
+    faulty = [Status(row["faults"]) for row in rows if row["faults"]]
+    return len(faulty), ", ".join(dict.fromkeys(name for each in faulty for name in each.names))
+
+
+def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
+    """Say in one line what came out: the success rate and its interval."""
+    good, share, low, high = success_of(rows)
     where = f" on {job.course}" if job.course else ""
     car = job.label or plant_name(job.whole)
     return (
@@ -192,9 +204,8 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         )
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
-    if faulty := [Status(row["faults"]) for row in rows if row["faults"]]:
-        names = dict.fromkeys(name for faults in faulty for name in faults.names)
-        said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
+    faulty, names = faults_of(rows)
+    said += [f"{faulty} said a fault: {names}."] if faulty else []
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
