@@ -64,11 +64,8 @@ def stability_figures(
         draw["carrot-offset"] = partial(_carrot_figure, curves)
     if choices := choice_curves(result):
         draw["preview-choice"] = partial(choice_figure, result, choices)
-    content: dict[str, bytes] = {}
-    for index, (figure, make) in enumerate(draw.items()):
-        content |= {k: v for k, v in files_of(make, figure).items() if k.endswith(".png")}
-        tell(0.8 + 0.2 * (index + 1) / len(draw))
-    return content
+    files = files_of(draw, lambda _, share: tell(0.8 + 0.2 * share))
+    return {name: content for name, content in files.items() if name.endswith(".png")}
 
 
 def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], theme: Theme) -> Figure:
