@@ -149,24 +149,17 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     each_plant, each_drive = each("plant", plant), each("longitudinal", longitudinal)
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
-    known: dict[tuple[int, int], tuple[controllers.Controller, Vehicle, Pose]] = {}
-    checked: set[tuple[int, int]] = set()
+    known: dict[tuple[int, ...], tuple[controllers.Controller, Vehicle, Pose]] = {}
     drivers = []
-    for index, (driver, moved, drive) in enumerate(
+    for index, own in enumerate(
         zip(each("controller", controller), each_plant, each_drive, strict=True)
     ):
-        key = id(driver), id(moved)
+        key = tuple(map(id, own))
         if key not in known:
-            known[key] = _prepared(index, driver, moved)
-        # The vehicles that vary have the same axles, as controllers are refused where not.
-        if (id(driver), id(drive)) not in checked:
-            itself, vehicle, _ = known[key]
-            check_longitudinal(drive, itself.path, vehicle, f" of controller {index}")
-            checked.add((id(driver), id(drive)))
+            known[key] = _prepared(index, *own)
         drivers.append(known[key])
-    if starts is None:
-        poses = [begin for _, _, begin in drivers]
-    else:
+    poses = [begin for _, _, begin in drivers]
+    if starts is not None:
         given_poses = np.broadcast_to(starts, (count, 3)).tolist()
         poses = [
             pose_of(tuple(pose), start_at, vehicle)
@@ -212,7 +205,7 @@ def _common_length(several: dict[str, Any]) -> int:
 
 
 def _prepared(
-    index: int, controller: object, plant: CorePlant
+    index: int, controller: object, plant: CorePlant, longitudinal: Longitudinal | None
 ) -> tuple[controllers.Controller, Vehicle, Pose]:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
@@ -221,5 +214,6 @@ def _prepared(
     if (name := plant_name(plant)) not in plant_names():
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     vehicle = vehicle_of(plant)
-    start = default_start(controller.path, vehicle=vehicle)
-    return informed(controller, vehicle), vehicle, start
+    made = informed(controller, vehicle)
+    check_longitudinal(longitudinal, made.path, vehicle, f" of controller {index}")
+    return made, vehicle, default_start(made.path, vehicle=vehicle)
