@@ -49,18 +49,18 @@ def _rows() -> list[dict[str, Any]]:
 
 
 def _sweep() -> dict[str, Any]:
-    from popsteer.lab.report import shares, sweep
+    from popsteer.lab.report import sweep
     from popsteer.lab.sweep.figure import sweep_figure
 
     job, rows = _job(), _rows()
     many = [{**rows[k % 24], "run": k} for k in range(3 * 1500 + 24)]
-    dots, note = shares._dots(many, np.arange(len(many)), np.arange(len(many)))
+    dots, note = sweep._dots(many, np.arange(len(many)), np.arange(len(many)))
     return {
         "figure": documents.of_figure(sweep_figure(job, rows, THEMES["light"])),
         "none": documents.of_figure(sweep_figure(tables.job(vary={}), rows, THEMES["dark"])),
-        "error": shares.error_figure(job, rows),
-        "start": shares.start_figure(job, rows),
-        "quantities": shares.quantity_figures(job, rows),
+        "error": sweep.error_figure(job, rows),
+        "start": sweep.start_figure(job, rows),
+        "quantities": sweep.quantity_figures(job, rows),
         "verdicts": [sweep.verdict(each) for each in (rows, rows[:3], rows[3:4])],
         "many": [note, [len(each["x"]) for each in dots], [each["x"][:3] for each in dots]],
         "opacity": [each["marker"]["opacity"] for each in dots],

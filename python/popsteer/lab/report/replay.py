@@ -10,6 +10,7 @@ import numpy as np
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
 from popsteer.lab.report.colours import colours_of, figure, named, stairs
+from popsteer.lab.report.compare import PANELS
 from popsteer.lab.report.markup import badge, paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
 from popsteer.lab.report.page import Page, page_bytes
@@ -26,10 +27,7 @@ _DRIVER = "driver"
 _PANELS = (
     ANGLES,
     Panel("difference_deg", "Angle less the driver's [deg]", "less driver's [deg]", 2),
-    Panel("cross_track_error", "Cross-track error [m]", "e [m]", 3),
-    Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),
-    Panel("speed", "Speed [m/s]", "v [m/s]", 2),
-    Panel("status", "Status (thin: degraded, thick: fault)", "status"),
+    *(panel for panel in PANELS if panel is not ANGLES),
 )
 
 
