@@ -68,13 +68,7 @@ _BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
 
 
 def names() -> tuple[str, ...]:
-    """Name the baselines, whether their extras are installed or not.
-
-    Examples
-    --------
-    >>> names()
-    ('mpc',)
-    """
+    """Name the baselines, whether their extras are installed or not."""
     return tuple(_BASELINES)
 
 

@@ -76,12 +76,8 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
         # What is below the least level, the unstable, is left grey.
         shown = np.nan_to_num(1e3 * found, nan=-1.0)
         panel.set_facecolor(theme.path)
-        panel.contourf(
-            *(_SPEEDS, _DISTANCES, shown, _LEVELS),
-            norm=colours.norm,
-            cmap=colours.cmap,
-            extend="max",
-        )
+        look = {"norm": colours.norm, "cmap": colours.cmap, "extend": "max"}
+        panel.contourf(_SPEEDS, _DISTANCES, shown, _LEVELS, **look)
         params = result.params[name]
         line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in _SPEEDS]
         panel.plot(_SPEEDS, line, color="#ffffff", linewidth=4.0)

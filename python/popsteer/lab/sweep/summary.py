@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer.lab.common.layout import add_numbers, blank_table
+from popsteer.lab.common.names import counted
 from popsteer.sim import plant_name
 from popsteer.status import Status
 
@@ -194,13 +195,13 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     said = [success]
     if short := sum(row["steps"] < 2 for row in rows):
         said.append(
-            f"{short} {_runs(short)} less than two control periods: the start projects onto the end"
-            " of the path. Is it a lap (--closed)?"
+            f"{counted(short, 'run')} lasted less than two control periods: the start projects onto"
+            " the end of the path. Is it a lap (--closed)?"
         )
     if early := sum(row["finished"] and not math.isfinite(row[ERROR]) for row in rows):
         said.append(
-            f"{early} {_runs(early)} no longer than the first {settled:g} s, and settled nothing:"
-            " no success without evidence."
+            f"{counted(early, 'run')} lasted no longer than the first {settled:g} s, and settled"
+            " nothing: no success without evidence."
         )
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
@@ -217,10 +218,6 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said
-
-
-def _runs(count: int) -> str:
-    return "run lasted" if count == 1 else "runs lasted"
 
 
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
