@@ -24,7 +24,7 @@ from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.colours import log_axis, style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import Pack, deflated, distances
 from popsteer.logs import Log
 from popsteer.status import Status
@@ -76,9 +76,9 @@ def test_page_of_too_many_samples_leaves_some_out_and_says_so(
 ) -> None:
     scene = scene_of(comparison)
     page = Page("t", "l", "", "", [scene])
-    whole = page_bytes(page, lambda: "")
+    whole = page.content(lambda: "")
     monkeypatch.setattr(page_module, "LARGEST", len(whole) - 1)
-    part = page_bytes(page, lambda: "")
+    part = page.content(lambda: "")
     assert len(part) < len(whole)
     found = Html(part.decode())
     said = f"Of {scene.samples} samples one in 2 is drawn"
@@ -110,7 +110,7 @@ def test_samples_that_tell_most_are_never_left_out(comparison: compare.Compariso
 def test_page_that_cannot_be_small_enough_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page_module, "LARGEST", 1000)
     with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 1000"):
-        page_bytes(Page("t", "l", "", "", []), lambda: "")
+        Page("t", "l", "", "", []).content(lambda: "")
 
 
 def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
@@ -118,7 +118,7 @@ def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
 ) -> None:
     scene = scene_of(comparison)
     monkeypatch.setattr(page_module, "_MOST_POINTS", scene.points // 3)
-    text = page_bytes(Page("t", "l", "", "", [scene]), lambda: "").decode()
+    text = Page("t", "l", "", "", [scene]).content(lambda: "").decode()
     assert "one in 4 is drawn" in text
 
 
@@ -126,7 +126,7 @@ def test_markup_of_a_name_ends_nothing() -> None:
     evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028 {{plotly}}'
     assert json.loads(json_for_script({"name": evil})) == {"name": evil}
     assert not set("<>&\u2028") & set(json_for_script({"name": evil}))
-    text = page_bytes(Page(evil, evil, evil, "", []), lambda: "the library").decode()
+    text = Page(evil, evil, evil, "", []).content(lambda: "the library").decode()
     assert text.count(deflated(b"the library")) == 1
     found = Html(text)
     assert not [name for name, _ in found.elements if name == "img"]

@@ -14,7 +14,7 @@ from popsteer.lab.compare.table import caption, notes, tables
 from popsteer.lab.report.colours import Colour, colours_of, figure, log_axis, stairs
 from popsteer.lab.report.markup import badge, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
 
 if TYPE_CHECKING:
@@ -56,23 +56,21 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
     shown = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
     place = f" on {comparison.track}" if comparison.track else ""
     results = "".join(table(each, "Errors of the controllers") for each in tables(comparison))
-    return page_bytes(
-        Page(
-            title=f"{shown}{place}",
-            lead=caption(comparison),
-            command=origin.command,
-            results=verdict([comparison]) + results + paragraphs(notes(comparison)),
-            below=latency_table(comparison),
-            scenes=[scene_of(comparison)],
-            roles=colours_of(comparison.runs),
-            sections=[
-                vehicles(
-                    {comparison.plant: comparison.vehicle}, {comparison.plant: comparison.believed}
-                ),
-                tuning(origin, settings_block(comparison.first.settings)),
-            ],
-        )
-    )
+    return Page(
+        title=f"{shown}{place}",
+        lead=caption(comparison),
+        command=origin.command,
+        results=verdict([comparison]) + results + paragraphs(notes(comparison)),
+        below=latency_table(comparison),
+        scenes=[scene_of(comparison)],
+        roles=colours_of(comparison.runs),
+        sections=[
+            vehicles(
+                {comparison.plant: comparison.vehicle}, {comparison.plant: comparison.believed}
+            ),
+            tuning(origin, settings_block(comparison.first.settings)),
+        ],
+    ).content()
 
 
 def verdict(comparisons: Sequence[Comparison]) -> str:

@@ -13,7 +13,7 @@ from popsteer.lab.report.colours import colours_of, figure, named, stairs
 from popsteer.lab.report.compare import PANELS
 from popsteer.lab.report.markup import badge, paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
 
 if TYPE_CHECKING:
@@ -51,20 +51,18 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     """
     origin = Origin() if origin is None else origin
     titles = ", ".join(map(title_of, found.shadows))
-    return page_bytes(
-        Page(
-            title=f"{titles} beside the driver of {found.log.name}",
-            lead=caption(found),
-            command=origin.command,
-            results=verdict(found)
-            + table(replay_table(found), "Angles beside the driver's")
-            + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
-            scenes=[_scene(found)],
-            roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
-            figures=[_histogram(found)],
-            sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
-        )
-    )
+    return Page(
+        title=f"{titles} beside the driver of {found.log.name}",
+        lead=caption(found),
+        command=origin.command,
+        results=verdict(found)
+        + table(replay_table(found), "Angles beside the driver's")
+        + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
+        scenes=[_scene(found)],
+        roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
+        figures=[_histogram(found)],
+        sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
+    ).content()
 
 
 def verdict(found: Replay) -> str:

@@ -15,7 +15,7 @@ from popsteer.lab.report.colours import dots, figure, log_axis, named, ranked, r
 from popsteer.lab.report.compare import PANELS, actor_of
 from popsteer.lab.report.markup import badge, block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, Section, page_bytes
+from popsteer.lab.report.page import Page, Section
 from popsteer.lab.report.scene import Scene, distances
 from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.job import repeat
@@ -74,30 +74,28 @@ def of_sweep(
         varies = block("Distributions, as --distributions reads them", drawn, is_open=True)
     label = job.label or "plant"
     made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole})
-    return page_bytes(
-        Page(
-            title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
-            lead=summary.caption(job, rows),
-            command=command,
-            results=verdict(rows)
-            + table(summary.tables(job, rows)[0], "Percentiles and worst runs")
-            + _worst_table(job, rows, file)
-            + paragraphs(summary.notes(job, rows)),
-            scenes=[_scene(job, median, runs, progress)],
-            figures=[
-                envelope_figure(job, rows, progress and partial(progress, "envelope")),
-                error_figure(job, rows),
-                *start_figure(job, rows),
-                *quantity_figures(job, rows),
-            ],
-            roles={"good": named("pop"), "bad": named("pid")},
-            sections=[
-                vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
-                tuning(made, settings_block(job.settings or sim.Settings())),
-                Section("drawn", "What varies", varies),
-            ],
-        )
-    )
+    return Page(
+        title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
+        lead=summary.caption(job, rows),
+        command=command,
+        results=verdict(rows)
+        + table(summary.tables(job, rows)[0], "Percentiles and worst runs")
+        + _worst_table(job, rows, file)
+        + paragraphs(summary.notes(job, rows)),
+        scenes=[_scene(job, median, runs, progress)],
+        figures=[
+            envelope_figure(job, rows, progress and partial(progress, "envelope")),
+            error_figure(job, rows),
+            *start_figure(job, rows),
+            *quantity_figures(job, rows),
+        ],
+        roles={"good": named("pop"), "bad": named("pid")},
+        sections=[
+            vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
+            tuning(made, settings_block(job.settings or sim.Settings())),
+            Section("drawn", "What varies", varies),
+        ],
+    ).content()
 
 
 def verdict(rows: Sequence[dict[str, Any]]) -> str:
