@@ -369,7 +369,7 @@ def test_point_of_the_car_is_found_where_it_was() -> None:
 
 
 def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() -> None:
-    from popsteer.identification.simulate import _starts, compared
+    from popsteer.identification.result import _starts, compared
 
     ready, yaw = _positions(-1.3, 0.002, 0.01)
     assert _starts(ready) == [0, 20, 220, 420]
