@@ -5,13 +5,6 @@ optimisation) on the states of a recorded drive, beside the other controllers, t
 reference, an empty method of the same binding and signature, the yardsticks from outside where they
 are at hand, and the paper's 3.239 ms. How the clock is read is explained in
 `popsteer.lab.common.timing`; all figures are of one run, and all ratios of its medians.
-
-Examples
---------
->>> from popsteer.lab.bench import latency
->>> report = latency.measure(calls=1000, reference_calls=32)
->>> [name for name, ratio in report.ratios.items() if ratio][:3]
-['reference_over_step', 'reference_over_step_of_paper', 'step_over_empty_call']
 """
 
 from __future__ import annotations

@@ -139,8 +139,7 @@ class Experiment:
         seed: int,
         *,
         keep_records: bool = False,
-        keep_going: bool = False,
-        progress: Callable[[float], object] | None = None,
+        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
     ) -> Run:
         """Drive one run, from its plant, start and noise."""
         settings = Settings() if self.settings is None else self.settings
@@ -155,8 +154,7 @@ class Experiment:
             settings=settings.replace(keep_records=keep_records),
             noise=made.noise,
             seed=seed,
-            keep_going=keep_going,
-            progress=progress,
+            **how,
         )
 
     def drive_each(

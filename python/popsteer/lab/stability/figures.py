@@ -23,7 +23,6 @@ from popsteer.sim import plant_names
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
@@ -211,30 +210,19 @@ def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme)
             markersize=5,
             label=said,
         )
-        # Beside the steep curve, below the flat one.
-        _mark(panel, found, _MARKED.get(said, ()), (8, -4) if law == "pop" else (-5, -14), theme)
+        for value, dead_time, offset in zip(*found, strict=True):
+            if value in _MARKED.get(said, ()) and math.isfinite(dead_time):
+                panel.annotate(
+                    f"{value:g}",
+                    (1e3 * dead_time, abs(offset)),
+                    # Beside the steep curve, below the flat one.
+                    xytext=(8, -4) if law == "pop" else (-5, -14),
+                    textcoords="offset points",
+                    fontsize=8.5,
+                    color=theme.text,
+                )
     panel.set(xlabel="dead time that may be added [ms]", xlim=(0.0, None), ylim=(-0.08, 1.1))
     panel.set_ylabel("offset in the bend [m]")
     panel.set_title(f"A bend of {_RADIUS:g} m radius at {_SPEED:g} m/s", pad=8)
     panel.legend(fontsize=8.5, loc="upper left")
     return _captioned(figure, stability_caption(result), theme)
-
-
-def _mark(
-    panel: Axes,
-    found: Choice,
-    values: tuple[float, ...],
-    shift: tuple[int, int],
-    theme: Theme,
-) -> None:
-    """Write some values of the parameter beside their points."""
-    for value, dead_time, offset in zip(*found, strict=True):
-        if value in values and math.isfinite(dead_time):
-            panel.annotate(
-                f"{value:g}",
-                (1e3 * dead_time, abs(offset)),
-                xytext=shift,
-                textcoords="offset points",
-                fontsize=8.5,
-                color=theme.text,
-            )
