@@ -123,8 +123,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     >>> runs["max_abs_cross_track_error"]
     array([0.5, 1. , 2. ])
     """
-    starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
-    speeds = _floats("speed", speed, {(), (None,)})
+    starts = None if start is None else _floats("start", start, (3,))
+    speeds = _floats("speed", speed, ())
     several: dict[str, Any] = {
         "controller": None if isinstance(controller, controllers.CONTROLLERS) else list(controller),
         # A name is a sequence too, of letters.
@@ -141,8 +141,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         """Give what there is for each run, or what is for all as often as there are runs."""
         return [one] * count if several[name] is None else several[name]
 
-    seeds: Any = several["seed"]
-    for given in (cast("int", seed),) if seeds is None else seeds:
+    seeds = each("seed", seed)
+    for given in seeds:
         check_seed(given)
     if threads is not None:
         check_count("threads", threads, 1, _MAX_THREADS)
@@ -166,7 +166,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
             for pose, (_, vehicle, _) in zip(given_poses, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
-    streams = [(seed, k) for k in range(count)] if seeds is None else [(each, 0) for each in seeds]
+    # Of one seed for all, each run has a stream of its own.
+    streams = zip(seeds, range(count) if several["seed"] is None else [0] * count, strict=True)
     return _core.run_many(
         [
             (itself, moved, state, (through, *stream), drive)
@@ -182,16 +183,15 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     )
 
 
-def _floats(name: str, value: ArrayLike, shapes: set[tuple[int | None, ...]]) -> NDArray[Any]:
-    """Give `value` as an array of floats of one of the shapes, in which None is any length."""
+def _floats(name: str, value: ArrayLike, one: tuple[int, ...]) -> NDArray[Any]:
+    """Give `value` as an array of floats of the shape of `one` run, or of any number of them."""
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ConfigError(name, value, "numbers") from error
-    free = (None, *array.shape[1:])
-    if not ({array.shape, free} & shapes):
-        listed = " or ".join(sorted(str(shape).replace("None", "N") for shape in shapes))
-        raise ConfigError(name, array.shape, f"of shape {listed}")
+    if one not in (array.shape, array.shape[1:]):
+        several = str((None, *one)).replace("None", "N")
+        raise ConfigError(name, array.shape, f"of shape {one} or {several}")
     return array
 
 
