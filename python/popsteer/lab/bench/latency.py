@@ -88,21 +88,19 @@ def measure(
 
 
 def run(
-    json_file: str | os.PathLike[str] | None = None,
-    console: Console | None = None,
+    json_file: str | os.PathLike[str] | None,
+    console: Console,
     *,
     yardsticks_folder: str | os.PathLike[str] | None = None,
 ) -> LatencyReport:
     """Measure, print the table, and write the JSON file: what ``popsteer bench`` does; needs rich.
 
-    Table and progress bar go to `console`, standard output by default. Raises, besides what
+    Table and progress bar go to `console`. Raises, besides what
     `measure` does, PopsteerError where the folder of the yardsticks does not hold them, and OSError
     where the JSON file cannot be written; the table is printed all the same.
     """
-    from rich.console import Console
     from rich.progress import Progress
 
-    console = Console() if console is None else console
     drive = at_hand()
     outside = yardsticks.at_hand(drive, yardsticks_folder)
     # Without auto_refresh rich starts no thread, which would run in the midst of what is timed.
