@@ -98,28 +98,18 @@ _SHORTEST = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Shadow:
-    """What one controller would have done.
-
-    Attributes
-    ----------
-    name : str
-        Name of the controller.
-    path : Path
-        What it would have followed.
-    steer : (N,) ndarray of float64
-        The angles that it would have commanded [rad].
-    cross_track_error, heading_error : (N,) ndarray of float64
-        The errors of its tracked point as the car was driven [m, rad].
-    status : (N,) ndarray of uint32
-        The bits of `popsteer.Status`.
-    """
+    """What one controller would have done: arrays with a number for each row of the log."""
 
     name: str
     path: Path
+    """What it would have followed."""
     steer: Array
+    """The angles that it would have commanded [rad]."""
     cross_track_error: Array
     heading_error: Array
+    """The errors of its tracked point as the car was driven [m, rad]."""
     status: NDArray[np.uint32]
+    """The bits of `popsteer.Status`."""
 
     def share(self, level: str) -> float:
         """Give the share of the rows whose status is of this level, "degraded" or "fault"."""
