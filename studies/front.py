@@ -81,7 +81,7 @@ def main() -> None:
     """Put the table and the figure into docs/."""
     lines = [front_line(rate, heading) for heading in HEADING for rate in STEER_RATE]
     write_table("preview_pop.md", "front", lines)
-    for name, content in files_of(partial(front_figure, lines), "front").items():
+    for name, content in files_of({"front": partial(front_figure, lines)}).items():
         if name.endswith(".png"):
             (DOCS / "figures" / name).write_bytes(content)
     print("\n".join(lines))

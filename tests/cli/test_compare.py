@@ -167,7 +167,7 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("popsteer.lab.compare.figures.render", lambda *arguments: {})
+    monkeypatch.setattr("popsteer.lab.common.draw.drawn", lambda *arguments: {})
     waypoints = str(authors_data() / "waypoints.csv")
     yaw = -1.574
     # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is predicted.
@@ -266,12 +266,12 @@ def test_compare_closed_waypoints_go_round(
 def test_compare_where_drawing_fails_writes_nothing(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from popsteer.lab.compare import figures
+    from popsteer.lab.common import draw
 
     def fail(*arguments: Any) -> Any:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(figures, "render", fail)
+    monkeypatch.setattr(draw, "drawn", fail)
     out = tmp_path / "out"
     outcome = command.call(capsys, "compare", "--track", "straight", "--out", str(out))
     assert (outcome.status, outcome.err) == (2, "popsteer: No space left on device\n")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from popsteer import AdaptParams, Vehicle, controllers, sim
-from popsteer.lab.compare import figures
+from popsteer.lab.common import draw
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ POP = ("--controllers", "pop")
 @pytest.fixture
 def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes longer than everything else, and is looked at elsewhere."""
-    monkeypatch.setattr(figures, "render", lambda *arguments: {})
+    monkeypatch.setattr(draw, "drawn", lambda *arguments: {})
 
 
 def _other(value: float) -> float:

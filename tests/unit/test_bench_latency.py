@@ -276,7 +276,7 @@ def test_measure_progress_rises_to_one_and_garbage_is_collected_again(
 def test_run_prints_the_table_and_writes_the_file(
     drive: Drive, report: LatencyReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(latency, "at_hand", lambda _data: drive)
+    monkeypatch.setattr(latency, "at_hand", lambda: drive)
     monkeypatch.setattr(latency, "_CALLS", 320)
     absent = yardsticks.Yardsticks(absent=dict.fromkeys(yardsticks.ROWS, "install [this]"))
     monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: absent)
@@ -304,7 +304,7 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
     drive: Drive, report: LatencyReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(latency, "measure", lambda *_args, **_kwargs: report)
-    monkeypatch.setattr(latency, "at_hand", lambda _data: drive)
+    monkeypatch.setattr(latency, "at_hand", lambda: drive)
     monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: yardsticks.Yardsticks())
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(OSError, match="taken"):

@@ -225,12 +225,12 @@ def test_at_hand_with_recording_takes_it(tmp_path: Path, monkeypatch: pytest.Mon
     (tmp_path / "checkout").mkdir()
     monkeypatch.chdir(tmp_path / "checkout")
     assert "recorded" in at_hand().source
-    assert at_hand(folder).states == at_hand().states
+    assert at_hand().states == recorded(folder).states
 
 
-def test_at_hand_named_folder_missing_is_an_error(tmp_path: Path) -> None:
+def test_recorded_folder_missing_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(PathError, match="cannot be read"):
-        at_hand(tmp_path / "nowhere")
+        recorded(tmp_path / "nowhere")
 
 
 @pytest.mark.skipif(not RECORDING.is_dir(), reason="the authors' recorded run is not at hand")

@@ -180,7 +180,7 @@ def test_at_hand_in_a_checkout_finds_the_files(
     drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(yardsticks, "_load", lambda _file: lambda _drive: None)
+    monkeypatch.setattr("popsteer.own.load", lambda _what, _place: lambda _drive: None)
     found = yardsticks.at_hand(drive)
     assert not any("--yardsticks" in why for why in found.absent.values())
 

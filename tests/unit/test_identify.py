@@ -78,7 +78,14 @@ def test_chain_moves_its_wheels_as_the_car_does() -> None:
     car = CAR.replace(max_steer_rate=0.3)
     columns = _drive(car, seconds=20.0, noise=0.0)
     chain = Chain(prepare(Log(**columns)), "wheels")
-    yaw = chain.yaw(2.7, 0.003, CAR.steer_offset, 0.12, 0.2, rate=0.3)
+    yaw = chain.yaw(
+        turning_wheelbase=2.7,
+        understeer=0.003,
+        steer_offset=CAR.steer_offset,
+        steer_lag=0.12,
+        dead_time=0.2,
+        max_steer_rate=0.3,
+    )
     # The car starts with straight wheels, the simulation with those of the first command.
     settled = columns["t"] > 2.0
     difference = (yaw - columns["yaw"])[settled]

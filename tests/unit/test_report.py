@@ -16,14 +16,16 @@ from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import compare, replay
 from popsteer.lab.common.layout import blank_table
+from popsteer.lab.report import compare as compare_page
 from popsteer.lab.report import of_comparison
 from popsteer.lab.report import page as page_module
+from popsteer.lab.report import replay as replay_page
+from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.colours import log_axis, style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import Pack, deflated, distances
-from popsteer.lab.report.verdict import of_rows, of_runs, of_shadows
 from popsteer.logs import Log
 from popsteer.status import Status
 from tests.pages_of_html import Html, columns
@@ -74,9 +76,9 @@ def test_page_of_too_many_samples_leaves_some_out_and_says_so(
 ) -> None:
     scene = scene_of(comparison)
     page = Page("t", "l", "", "", [scene])
-    whole = page_bytes(page, lambda: "")
+    whole = page.content(lambda: "")
     monkeypatch.setattr(page_module, "LARGEST", len(whole) - 1)
-    part = page_bytes(page, lambda: "")
+    part = page.content(lambda: "")
     assert len(part) < len(whole)
     found = Html(part.decode())
     said = f"Of {scene.samples} samples one in 2 is drawn"
@@ -108,7 +110,7 @@ def test_samples_that_tell_most_are_never_left_out(comparison: compare.Compariso
 def test_page_that_cannot_be_small_enough_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page_module, "LARGEST", 1000)
     with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 1000"):
-        page_bytes(Page("t", "l", "", "", []), lambda: "")
+        Page("t", "l", "", "", []).content(lambda: "")
 
 
 def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
@@ -116,7 +118,7 @@ def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
 ) -> None:
     scene = scene_of(comparison)
     monkeypatch.setattr(page_module, "_MOST_POINTS", scene.points // 3)
-    text = page_bytes(Page("t", "l", "", "", [scene]), lambda: "").decode()
+    text = Page("t", "l", "", "", [scene]).content(lambda: "").decode()
     assert "one in 4 is drawn" in text
 
 
@@ -124,7 +126,7 @@ def test_markup_of_a_name_ends_nothing() -> None:
     evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028 {{plotly}}'
     assert json.loads(json_for_script({"name": evil})) == {"name": evil}
     assert not set("<>&\u2028") & set(json_for_script({"name": evil}))
-    text = page_bytes(Page(evil, evil, evil, "", []), lambda: "the library").decode()
+    text = Page(evil, evil, evil, "", []).content(lambda: "the library").decode()
     assert text.count(deflated(b"the library")) == 1
     found = Html(text)
     assert not [name for name, _ in found.elements if name == "img"]
@@ -162,11 +164,11 @@ def test_page_tells_the_plant_from_what_the_controllers_were_given() -> None:
 
 def test_page_begins_with_who_finished_and_who_did_not(comparison: compare.Comparison) -> None:
     good = '<p class="verdict good"><strong>2 of 2 runs finished without a fault</strong></p>'
-    assert of_runs([comparison]) == good
+    assert compare_page.verdict([comparison]) == good
     assert f"<h2>Results</h2>{good}" in of_comparison(comparison).decode()
     path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     short = compare.run(path, ["pop"], settings=sim.Settings(time_limit=1.0))
-    said = of_runs([comparison, short])
+    said = compare_page.verdict([comparison, short])
     assert said.startswith('<p class="verdict bad"><strong>2 of 3 runs finished')
     assert "POP on carla-identified (did not finish: time limit" in said
 
@@ -174,14 +176,14 @@ def test_page_begins_with_who_finished_and_who_did_not(comparison: compare.Compa
 def test_verdict_of_a_sweep_and_of_a_replay_says_what_went_wrong() -> None:
     row = {"success": True, "finished": True, "faults": 0}
     fault = row | {"success": False, "faults": int(Status.DEVIATING)}
-    said = of_rows([row] * 8 + [fault, fault | {"finished": False}])
+    said = sweep_page.verdict([row] * 8 + [fault, fault | {"finished": False}])
     assert '"verdict bad"><strong>8 of 10 runs succeeded, 80 %</strong>' in said
     assert "49 to 94 %; 1 did not finish; 2 reported a fault: deviating" in said
     t = np.arange(0.0, 10.0, 0.05)
     yaw = 0.4 * t  # a left turn, with the angle of a right one
     log = Log(t, 20.0 * np.sin(yaw), 20.0 - 20.0 * np.cos(yaw), yaw, 8.0 + 0.0 * t, 0.0 * t - 0.13)
     found = replay.run(log, {"stanley": None}, popsteer.Vehicle())
-    assert '"verdict bad"><strong>0 of 1 controller reported no fault' in of_shadows(found)
+    assert '"verdict bad"><strong>0 of 1 controller reported no fault' in replay_page.verdict(found)
 
 
 def test_papers_columns_are_of_the_papers_track_alone(comparison: compare.Comparison) -> None:

@@ -290,6 +290,8 @@ def test_chain_turns_the_car_as_its_formula_says() -> None:
     for kind in kinds:
         chain = Chain(drive, kind)
         lag, dead_time, offset, shift = 0.15, 0.07, 0.02, 3e-4
+        values = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": shift}
+        values |= {"steer_offset": offset, "steer_lag": lag, "dead_time": dead_time}
         wheels = Wheels(drive.times, drive.commands, lag if kind == "wheels" else 0.0, None)
         total = wheels.integral(drive.edges - dead_time)
         angle = np.diff(total) / drive.cell + offset
@@ -304,9 +306,9 @@ def test_chain_turns_the_car_as_its_formula_says() -> None:
                 means.append(float(np.mean(0.5 * (fine[1:] + fine[:-1]))))
                 state = fine[-1]
             rate = np.array(means)
-        found = chain.rate(2.6, 0.003, offset, lag, dead_time, shift)
+        found = chain.rate(**values)
         assert found == pytest.approx(rate, abs=1e-6), kind
-        yaw = chain.yaw(2.6, 0.003, offset, lag, dead_time, shift)
+        yaw = chain.yaw(**values)
         heading = np.concatenate(([0.0], np.cumsum(rate))) * drive.cell
         assert yaw == pytest.approx(np.interp(drive.t, drive.edges, heading), abs=1e-6)
 
@@ -367,7 +369,7 @@ def test_point_of_the_car_is_found_where_it_was() -> None:
 
 
 def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() -> None:
-    from popsteer.identification.simulate import _starts, compared
+    from popsteer.identification.result import _starts, compared
 
     ready, yaw = _positions(-1.3, 0.002, 0.01)
     assert _starts(ready) == [0, 20, 220, 420]

@@ -17,7 +17,6 @@ from popsteer.lab.compare import table as compare_table
 from popsteer.lab.compare.files import metrics_json
 from popsteer.lab.report import compare as times
 from popsteer.lab.report import matrix as matrix_page
-from popsteer.lab.report import shares as envelope
 from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.colours import log_axis
 from popsteer.lab.report.compare import actor_of
@@ -154,10 +153,10 @@ def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
         records = {"x": x, "y": flat, "yaw": flat, "speed": 5.0 + flat}
         return SimpleNamespace(records={**records, "cross_track_error": error})
 
-    monkeypatch.setattr(envelope, "repeat", repeat)
+    monkeypatch.setattr(sweep_page, "repeat", repeat)
     rows = [row(k, 0.01 * (k % 7)) for k in range(8)]
     shares: list[float] = []
-    figure = envelope.envelope_figure(job(runs=8), rows, shares.append)
+    figure = sweep_page.envelope_figure(job(runs=8), rows, shares.append)
     assert driven == [6, *range(8)]
     assert shares == pytest.approx([k / 9.0 for k in range(9)])
     low, high, worst = figure["traces"]
@@ -172,7 +171,7 @@ def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
     # Of many runs at most a hundred are driven, evenly chosen.
     driven.clear()
     many = [row(k, 0.001 * k) for k in range(250)]
-    assert "of 84 of 250 runs and it" in envelope.envelope_figure(job(runs=250), many)["note"]
+    assert "of 84 of 250 runs and it" in sweep_page.envelope_figure(job(runs=250), many)["note"]
     assert driven == [249, *range(0, 250, 3)]
 
 

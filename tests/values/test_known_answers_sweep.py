@@ -11,9 +11,8 @@ import pytest
 
 import popsteer
 from popsteer import Status, sim
-from popsteer.lab.report import shares
-from popsteer.lab.report.sweep import _worst_table
-from popsteer.lab.report.verdict import of_rows
+from popsteer.lab.report import sweep
+from popsteer.lab.report.sweep import _worst_table, verdict
 from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.summary import ERROR
 from tests.pages_of_html import Html
@@ -112,7 +111,7 @@ def test_rates_over_tenths_cover_the_values_without_a_gap() -> None:
 
 
 def test_histogram_has_every_run_once_in_its_bin() -> None:
-    figure = shares.error_figure(job(deviation=0.15), ROWS)
+    figure = sweep.error_figure(job(deviation=0.15), ROWS)
     good, bad = figure["traces"]
     assert (good["name"], sum(good["y"])) == ("succeeded", 8)
     assert (bad["name"], sum(bad["y"])) == ("failed", 2)
@@ -132,7 +131,7 @@ def test_start_figure_has_degrees_and_each_kind_of_run() -> None:
     rows = [row(k, 0.1, start_yaw=0.1 * k, start_offset=-1.0 * k) for k in range(3)]
     rows[1] |= {"success": False}
     rows[2] |= {"success": False, "finished": False}
-    (figure,) = shares.start_figure(both, rows)
+    (figure,) = sweep.start_figure(both, rows)
     for k, (trace, name) in enumerate(
         zip(figure["traces"], ("succeeded", "failed", "did not finish"), strict=True)
     ):
@@ -140,12 +139,12 @@ def test_start_figure_has_degrees_and_each_kind_of_run() -> None:
         assert trace["x"] == pytest.approx([-1.0 * k])
         assert trace["y"] == pytest.approx([math.degrees(0.1 * k)], rel=1e-4)
         assert trace["text"] == [f"run {k}"]
-    assert shares.start_figure(job(), rows) == []
+    assert sweep.start_figure(job(), rows) == []
 
 
 def test_share_that_succeeds_is_drawn_in_percent_with_its_interval() -> None:
     rows = [row(k, 0.1, success=k < 45, steer_lag=float(k)) for k in range(100)]
-    figure = next(f for f in shares.quantity_figures(job(), rows) if f["title"] == "steer_lag")
+    figure = next(f for f in sweep.quantity_figures(job(), rows) if f["title"] == "steer_lag")
     rates = figure["traces"][-1]
     assert rates["y"][0] == 100.0
     assert rates["y"][-1] == 0.0
@@ -158,7 +157,7 @@ def test_share_that_succeeds_is_drawn_in_percent_with_its_interval() -> None:
 
 
 def test_report_says_the_rate_and_repeats_the_worst_run() -> None:
-    text = Html(of_rows(ROWS))
+    text = Html(verdict(ROWS))
     assert text.texts["strong"] == ["8 of 10 runs succeeded, 80 %"]
     page = Html(_worst_table(job(), ROWS, "out/a b.csv"))
     assert any(

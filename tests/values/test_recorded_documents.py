@@ -49,19 +49,19 @@ def _rows() -> list[dict[str, Any]]:
 
 
 def _sweep() -> dict[str, Any]:
-    from popsteer.lab.report import shares, verdict
+    from popsteer.lab.report import sweep
     from popsteer.lab.sweep.figure import sweep_figure
 
     job, rows = _job(), _rows()
     many = [{**rows[k % 24], "run": k} for k in range(3 * 1500 + 24)]
-    dots, note = shares._dots(many, np.arange(len(many)), np.arange(len(many)))
+    dots, note = sweep._dots(many, np.arange(len(many)), np.arange(len(many)))
     return {
         "figure": documents.of_figure(sweep_figure(job, rows, THEMES["light"])),
         "none": documents.of_figure(sweep_figure(tables.job(vary={}), rows, THEMES["dark"])),
-        "error": shares.error_figure(job, rows),
-        "start": shares.start_figure(job, rows),
-        "quantities": shares.quantity_figures(job, rows),
-        "verdicts": [verdict.of_rows(each) for each in (rows, rows[:3], rows[3:4])],
+        "error": sweep.error_figure(job, rows),
+        "start": sweep.start_figure(job, rows),
+        "quantities": sweep.quantity_figures(job, rows),
+        "verdicts": [sweep.verdict(each) for each in (rows, rows[:3], rows[3:4])],
         "many": [note, [len(each["x"]) for each in dots], [each["x"][:3] for each in dots]],
         "opacity": [each["marker"]["opacity"] for each in dots],
     }
@@ -84,14 +84,13 @@ def _tune() -> dict[str, Any]:
 def _replay() -> dict[str, Any]:
     from popsteer.lab.replay.figure import replay_figure
     from popsteer.lab.report import replay as page
-    from popsteer.lab.report import verdict
 
     found = replay()
     return {
         "figure": documents.of_figure(replay_figure(found, THEMES["light"])),
         "scene": _scene(page._scene(found)),
         "histogram": page._histogram(found),
-        "verdict": verdict.of_shadows(found),
+        "verdict": page.verdict(found),
     }
 
 
@@ -159,20 +158,19 @@ def _comparison(plant: str, track: str, **errors: float) -> Any:
 
 def _compare() -> dict[str, Any]:
     from popsteer.lab.report import compare as page
-    from popsteer.lab.report import compare as times
-    from popsteer.lab.report import matrix, verdict
+    from popsteer.lab.report import matrix
 
     one = _comparison("car", "lap", pop=0.02, preview_pop=0.01, stanley=-0.3)
     other = _comparison("van", "lap", pop=0.03, stanley=1.3)
     third = _comparison("car", "bend", pop=0.04, stanley=0.0)
     found: Any = SimpleNamespace(comparisons=[one, other, third])
-    latency = times.latency_figure(one)
+    latency = page.latency_figure(one)
     # In between it says on what machine.
     latency[0]["note"] = latency[0]["note"].partition(" Single")[1:]
     bare: Any = SimpleNamespace(**{**vars(one), "latencies": {}})
     return {
         "scene": _scene(page.scene_of(bare)),
-        "verdicts": [verdict.of_runs(each) for each in ([one], [other], [one, other, third])],
+        "verdicts": [page.verdict(each) for each in ([one], [other], [one, other, third])],
         "pivot": matrix._pivot(found),
         "figures": [matrix._figure(found, plant) for plant in ("car", "van")],
         "latency": latency,

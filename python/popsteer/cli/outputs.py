@@ -125,7 +125,7 @@ def draw_figures(
 
     if not figure_paths(out):
         return {}
-    drawn = files_of(draw, out.stem, progress.update)
+    drawn = files_of({out.stem: draw}, progress.update)
     return {out.with_name(name): data for name, data in drawn.items()}
 
 

@@ -134,7 +134,7 @@ def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]
     from popsteer.lab.replay.figure import replay_figure
 
     content = {
-        **files_of(partial(replay_figure, found), "replay", progress.update),
+        **files_of({"replay": partial(replay_figure, found)}, progress.update),
         "replay.csv": replay_csv(found).encode(),
         "summary.csv": summary_csv(found).encode(),
     }

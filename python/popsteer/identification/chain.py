@@ -8,9 +8,9 @@ is that of the yaw rate behind the wheels; on tyres it grows with the speed. At 
 three cannot be distinguished. If a car brakes into a bend and accelerates out of it, they differ by
 up to 10 ms of delay, so the fit tries them all.
 
-Also, braking loads the front tyres, and the car turns more; with `shift`
+Also, braking loads the front tyres, and the car turns more; with `load_shift`
 
-    understeer + shift v'
+    understeer + load_shift v'
 
 replaces `understeer`. A controller does not use it. Without it the fit would attribute its effect
 to the delay: the dead time of a CommonRoad car on a race track comes out 20 ms too short.
@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -85,38 +85,41 @@ class Chain:
     lag_of: LagOf = "yaw rate"
     _wheels: dict[tuple[float, float | None], Wheels] = field(default_factory=dict)
 
-    def yaw(self, *values: Any, **more: float) -> Array:  # noqa: ANN401 - as `rate` takes them
+    def yaw(self, **values: float) -> Array:
         """Simulate the heading [rad] at the log's samples, 0 at the first, as `rate` does."""
-        turned = np.cumsum(self.rate(*values, **more))
+        turned = np.cumsum(self.rate(**values))
         heading = np.concatenate(([0.0], turned)) * self.drive.cell
         return np.interp(self.drive.t, self.drive.edges, heading)
 
     def rate(
         self,
-        length: float,
+        *,
+        turning_wheelbase: float,
         understeer: float,
-        offset: float,
-        lag: float,
+        steer_offset: float,
+        steer_lag: float,
         dead_time: float,
-        shift: float = 0.0,
-        rate: float | None = None,
+        load_shift: float = 0.0,
+        max_steer_rate: float | None = None,
     ) -> Array:
         """Simulate the mean yaw rate of each cell [rad/s].
 
-        `length` [m] and `understeer` [s²/m] make the turning wheelbase, to which each m/s² of
-        acceleration adds `shift` v² [s⁴/m²]. `offset` [rad], `lag`, `dead_time` [s] and `rate`
-        [rad/s] are those of the wheels.
+        The parameters are those of `Vehicle`; each m/s² of acceleration adds `load_shift` v²
+        [s⁴/m²] to the turning wheelbase.
         """
-        shifted = self.wheels(lag, rate).integral(self.drive.edges - dead_time)
-        wheel = np.clip(np.diff(shifted) / self.drive.cell + offset, -_MOST_ANGLE, _MOST_ANGLE)
+        wheels = self.wheels(steer_lag, max_steer_rate)
+        shifted = wheels.integral(self.drive.edges - dead_time)
+        wheel = np.diff(shifted) / self.drive.cell + steer_offset
+        wheel = np.clip(wheel, -_MOST_ANGLE, _MOST_ANGLE)
         speed = self.drive.speed
-        slope = understeer + shift * self.drive.acceleration
+        slope = understeer + load_shift * self.drive.acceleration
+        length = turning_wheelbase + slope * speed * speed
         # Far from the answer the length may cross zero; it is kept from there.
-        turning = speed * np.tan(wheel) / np.maximum(length + slope * speed * speed, 1e-3)
+        turning = speed * np.tan(wheel) / np.maximum(length, 1e-3)
         if self.lag_of == "wheels":
             return turning
         relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
-        return _lagged(turning, lag * relative, self.drive.cell)
+        return _lagged(turning, steer_lag * relative, self.drive.cell)
 
     def wheels(self, lag: float, rate: float | None = None) -> Wheels:
         """Give the wheels without dead time and offset."""

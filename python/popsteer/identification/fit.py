@@ -29,34 +29,17 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
-"""What is fitted, in the order of `Chain.yaw`; `max_steer_rate` where it was reached."""
+"""What is fitted, as `Chain.yaw` takes it; `max_steer_rate` where it was reached."""
 LAGS: tuple[LagOf, ...] = ("yaw rate", "wheels", "tyres")
-_SCALE = {
-    "turning_wheelbase": 1.0,
-    "understeer": 1e-3,
-    "steer_offset": 0.01,
-    "steer_lag": 0.1,
-    "dead_time": 0.1,
-    "load_shift": 1e-4,
-    "max_steer_rate": 0.1,
-}
-_LOW = {
-    "turning_wheelbase": 0.01,
-    "understeer": -0.1,
-    "steer_offset": -0.5,
-    "steer_lag": 0.0,
-    "dead_time": 0.0,
-    "load_shift": -0.1,
-    "max_steer_rate": 0.02,
-}
-_HIGH = {
-    "turning_wheelbase": 100.0,
-    "understeer": 1.0,
-    "steer_offset": 0.5,
-    "steer_lag": 2.0,
-    "dead_time": 1.5,
-    "load_shift": 0.1,
-    "max_steer_rate": 20.0,
+# The lowest and the highest value of each, and its scale.
+_BOUNDS = {
+    "turning_wheelbase": (0.01, 100.0, 1.0),
+    "understeer": (-0.1, 1.0, 1e-3),
+    "steer_offset": (-0.5, 0.5, 0.01),
+    "steer_lag": (0.0, 2.0, 0.1),
+    "dead_time": (0.0, 1.5, 0.1),
+    "load_shift": (-0.1, 0.1, 1e-4),
+    "max_steer_rate": (0.02, 20.0, 0.1),
 }
 _STEP = {"max_steer_rate": 0.03}
 _RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
@@ -176,8 +159,7 @@ class _Task:
 
     def error(self, values: Mapping[str, float]) -> Array:
         """Give what the simulation leaves of the measured heading [rad]."""
-        simulated = self.chain.yaw(*_arguments(values))
-        left: Array = self.drive.yaw - simulated
+        left: Array = self.drive.yaw - self.chain.yaw(**values)
         return left
 
     def residual(self, values: Mapping[str, float]) -> Array:
@@ -255,9 +237,7 @@ class _Task:
         """Fit some of the parameters, with the noise as it is."""
         from scipy.optimize import least_squares
 
-        low = np.array([_LOW[name] for name in names])
-        high = np.array([_HIGH[name] for name in names])
-        scale = np.array([_SCALE[name] for name in names])
+        low, high, scale = np.transpose([_BOUNDS[name] for name in names])
         found = least_squares(
             lambda z: self.residual({**values, **_named(names, z)}),
             np.clip([values[name] for name in names], low + 1e-6 * scale, high),
@@ -305,9 +285,10 @@ class _Task:
         residual = self.residual(values)
         columns = []
         for name in names:
-            step = _STEP.get(name, 1e-3 * _SCALE[name])
+            low, _, scale = _BOUNDS[name]
+            step = _STEP.get(name, 1e-3 * scale)
             # Forwards at a bound, where there is no other side.
-            lower = values[name] - step if values[name] - step >= _LOW[name] else values[name]
+            lower = values[name] - step if values[name] - step >= low else values[name]
             above = self.residual({**values, name: values[name] + step})
             below = self.residual({**values, name: lower})
             columns.append((above - below) / (values[name] + step - lower))
@@ -334,18 +315,10 @@ class _Task:
             lag_of=self.chain.lag_of,
             theta=self.theta,
             noise=self.noise,
-            yaw=self.chain.yaw(*_arguments(values)),
+            yaw=self.chain.yaw(**values),
             wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
             rate_known=self._excites_rate(values),
         )
-
-
-def _arguments(
-    values: Mapping[str, float],
-) -> tuple[float, float, float, float, float, float, float | None]:
-    """Give what `Chain.yaw` takes."""
-    length, understeer, offset, lag, dead_time, shift = (values[name] for name in NAMES)
-    return length, understeer, offset, lag, dead_time, shift, values.get("max_steer_rate")
 
 
 def _named(names: list[str], point: Array) -> dict[str, float]:

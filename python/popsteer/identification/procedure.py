@@ -14,8 +14,7 @@ from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import PreparedLog, prepare
 from popsteer.identification.fit import Fit, fit
 from popsteer.identification.identifiability import rate_unknown, steps, unsure
-from popsteer.identification.result import Identification, described
-from popsteer.identification.simulate import compared
+from popsteer.identification.result import Identification, compared, described
 from popsteer.identification.whiten import Error
 from popsteer.logs import Log, LogError
 

@@ -116,14 +116,12 @@ class Log:
         if gaps:
             longest = max(columns["t"][k] - columns["t"][k - 1] for k in gaps)
             found.append(f"{_count(len(gaps), 'gap')}, the longest {longest:.2f} s: left out")
-        for key, values in columns.items():
+        for values in columns.values():
             values.flags.writeable = False
-            object.__setattr__(self, key, values)
         own = None if commands is None else _own(commands, name)
-        object.__setattr__(self, "commands", own)
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "gaps", gaps)
-        object.__setattr__(self, "remarks", (*remarks, *found))
+        others = {"name": name, "gaps": gaps, "remarks": (*remarks, *found), "commands": own}
+        for key, value in {**columns, **others}.items():
+            object.__setattr__(self, key, value)
 
     def __len__(self) -> int:
         return len(self.t)

@@ -125,28 +125,15 @@ OVERTURNING_SHARE = 0.71
 braking shifts the load: on circuits with 4 m/s² of braking wheels lift from 0.75 of it on."""
 
 
-def published(
-    *,
-    wheelbase: float,
-    max_steer: float,
-    max_steer_rate: float,
-    grip: float,
-    overturning: float,
-    dead_time: float,
-    steer_offset: float,
-) -> Vehicle:
-    """Give a vehicle whose pose is that of the middle of its rear axle, from published numbers.
+def published(*, grip: float, overturning: float, **fields: Any) -> Vehicle:  # noqa: ANN401
+    """Give a vehicle of published `fields`, whose pose is that of the middle of its rear axle.
 
     Its lateral acceleration [m/s²] is `GRIP_SHARE` of the tyres' `grip`, but at most
     `OVERTURNING_SHARE` of that which lifts the inner wheels of a rigid vehicle.
     """
     return Vehicle(
-        wheelbase=wheelbase,
-        max_steer=max_steer,
-        max_steer_rate=max_steer_rate,
         # On ice without any grip at all nothing may be asked for; the vehicle wants a number.
         max_lateral_acceleration=max(min(GRIP_SHARE * grip, OVERTURNING_SHARE * overturning), 1e-3),
         steer_lag=STEER_LAG,
-        dead_time=dead_time,
-        steer_offset=steer_offset,
+        **fields,
     )

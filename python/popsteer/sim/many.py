@@ -123,8 +123,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     >>> runs["max_abs_cross_track_error"]
     array([0.5, 1. , 2. ])
     """
-    starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
-    speeds = _floats("speed", speed, {(), (None,)})
+    starts = None if start is None else _floats("start", start, (3,))
+    speeds = _floats("speed", speed, ())
     several: dict[str, Any] = {
         "controller": None if isinstance(controller, controllers.CONTROLLERS) else list(controller),
         # A name is a sequence too, of letters.
@@ -141,39 +141,33 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         """Give what there is for each run, or what is for all as often as there are runs."""
         return [one] * count if several[name] is None else several[name]
 
-    seeds: Any = several["seed"]
-    for given in (cast("int", seed),) if seeds is None else seeds:
+    seeds = each("seed", seed)
+    for given in seeds:
         check_seed(given)
     if threads is not None:
         check_count("threads", threads, 1, _MAX_THREADS)
 
     each_plant, each_drive = each("plant", plant), each("longitudinal", longitudinal)
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
-    known: dict[tuple[int, int], tuple[controllers.Controller, Vehicle, Pose]] = {}
-    checked: set[tuple[int, int]] = set()
+    known: dict[tuple[int, ...], tuple[controllers.Controller, Vehicle, Pose]] = {}
     drivers = []
-    for index, (driver, moved, drive) in enumerate(
+    for index, own in enumerate(
         zip(each("controller", controller), each_plant, each_drive, strict=True)
     ):
-        key = id(driver), id(moved)
+        key = tuple(map(id, own))
         if key not in known:
-            known[key] = _prepared(index, driver, moved)
-        # The vehicles that vary have the same axles, as controllers are refused where not.
-        if (id(driver), id(drive)) not in checked:
-            itself, vehicle, _ = known[key]
-            check_longitudinal(drive, itself.path, vehicle, f" of controller {index}")
-            checked.add((id(driver), id(drive)))
+            known[key] = _prepared(index, *own)
         drivers.append(known[key])
-    if starts is None:
-        poses = [begin for _, _, begin in drivers]
-    else:
+    poses = [begin for _, _, begin in drivers]
+    if starts is not None:
         given_poses = np.broadcast_to(starts, (count, 3)).tolist()
         poses = [
             pose_of(tuple(pose), start_at, vehicle)
             for pose, (_, vehicle, _) in zip(given_poses, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
-    streams = [(seed, k) for k in range(count)] if seeds is None else [(each, 0) for each in seeds]
+    # Of one seed for all, each run has a stream of its own.
+    streams = zip(seeds, range(count) if several["seed"] is None else [0] * count, strict=True)
     return _core.run_many(
         [
             (itself, moved, state, (through, *stream), drive)
@@ -189,16 +183,15 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     )
 
 
-def _floats(name: str, value: ArrayLike, shapes: set[tuple[int | None, ...]]) -> NDArray[Any]:
-    """Give `value` as an array of floats of one of the shapes, in which None is any length."""
+def _floats(name: str, value: ArrayLike, one: tuple[int, ...]) -> NDArray[Any]:
+    """Give `value` as an array of floats of the shape of `one` run, or of any number of them."""
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ConfigError(name, value, "numbers") from error
-    free = (None, *array.shape[1:])
-    if not ({array.shape, free} & shapes):
-        listed = " or ".join(sorted(str(shape).replace("None", "N") for shape in shapes))
-        raise ConfigError(name, array.shape, f"of shape {listed}")
+    if one not in (array.shape, array.shape[1:]):
+        several = str((None, *one)).replace("None", "N")
+        raise ConfigError(name, array.shape, f"of shape {one} or {several}")
     return array
 
 
@@ -212,7 +205,7 @@ def _common_length(several: dict[str, Any]) -> int:
 
 
 def _prepared(
-    index: int, controller: object, plant: CorePlant
+    index: int, controller: object, plant: CorePlant, longitudinal: Longitudinal | None
 ) -> tuple[controllers.Controller, Vehicle, Pose]:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
@@ -221,5 +214,6 @@ def _prepared(
     if (name := plant_name(plant)) not in plant_names():
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     vehicle = vehicle_of(plant)
-    start = default_start(controller.path, vehicle=vehicle)
-    return informed(controller, vehicle), vehicle, start
+    made = informed(controller, vehicle)
+    check_longitudinal(longitudinal, made.path, vehicle, f" of controller {index}")
+    return made, vehicle, default_start(made.path, vehicle=vehicle)

@@ -33,6 +33,7 @@ from popsteer.tracks.geometry import (
     lemniscate,
     placed,
     profile,
+    straight,
 )
 
 if TYPE_CHECKING:
@@ -85,12 +86,9 @@ def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5
     check_in_range("offset", offset, 0.01, 1e3)
     check_in_range("length", length, 1.0, 1e5)
     curvature = 2.0 / offset
-    pieces = [
-        Piece(length, 0.0, 0.0),
-        Piece(0.5 * math.pi * offset, curvature, curvature),
-        Piece(length, 0.0, 0.0),
-    ]
-    return _driven(placed(pieces, spacing))
+    branch = straight(length)
+    turn = Piece(0.5 * math.pi * offset, curvature, curvature)
+    return _driven(placed([*branch, turn, *branch], spacing))
 
 
 def spiral(
@@ -138,12 +136,9 @@ def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -
     """
     check_in_range("radius", radius, 0.1, 1e4)
     check_in_range("length", length, 1.0, 1e5)
-    pieces = [
-        Piece(length, 0.0, 0.0),
-        Piece(2.0 * math.pi * radius, 1.0 / radius, 1.0 / radius),
-        Piece(length, 0.0, 0.0),
-    ]
-    return _driven(placed(pieces, spacing))
+    along = straight(length)
+    circle = Piece(2.0 * math.pi * radius, 1.0 / radius, 1.0 / radius)
+    return _driven(placed([*along, circle, *along], spacing))
 
 
 def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
@@ -175,7 +170,7 @@ def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
     5001
     """
     check_in_range("length", length, 0.1, 1e4)
-    return _driven(placed([Piece(length, 0.0, 0.0)], spacing))
+    return _driven(placed(straight(length), spacing))
 
 
 def near_duplicates(
@@ -194,7 +189,7 @@ def near_duplicates(
     check_in_range("length", length, 1.0, 1e5)
     check_in_range("radius", radius, 0.1, 1e5)
     check_in_range("gap", gap, 1e-8, 0.5 * spacing)
-    pieces = [Piece(length, 0.0, 0.0), Piece(length, 1.0 / radius, 1.0 / radius)]
+    pieces = [*straight(length), Piece(length, 1.0 / radius, 1.0 / radius)]
     line, speed, _ = _driven(placed(pieces, spacing))
     ahead = np.diff(line, axis=0)
     ahead = np.concatenate((ahead, ahead[-1:]))

@@ -41,13 +41,7 @@ class Sampled(NamedTuple):
 
 
 def straight(length: float) -> list[Piece]:
-    """Make a straight of a length [m].
-
-    Examples
-    --------
-    >>> straight(150.0)
-    [Piece(length=150.0, first_curvature=0.0, last_curvature=0.0)]
-    """
+    """Make a straight of a length [m]."""
     return [Piece(length, 0.0, 0.0)]
 
 

@@ -67,18 +67,7 @@ class MpcParams(Parameters):
     tolerance: float = 1e-4
 
     def resolved(self, vehicle: Vehicle) -> MpcParams:
-        """Fill in what scales with the vehicle.
-
-        Parameters
-        ----------
-        vehicle : Vehicle
-            The vehicle that is steered.
-
-        Returns
-        -------
-        MpcParams
-            The parameters with a number for each.
-        """
+        """Fill in what scales with the vehicle that is steered."""
         if self.cross_track_weight is not None:
             return self
         return self.replace(cross_track_weight=(3.0 / vehicle.wheelbase) ** 2)

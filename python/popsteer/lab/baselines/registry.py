@@ -68,13 +68,7 @@ _BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
 
 
 def names() -> tuple[str, ...]:
-    """Name the baselines, whether their extras are installed or not.
-
-    Examples
-    --------
-    >>> names()
-    ('mpc',)
-    """
+    """Name the baselines, whether their extras are installed or not."""
     return tuple(_BASELINES)
 
 
@@ -89,11 +83,6 @@ def get(name: str) -> Baseline:
     A name may be that of a controller of your own, as `popsteer.own` has it. Raises ConfigError
     where nothing has this name, and OwnCodeError where loading it raises. What its constructor
     raises, the first step of the controller raises.
-
-    Examples
-    --------
-    >>> get("mpc").params().stages
-    20
     """
     if name not in names() and own.is_named("controller", name):
         kind = own.load("controller", name)

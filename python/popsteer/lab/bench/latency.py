@@ -5,13 +5,6 @@ optimisation) on the states of a recorded drive, beside the other controllers, t
 reference, an empty method of the same binding and signature, the yardsticks from outside where they
 are at hand, and the paper's 3.239 ms. How the clock is read is explained in
 `popsteer.lab.common.timing`; all figures are of one run, and all ratios of its medians.
-
-Examples
---------
->>> from popsteer.lab.bench import latency
->>> report = latency.measure(calls=1000, reference_calls=32)
->>> [name for name, ratio in report.ratios.items() if ratio][:3]
-['reference_over_step', 'reference_over_step_of_paper', 'step_over_empty_call']
 """
 
 from __future__ import annotations
@@ -52,34 +45,15 @@ def measure(
     outside: Yardsticks | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> LatencyReport:
-    """Time the control step.
+    """Time the control step on the states of `drive`, those of `states.at_hand` by default.
 
-    Parameters
-    ----------
-    drive : Drive, optional
-        The states to drive through; by default those of `popsteer.lab.bench.states.at_hand`.
-    calls : int, optional
-        How many calls of each Rust controller to time one by one, at least; as many in batches.
-    reference_calls : int, optional
-        The same for the pure-Python reference, which takes far longer; by default the drive once.
-    outside : Yardsticks, optional
-        Yardsticks to time beside them; by default none.
-    progress : callable, optional
-        Called now and then with the part that is done, in 0 to 1.
+    `calls` is how many calls of each Rust controller are timed one by one, at least, and as many in
+    batches; `reference_calls` the same for the pure-Python reference, which takes far longer: the
+    drive once by default. The yardsticks `outside` are timed beside them. `progress` is called now
+    and then with the part that is done, 0 to 1.
 
-    Returns
-    -------
-    LatencyReport
-        The figures.
-
-    Raises
-    ------
-    ConfigError
-        The extension is no release build, or a count is not positive.
-    PathError
-        The recorded drive is there but cannot be read.
-    PopsteerError
-        The clock is too coarse to see an empty call.
+    Raises ConfigError where the extension is no release build or a count is not positive, PathError
+    where the recorded drive cannot be read, PopsteerError where the clock is too coarse.
     """
     if popsteer.build_profile != "release":
         raise ConfigError(
@@ -114,46 +88,20 @@ def measure(
 
 
 def run(
-    json_file: str | os.PathLike[str] | None = None,
-    console: Console | None = None,
+    json_file: str | os.PathLike[str] | None,
+    console: Console,
     *,
-    data: str | os.PathLike[str] | None = None,
     yardsticks_folder: str | os.PathLike[str] | None = None,
 ) -> LatencyReport:
     """Measure, print the table, and write the JSON file: what ``popsteer bench`` does; needs rich.
 
-    Parameters
-    ----------
-    json_file : str or os.PathLike, optional
-        Where `to_json` goes, whole or not at all; nowhere by default.
-    console : rich.console.Console, optional
-        Where the table and a progress bar go; by default standard output.
-    data : str or os.PathLike, optional
-        Folder of the authors' recorded run, as `popsteer.lab.bench.states.at_hand` takes it.
-    yardsticks_folder : str or os.PathLike, optional
-        Folder of the yardsticks, as `popsteer.lab.bench.yardsticks.at_hand` takes it.
-
-    Returns
-    -------
-    LatencyReport
-        The figures.
-
-    Raises
-    ------
-    ConfigError
-        The extension is no release build.
-    PathError
-        The recorded run cannot be read.
-    PopsteerError
-        The folder of the yardsticks does not hold them.
-    OSError
-        The JSON file cannot be written; the table is printed all the same.
+    Table and progress bar go to `console`. Raises, besides what
+    `measure` does, PopsteerError where the folder of the yardsticks does not hold them, and OSError
+    where the JSON file cannot be written; the table is printed all the same.
     """
-    from rich.console import Console
     from rich.progress import Progress
 
-    console = Console() if console is None else console
-    drive = at_hand(data)
+    drive = at_hand()
     outside = yardsticks.at_hand(drive, yardsticks_folder)
     # Without auto_refresh rich starts no thread, which would run in the midst of what is timed.
     with Progress(

@@ -27,10 +27,8 @@ _PLANT = "carla-identified"
 _RECORDING = FilePath("..", "shared", "data", "carla_racetrack")
 
 
-def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
-    """Give the authors' recorded drive where its folder `data` is, else the embedded track's."""
-    if data is not None:
-        return recorded(data)
+def at_hand() -> Drive:
+    """Give the authors' recorded drive where its folder is, else the embedded track's."""
     return recorded(_RECORDING) if _RECORDING.is_dir() else embedded()
 
 

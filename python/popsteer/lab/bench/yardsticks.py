@@ -79,12 +79,8 @@ def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yards
         elif any(find_spec(module) is None for module in yardstick.needs):
             absent |= dict.fromkeys(yardstick.rows, _NO_EXTRA)
         else:
-            makers[yardstick.rows[0]] = _load(f"{file.resolve()}:{yardstick.prepare}")(drive)
+            # The file is run once, as numba compiles it.
+            prepare = own.load("controller", f"{file.resolve()}:{yardstick.prepare}")
+            makers[yardstick.rows[0]] = prepare(drive)
             calls[yardstick.rows[0]] = yardstick.calls
     return Yardsticks(makers, calls, absent)
-
-
-def _load(place: str) -> Callable[[Drive], Callable[[], Driver]]:
-    """Give a function of a file, which is run once, as numba compiles it: what makes drivers."""
-    prepare: Callable[[Drive], Callable[[], Driver]] = own.load("controller", place)
-    return prepare

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from popsteer.lab.common.layout import figure_name
 from popsteer.lab.common.theme import THEMES, Theme
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -50,17 +50,19 @@ def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
 
 
 def files_of(
-    draw: Callable[[Theme], Figure],
-    stem: str,
+    figures: Mapping[str, Callable[[Theme], Figure]],
     progress: Callable[[str, float], object] | None = None,
 ) -> dict[str, bytes]:
-    """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names."""
+    """Draw figures into the files that `popsteer.lab.common.layout.figure_names` names."""
     content = {}
-    for done, (name, theme) in enumerate(THEMES.items()):
+    wanted = [(stem, draw, name) for stem, draw in figures.items() for name in THEMES]
+    for done, (stem, draw, name) in enumerate(wanted):
         if progress is not None:
-            progress("figures", done / len(THEMES))
-        for kind, data in drawn(draw, theme).items():
+            progress("figures", done / len(wanted))
+        for kind, data in drawn(draw, THEMES[name]).items():
             content[figure_name(stem, name, kind)] = data
+    if progress is not None:
+        progress("figures", 1.0)
     return content
 
 
@@ -89,7 +91,7 @@ def logarithmic(panel: Axes) -> None:
     panel.set_yscale("log")
     axis = panel.yaxis
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 

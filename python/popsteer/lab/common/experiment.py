@@ -23,9 +23,7 @@ from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Iterable
 
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
@@ -141,8 +139,7 @@ class Experiment:
         seed: int,
         *,
         keep_records: bool = False,
-        keep_going: bool = False,
-        progress: Callable[[float], object] | None = None,
+        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
     ) -> Run:
         """Drive one run, from its plant, start and noise."""
         settings = Settings() if self.settings is None else self.settings
@@ -157,8 +154,7 @@ class Experiment:
             settings=settings.replace(keep_records=keep_records),
             noise=made.noise,
             seed=seed,
-            keep_going=keep_going,
-            progress=progress,
+            **how,
         )
 
     def drive_each(
@@ -173,7 +169,22 @@ class Experiment:
     ) -> list[dict[str, Any]]:
         """Drive runs of so many; give the figures of `popsteer.sim.Metrics` of each, by name."""
         if self.is_of_core:
-            columns = self._by_core(params, list(runs), threads=threads, progress=progress)
+            runs = list(runs)
+            roads = {id(road): road for road, _, _ in runs}
+            drivers: Any = {key: self._driver(params, road) for key, road in roads.items()}
+            columns = sim.run_many(
+                [drivers[id(road)] for road, _, _ in runs],
+                [made.plant for _, made, _ in runs],
+                start=[made.start for _, made, _ in runs],
+                speed=[self._speed(road, made) for road, made, _ in runs],
+                longitudinal=[road[1] for road, _, _ in runs],
+                pedals=self.pedals,
+                settings=self.settings,
+                noise=[made.noise or sim.Noise() for _, made, _ in runs],
+                seed=[seed for _, _, seed in runs],
+                threads=threads,
+                progress=progress,
+            )
             rows = zip(*(column.tolist() for column in columns.values()), strict=True)
             return [dict(zip(columns, row, strict=True)) for row in rows]
         found = []
@@ -182,27 +193,6 @@ class Experiment:
             if progress is not None:
                 progress(len(found) / count)
         return found
-
-    def _by_core(
-        self,
-        params: Params | MpcParams,
-        runs: Sequence[tuple[Road, Varied, int]],
-        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run_many` takes it
-    ) -> dict[str, NDArray[Any]]:
-        roads = {id(road): road for road, _, _ in runs}
-        drivers: Any = {key: self._driver(params, road) for key, road in roads.items()}
-        return sim.run_many(
-            [drivers[id(road)] for road, _, _ in runs],
-            [made.plant for _, made, _ in runs],
-            start=[made.start for _, made, _ in runs],
-            speed=[self._speed(road, made) for road, made, _ in runs],
-            longitudinal=[road[1] for road, _, _ in runs],
-            pedals=self.pedals,
-            settings=self.settings,
-            noise=[made.noise or sim.Noise() for _, made, _ in runs],
-            seed=[seed for _, _, seed in runs],
-            **how,
-        )
 
     def _driver(self, params: Params | MpcParams, road: Road) -> Controller | OwnSimpleController:
         return controller(self.controller, road[0], self.given, params, self.adapt)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from popsteer._core import __version__
 from popsteer.errors import ConfigError
-from popsteer.lab.common.layout import csv_text, figure_name, figure_names, finite, json_text
+from popsteer.lab.common.layout import csv_text, figure_names, finite, json_text
 from popsteer.lab.compare.paper import PAPER
 from popsteer.status import Status
 
@@ -32,19 +33,14 @@ def files(
     `progress` is called with what is being done and the share of it that is done, 0 to 1. Raises
     ConfigError where the runs kept no records.
     """
-    from popsteer.lab.compare.figures import THEMES, render
+    from popsteer.lab.common.draw import files_of
+    from popsteer.lab.compare.figures import overview_figure, results_figure
 
     if not comparison.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where files are wanted")
     content = {_record_name(name): run_csv(run).encode() for name, run in comparison.runs.items()}
-    wanted = [(figure, theme) for figure in _DRAWN for theme in THEMES]
-    for done, (figure, theme) in enumerate(wanted):
-        if progress is not None:
-            progress("figures", done / len(wanted))
-        drawn = render(comparison, figure, theme)
-        content |= {figure_name(figure, theme, kind): data for kind, data in drawn.items()}
-    if progress is not None:
-        progress("figures", 1.0)
+    figures = zip(_DRAWN, (results_figure, overview_figure), strict=True)
+    content |= files_of({name: partial(draw, comparison) for name, draw in figures}, progress)
     # Written last: where it exists, the others do too.
     content[_METRICS] = metrics_json(comparison).encode()
     return content

@@ -97,7 +97,7 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.matrix.figures import matrix_figure
 
-    content = files_of(partial(matrix_figure, found), "matrix")
+    content = files_of({"matrix": partial(matrix_figure, found)})
     content["matrix.csv"] = _csv(found).encode()
     content["matrix.md"] = _markdown(found).encode()
     document = {

@@ -36,9 +36,9 @@ def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
     speeds, pulls = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     path = profile.path
     distance = np.append(path.s, path.length) if path.closed else path.s
-    speed = _round(profile.speed, closed=path.closed)
-    limit = _round(profile.limit, closed=path.closed)
-    bends = np.abs(_round(profile.curvature, closed=path.closed))
+    there = np.arange(len(distance)) % len(path)  # a lap ends where it began
+    speed, limit, bends = profile.speed[there], profile.limit[there], profile.curvature[there]
+    bends = np.abs(bends)
     _draw_speeds(speeds, profile, (distance, speed, limit, bends), theme)
     along = np.append(profile.acceleration, profile.acceleration[-1])
     pulls.step(
@@ -59,7 +59,7 @@ def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
 def _draw_speeds(
     panel: Axes,
     profile: SpeedProfile,
-    course: tuple[NDArray[np.float64], ...],
+    course: tuple[NDArray[Any], ...],
     theme: Theme,
 ) -> None:
     distance, speed, limit, bends = course
@@ -89,8 +89,3 @@ def _draw_speeds(
     panel.set_ylabel("speed [m/s]")
     panel.set_title(f"planned speed and what limits it: {profile.time:.1f} s", loc="left")
     panel.legend(loc="upper right", ncols=6, fontsize=8.5)
-
-
-def _round(values: NDArray[Any], *, closed: bool) -> NDArray[Any]:
-    """Repeat the first entry at the end, if the path is closed."""
-    return np.append(values, values[0]) if closed else values

@@ -98,28 +98,18 @@ _SHORTEST = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Shadow:
-    """What one controller would have done.
-
-    Attributes
-    ----------
-    name : str
-        Name of the controller.
-    path : Path
-        What it would have followed.
-    steer : (N,) ndarray of float64
-        The angles that it would have commanded [rad].
-    cross_track_error, heading_error : (N,) ndarray of float64
-        The errors of its tracked point as the car was driven [m, rad].
-    status : (N,) ndarray of uint32
-        The bits of `popsteer.Status`.
-    """
+    """What one controller would have done: arrays with a number for each row of the log."""
 
     name: str
     path: Path
+    """What it would have followed."""
     steer: Array
+    """The angles that it would have commanded [rad]."""
     cross_track_error: Array
     heading_error: Array
+    """The errors of its tracked point as the car was driven [m, rad]."""
     status: NDArray[np.uint32]
+    """The bits of `popsteer.Status`."""
 
     def share(self, level: str) -> float:
         """Give the share of the rows whose status is of this level, "degraded" or "fault"."""
@@ -223,30 +213,13 @@ def _shadow(
 def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
     """Make a path of a log's trajectory, smoothed as little as its noise allows, with its speeds.
 
-    The smoothing is Whittaker's, as that of `popsteer.planning.curvature`: a bend keeps its radius.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    ahead : float, default 0.0
-        Which point's trajectory: so far ahead of the pose's [m].
-    wheelbase : float, default 3.0
-        The vehicle's, with which lengths scale [m].
-
-    Returns
-    -------
-    Path
-        A waypoint every `SPACING` wheelbases; driven backwards where the log drives backwards.
-
-    Raises
-    ------
-    LogError
-        The car was driven for less than two wheelbases.
+    It is that of the point `ahead` of the pose's [m], with a waypoint every `SPACING` wheelbases,
+    backwards where the log drives backwards. The smoothing is Whittaker's, as that of
+    `popsteer.planning.curvature`: a bend keeps its radius. Raises LogError where the car was driven
+    for less than two wheelbases.
 
     Examples
     --------
-    >>> from popsteer.logs import Log
     >>> t = np.arange(0.0, 10.0, 0.05)
     >>> path = own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0)
     >>> round(float(path.x[0]), 6)

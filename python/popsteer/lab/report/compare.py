@@ -9,16 +9,17 @@ import numpy as np
 
 from popsteer.errors import ConfigError
 from popsteer.lab.common.machine import describe
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.compare.table import caption, notes, tables
 from popsteer.lab.report.colours import Colour, colours_of, figure, log_axis, stairs
-from popsteer.lab.report.markup import paragraphs, plain_table, table
+from popsteer.lab.report.markup import badge, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
-from popsteer.lab.report.verdict import of_runs
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
@@ -55,23 +56,37 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
     shown = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
     place = f" on {comparison.track}" if comparison.track else ""
     results = "".join(table(each, "Errors of the controllers") for each in tables(comparison))
-    return page_bytes(
-        Page(
-            title=f"{shown}{place}",
-            lead=caption(comparison),
-            command=origin.command,
-            results=of_runs([comparison]) + results + paragraphs(notes(comparison)),
-            below=latency_table(comparison),
-            scenes=[scene_of(comparison)],
-            roles=colours_of(comparison.runs),
-            sections=[
-                vehicles(
-                    {comparison.plant: comparison.vehicle}, {comparison.plant: comparison.believed}
-                ),
-                tuning(origin, settings_block(comparison.first.settings)),
-            ],
-        )
-    )
+    return Page(
+        title=f"{shown}{place}",
+        lead=caption(comparison),
+        command=origin.command,
+        results=verdict([comparison]) + results + paragraphs(notes(comparison)),
+        below=latency_table(comparison),
+        scenes=[scene_of(comparison)],
+        roles=colours_of(comparison.runs),
+        sections=[
+            vehicles(
+                {comparison.plant: comparison.vehicle}, {comparison.plant: comparison.believed}
+            ),
+            tuning(origin, settings_block(comparison.first.settings)),
+        ],
+    ).content()
+
+
+def verdict(comparisons: Sequence[Comparison]) -> str:
+    """Say how many runs finished without a fault, and what the others did."""
+    runs = [(each, name, run) for each in comparisons for name, run in each.runs.items()]
+    wrong = []
+    for each, name, run in runs:
+        said = [] if run.metrics.finished else [f"did not finish: {run.ending}"]
+        if run.metrics.faults:
+            said.append(f"fault: {', '.join(run.metrics.faults.names)}")
+        if said:
+            where = ", ".join(part for part in (each.plant, each.track) if part)
+            on = f" on {where}" if len(comparisons) > 1 else ""
+            wrong.append(f"{title_of(name)}{on} ({'; '.join(said)})")
+    head = f"{len(runs) - len(wrong)} of {counted(len(runs), 'run')} finished without a fault"
+    return badge(head, wrong, good=not wrong)
 
 
 def scene_of(comparison: Comparison) -> Scene:

@@ -10,12 +10,11 @@ import numpy as np
 from popsteer import vehicle_file
 from popsteer.lab.identify.table import caption, identified_table, smoothed
 from popsteer.lab.report.colours import figure, named, rounded
-from popsteer.lab.report.markup import block, paragraphs, table
+from popsteer.lab.report.markup import badge, block, paragraphs, table
 from popsteer.lab.report.origin import Origin
-from popsteer.lab.report.page import Page, Section, page_bytes
+from popsteer.lab.report.page import Page, Section
 from popsteer.lab.report.replay import broken
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
-from popsteer.lab.report.verdict import of_log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,20 +46,19 @@ def of_identification(
     )
     if given is not None:
         vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
-    return page_bytes(
-        Page(
-            title=f"The vehicle of {found.log.name}",
-            lead=caption(found),
-            command=origin.command,
-            results=of_log(found)
-            + table(identified_table(found, given), "What was found, ± errors of noise and model")
-            + paragraphs(found.notes),
-            scenes=[_scene(found)],
-            roles={"measured": named("pop"), "simulated": named("pid")},
-            figures=_histograms(found),
-            sections=[Section("vehicle", "Vehicle", vehicle)],
-        )
-    )
+    head, _, rest = found.verdict.partition(": ")
+    return Page(
+        title=f"The vehicle of {found.log.name}",
+        lead=caption(found),
+        command=origin.command,
+        results=badge(head, [rest], good=found.explains)
+        + table(identified_table(found, given), "What was found, ± errors of noise and model")
+        + paragraphs(found.notes),
+        scenes=[_scene(found)],
+        roles={"measured": named("pop"), "simulated": named("pid")},
+        figures=_histograms(found),
+        sections=[Section("vehicle", "Vehicle", vehicle)],
+    ).content()
 
 
 def _scene(found: Identification) -> Scene:

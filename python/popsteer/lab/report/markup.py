@@ -88,6 +88,14 @@ def paragraphs(lines: Iterable[str]) -> str:
     return f'<div class="notes">{shown}</div>'
 
 
+def badge(head: str, details: Iterable[str], *, good: bool) -> str:
+    """Set out what came out, the first line of a page: in green if it is good, else in red."""
+    said = escape("; ".join(details))
+    rest = f" <span>{said}</span>" if said else ""
+    kind = "good" if good else "bad"
+    return f'<p class="verdict {kind}"><strong>{escape(head)}</strong>{rest}</p>'
+
+
 def block(title: str, text: str, *, is_open: bool = False, wraps: bool = False) -> str:
     """Set out a file or a command, to open and copy; with `wraps`, lines break between words."""
     shown = escape(text)

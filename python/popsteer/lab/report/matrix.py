@@ -10,11 +10,10 @@ from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.matrix.runs import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
 from popsteer.lab.report.colours import colours_of, dots, figure, log_axis
-from popsteer.lab.report.compare import scene_of
+from popsteer.lab.report.compare import scene_of, verdict
 from popsteer.lab.report.markup import escape, html_table, paragraphs, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, page_bytes
-from popsteer.lab.report.verdict import of_runs
+from popsteer.lab.report.page import Page
 
 if TYPE_CHECKING:
     from popsteer.lab.matrix import Matrix
@@ -43,31 +42,29 @@ def of_matrix(found: Matrix, origin: Origin | None = None) -> bytes:
     plants = dict.fromkeys(each.plant for each in found.comparisons)
     tracks = dict.fromkeys(each.track for each in found.comparisons)
     results = "".join(table(each, "Error and step time") for each in matrix_tables(found))
-    return page_bytes(
-        Page(
-            title=(
-                f"{counted(len(first.runs), 'controller')} on {counted(len(plants), 'plant')} and"
-                f" {counted(len(tracks), 'track')}"
+    return Page(
+        title=(
+            f"{counted(len(first.runs), 'controller')} on {counted(len(plants), 'plant')} and"
+            f" {counted(len(tracks), 'track')}"
+        ),
+        lead=matrix_caption(found),
+        command=origin.command,
+        results=verdict(found.comparisons)
+        + _pivot(found)
+        + paragraphs(matrix_notes(found))
+        + f"<details><summary>All figures</summary>{results}</details>",
+        scenes=[scene_of(each) for each in found.comparisons],
+        choice="Plant, track",
+        figures=[_figure(found, plant) for plant in plants],
+        roles=colours_of(first.runs),
+        sections=[
+            vehicles(
+                {each.plant: each.vehicle for each in found.comparisons},
+                {each.plant: each.believed for each in found.comparisons},
             ),
-            lead=matrix_caption(found),
-            command=origin.command,
-            results=of_runs(found.comparisons)
-            + _pivot(found)
-            + paragraphs(matrix_notes(found))
-            + f"<details><summary>All figures</summary>{results}</details>",
-            scenes=[scene_of(each) for each in found.comparisons],
-            choice="Plant, track",
-            figures=[_figure(found, plant) for plant in plants],
-            roles=colours_of(first.runs),
-            sections=[
-                vehicles(
-                    {each.plant: each.vehicle for each in found.comparisons},
-                    {each.plant: each.believed for each in found.comparisons},
-                ),
-                tuning(origin, settings_block(first.first.settings)),
-            ],
-        )
-    )
+            tuning(origin, settings_block(first.first.settings)),
+        ],
+    ).content()
 
 
 def _pivot(found: Matrix) -> str:

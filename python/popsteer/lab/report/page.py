@@ -69,19 +69,18 @@ class Page:
     choice: str = "Run"
     """What the scenes are."""
 
-
-def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
-    """Put a page together, HTML in UTF-8; too many samples are thinned to fit `LARGEST` bytes."""
-    plotly = deflated((_plotly if library is None else library)().encode())
-    points = max((scene.points for scene in page.scenes), default=0)
-    for stride in _STRIDES:
-        if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
-            continue
-        # The name of a file may hold bytes that are no text.
-        content = _assembled(page, plotly, stride).encode("utf-8", "replace")
-        if len(content) <= LARGEST:
-            return content
-    raise PopsteerError(f"a report of {len(content)} bytes, where at most {LARGEST} are allowed")
+    def content(self, library: Callable[[], str] | None = None) -> bytes:
+        """Put the page together, HTML in UTF-8; samples are thinned to fit `LARGEST` bytes."""
+        plotly = deflated((_plotly if library is None else library)().encode())
+        points = max((scene.points for scene in self.scenes), default=0)
+        for stride in _STRIDES:
+            if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
+                continue
+            # The name of a file may hold bytes that are no text.
+            made = _assembled(self, plotly, stride).encode("utf-8", "replace")
+            if len(made) <= LARGEST:
+                return made
+        raise PopsteerError(f"a report of {len(made)} bytes, where at most {LARGEST} are allowed")
 
 
 def _plotly() -> str:

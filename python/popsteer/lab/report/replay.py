@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
 from popsteer.lab.report.colours import colours_of, figure, named, stairs
-from popsteer.lab.report.markup import paragraphs, table
+from popsteer.lab.report.compare import PANELS
+from popsteer.lab.report.markup import badge, paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
-from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
-from popsteer.lab.report.verdict import of_shadows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,10 +27,7 @@ _DRIVER = "driver"
 _PANELS = (
     ANGLES,
     Panel("difference_deg", "Angle less the driver's [deg]", "less driver's [deg]", 2),
-    Panel("cross_track_error", "Cross-track error [m]", "e [m]", 3),
-    Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),
-    Panel("speed", "Speed [m/s]", "v [m/s]", 2),
-    Panel("status", "Status (thin: degraded, thick: fault)", "status"),
+    *(panel for panel in PANELS if panel is not ANGLES),
 )
 
 
@@ -54,20 +51,30 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     """
     origin = Origin() if origin is None else origin
     titles = ", ".join(map(title_of, found.shadows))
-    return page_bytes(
-        Page(
-            title=f"{titles} beside the driver of {found.log.name}",
-            lead=caption(found),
-            command=origin.command,
-            results=of_shadows(found)
-            + table(replay_table(found), "Angles beside the driver's")
-            + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
-            scenes=[_scene(found)],
-            roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
-            figures=[_histogram(found)],
-            sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
-        )
-    )
+    return Page(
+        title=f"{titles} beside the driver of {found.log.name}",
+        lead=caption(found),
+        command=origin.command,
+        results=verdict(found)
+        + table(replay_table(found), "Angles beside the driver's")
+        + paragraphs([*statuses(found), *found.log.remarks, NOTE]),
+        scenes=[_scene(found)],
+        roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
+        figures=[_histogram(found)],
+        sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
+    ).content()
+
+
+def verdict(found: Replay) -> str:
+    """Say how many controllers would have driven the log without a fault."""
+    shares = {each.name: each.share("fault") for each in found.shadows.values()}
+    wrong = [
+        f"{title_of(name)} (fault in {100.0 * share:.1f} % of the rows)"
+        for name, share in shares.items()
+        if share > 0.0
+    ]
+    head = f"{len(shares) - len(wrong)} of {counted(len(shares), 'controller')}"
+    return badge(f"{head} reported no fault along the drive", wrong, good=not wrong)
 
 
 def _scene(found: Replay) -> Scene:

@@ -10,21 +10,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import sim
-from popsteer.lab.common.names import title_of
-from popsteer.lab.report.colours import named, ranked
+from popsteer.lab.common.names import counted, title_of
+from popsteer.lab.report.colours import dots, figure, log_axis, named, ranked, rounded
 from popsteer.lab.report.compare import PANELS, actor_of
-from popsteer.lab.report.markup import block, paragraphs, plain_table, table
+from popsteer.lab.report.markup import badge, block, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, Section, page_bytes
-from popsteer.lab.report.scene import Scene
-from popsteer.lab.report.shares import envelope_figure, error_figure, quantity_figures, start_figure
-from popsteer.lab.report.verdict import of_rows
+from popsteer.lab.report.page import Page, Section
+from popsteer.lab.report.scene import Scene, distances
+from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.job import repeat
-from popsteer.lab.sweep.summary import caption, error_of, notes, tables, worst
+from popsteer.lab.sweep.summary import (
+    axis_title,
+    error_of,
+    influence,
+    outcomes,
+    success_rates,
+    worst,
+)
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
 
     from popsteer.lab.sweep import Job
 
@@ -66,30 +74,40 @@ def of_sweep(
         varies = block("Distributions, as --distributions reads them", drawn, is_open=True)
     label = job.label or "plant"
     made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole})
-    return page_bytes(
-        Page(
-            title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
-            lead=caption(job, rows),
-            command=command,
-            results=of_rows(rows)
-            + "".join(table(each, "Percentiles and worst runs") for each in tables(job, rows)[:1])
-            + _worst_table(job, rows, file)
-            + paragraphs(notes(job, rows)),
-            scenes=[_scene(job, median, runs, progress)],
-            figures=[
-                envelope_figure(job, rows, progress and partial(progress, "envelope")),
-                error_figure(job, rows),
-                *start_figure(job, rows),
-                *quantity_figures(job, rows),
-            ],
-            roles={"good": named("pop"), "bad": named("pid")},
-            sections=[
-                vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
-                tuning(made, settings_block(job.settings or sim.Settings())),
-                Section("drawn", "What varies", varies),
-            ],
-        )
-    )
+    return Page(
+        title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
+        lead=summary.caption(job, rows),
+        command=command,
+        results=verdict(rows)
+        + table(summary.tables(job, rows)[0], "Percentiles and worst runs")
+        + _worst_table(job, rows, file)
+        + paragraphs(summary.notes(job, rows)),
+        scenes=[_scene(job, median, runs, progress)],
+        figures=[
+            envelope_figure(job, rows, progress and partial(progress, "envelope")),
+            error_figure(job, rows),
+            *start_figure(job, rows),
+            *quantity_figures(job, rows),
+        ],
+        roles={"good": named("pop"), "bad": named("pid")},
+        sections=[
+            vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
+            tuning(made, settings_block(job.settings or sim.Settings())),
+            Section("drawn", "What varies", varies),
+        ],
+    ).content()
+
+
+def verdict(rows: Sequence[dict[str, Any]]) -> str:
+    """Say how many runs of a sweep succeeded, with confidence, and why the others did not."""
+    good, share, low, high = summary.success_of(rows)
+    faulty, names = summary.faults_of(rows)
+    stopped = sum(not row["finished"] for row in rows)
+    said = [f"95 % confidence: {low} to {high} %"]
+    said += [f"{stopped} did not finish"] if stopped else []
+    said += [f"{faulty} reported a fault: {names}"] if faulty else []
+    head = f"{good} of {counted(len(rows), 'run')} succeeded, {share} %"
+    return badge(head, said, good=good == len(rows))
 
 
 def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
@@ -141,3 +159,188 @@ def _scene(
         paths=[job.path],
         marks=marks,
     )
+
+
+_MOST = 9
+_DOTS = 1500
+
+
+def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Draw a histogram of the greatest errors of all runs."""
+    good, _, error = outcomes(rows)
+    low, high = np.log10(error.min()), np.log10(error.max())
+    edges = np.logspace(low - 1e-9, max(high, low + 0.1) + 1e-9, 61)
+    middles = np.sqrt(edges[1:] * edges[:-1])
+    traces = []
+    for part, name, role in ((good, "succeeded", "good"), (~good, "failed", "bad")):
+        counts, _ = np.histogram(error[part], edges)
+        bars = {
+            "type": "bar",
+            "name": name,
+            "x": rounded(middles),
+            "y": counts.tolist(),
+            "width": rounded(np.diff(edges)),
+            "marker": {"color": f"@{role}"},
+            "hovertemplate": "%{y} runs around %{x:.3g} m",
+        }
+        traces += [bars] if part.any() else []
+    return figure(
+        "Greatest |cross-track error| of a run",
+        f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
+        f" the limit is {job.deviation:g} m.",
+        traces,
+        log_axis("greatest |cross-track error| [m]", edges[0], edges[-1]),
+        "runs",
+        barmode="stack",
+        bargap=0.0,
+        shapes=[_limit(job.deviation, "x")],
+    )
+
+
+def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Draw from which starts it fails, where offset and heading at the start vary; else nothing."""
+    names = ("start_offset", "start_yaw")
+    if any(name not in job.vary or job.vary[name].is_constant for name in names):
+        return []
+    across, up = (np.array([row[name] for row in rows]) for name in names)
+    traces, note = _dots(rows, across, np.degrees(up))
+    said = f"Offset to the left of the path, and heading against it.{note}"
+    axes = "start_offset [m]", "start_yaw [deg]"
+    return [figure("Where it starts", said, traces, *axes, hovermode="closest")]
+
+
+def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Draw the error over up to nine quantities that vary, those first that failing depends on."""
+    good, _, error = outcomes(rows)
+    figures = []
+    for name, weight in list(influence(job, rows).items())[:_MOST]:
+        values = np.array([row[name] for row in rows])
+        traces, note = _dots(rows, values, error)
+        axis = log_axis("greatest error [m]", error.min(), error.max())
+        axis["domain"] = [0.38, 1.0]
+        drawn = figure(
+            name,
+            f"Influence on failing, 0 to 1: {weight:.2f}. Below: the share that succeeds over"
+            f" tenths of the runs, with 95 % confidence.{note}",
+            [*traces, _rates(values, good)],
+            {"title": {"text": axis_title(name)}, "anchor": "y2"},
+            axis,
+            yaxis2={"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
+            shapes=[_limit(job.deviation, "y")],
+            hovermode="closest",
+        )
+        figures.append(drawn | {"height": 1.25})
+    return figures
+
+
+def _dots(
+    rows: Sequence[dict[str, Any]], across: NDArray[Any], up: NDArray[Any]
+) -> tuple[list[dict[str, Any]], str]:
+    """Draw the runs as dots; of those that succeeded not more than can be told apart."""
+    good, ended, _ = outcomes(rows)
+    kinds = (
+        ("succeeded", good, "good", "circle", 5, 0.45 if len(rows) > 300 else 0.8),
+        ("failed", ~good & ended, "bad", "circle", 7, 0.9),
+        ("did not finish", ~ended, "bad", "x", 8, 0.9),
+    )
+    traces, left_out = [], []
+    for name, part, role, symbol, size, opacity in kinds:
+        places = np.flatnonzero(part)
+        if not len(places):
+            continue
+        every = -(-len(places) // _DOTS)
+        if every > 1:
+            left_out.append(f"{name}: 1 in {every}")
+        shown = places[::every]
+        marker = {"color": f"@{role}", "symbol": symbol, "size": size, "opacity": opacity}
+        said = [f"run {rows[k]['run']}" for k in shown]
+        hover = "%{text}: %{x:.3g}, %{y:.3g}"
+        traces.append(dots(name, across[shown], up[shown], said, marker, hover))
+    note = f" Dots drawn of the runs that {'; '.join(left_out)}." if left_out else ""
+    return traces, note
+
+
+def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> dict[str, Any]:
+    tenths = list(success_rates(values, good))
+    up = [round(100.0 * (rate.high - rate.share), 3) for _, _, rate in tenths]
+    down = [round(100.0 * (rate.share - rate.low), 3) for _, _, rate in tenths]
+    return {
+        "type": "scatter",
+        "mode": "lines+markers",
+        "showlegend": False,
+        "x": rounded(0.5 * (low + high) for low, high, _ in tenths),
+        "y": [round(100.0 * rate.share, 3) for _, _, rate in tenths],
+        "yaxis": "y2",
+        "error_y": {"type": "data", "symmetric": False, "array": up, "arrayminus": down},
+        "line": {"color": "@good", "width": 1.4},
+        "marker": {"color": "@good", "size": 5},
+        "hovertemplate": "%{y:.1f} % succeed around %{x:.3g}<extra></extra>",
+    }
+
+
+def _limit(value: float, axis: str) -> dict[str, Any]:
+    along, across = axis, "y" if axis == "x" else "x"
+    return {
+        "type": "line",
+        f"{along}0": value,
+        f"{along}1": value,
+        f"{across}ref": "paper",
+        f"{across}0": 0,
+        f"{across}1": 1,
+        "line": {"color": "@faint", "dash": "dash", "width": 1},
+    }
+
+
+_POINTS = 400
+# Runs driven again, by whether the core drives them: about 2 s.
+_MOST_DRIVEN = {True: 100, False: 12}
+
+
+def envelope_figure(
+    job: Job, rows: Sequence[dict[str, Any]], progress: Callable[[float], object] | None = None
+) -> dict[str, Any]:
+    """Draw the worst run's cross-track error along the path and the others' span, driven anew."""
+    last = worst(rows, 1)[0]["run"]
+    runs = [row["run"] for row in rows]
+    runs = runs[:: -(-len(runs) // _MOST_DRIVEN[job.is_of_core])]
+    curves = []
+    for done, run in enumerate([last, *runs]):
+        if progress is not None:
+            progress(done / (1 + len(runs)))
+        records = repeat(job, run).records
+        along = distances(job.path, *(records[name] for name in ("x", "y", "yaw", "speed")))
+        curves.append((along, records["cross_track_error"]))
+    ends = [along[[0, -1]] for along, _ in curves if len(along)] or [np.zeros(2)]
+    grid = np.linspace(np.min(ends), np.max(ends), _POINTS)
+    nothing = np.full(_POINTS, np.nan)
+    values = np.array(
+        [
+            np.interp(grid, *curve, left=np.nan, right=np.nan) if len(curve[0]) else nothing
+            for curve in curves
+        ]
+    )
+    low, high = np.fmin.reduce(values), np.fmax.reduce(values)
+    which = "all runs" if len(runs) == len(rows) else f"{len(runs)} of {len(rows)} runs and it"
+    lines = {"type": "scatter", "mode": "lines"}
+    band = lines | {"line": {"color": "@faint", "width": 0.5}, "hoverinfo": "skip"}
+    shown = {
+        "name": f"worst: run {last}",
+        "line": {"color": "@bad", "width": 1.6},
+        "hovertemplate": "%{y:.3g} m at %{x:.4g} m",
+    }
+    return figure(
+        "The worst run within the envelope",
+        f"Cross-track error along the path; the envelope is of {which}, driven again.",
+        [
+            band | _points(grid, low) | {"showlegend": False},
+            band | _points(grid, high) | {"name": "envelope", "fill": "tonexty"},
+            lines | _points(grid, values[0]) | shown,
+        ],
+        "distance along the path [m]",
+        "cross-track error [m]",
+    )
+
+
+def _points(x: Any, y: Any) -> dict[str, list[float]]:  # noqa: ANN401 - arrays
+    there = np.isfinite(y)
+    return {"x": rounded(x[there]), "y": rounded(y[there])}

@@ -258,7 +258,7 @@ def choice(
 
     The other arguments are those of `preview_offset`; ConfigError where one is out of range.
     """
-    dead_times, offsets = [], []
+    found = []
     for value in values:
         changed: PopParams | PreviewPopParams
         if isinstance(params, PopParams):
@@ -269,7 +269,6 @@ def choice(
             offset = preview_offset(
                 changed, vehicle, radius, speed, dt, believed=believed, adapt=adapt
             )
-        found = margins(changed, vehicle, speed, dt, believed=believed, adapt=adapt)
-        dead_times.append(found.dead_time)
-        offsets.append(offset)
-    return Choice(tuple(values), tuple(dead_times), tuple(offsets))
+        margin = margins(changed, vehicle, speed, dt, believed=believed, adapt=adapt)
+        found.append((value, margin.dead_time, offset))
+    return Choice(*zip(*found, strict=True))

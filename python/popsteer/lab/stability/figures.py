@@ -23,7 +23,6 @@ from popsteer.sim import plant_names
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
@@ -64,11 +63,8 @@ def stability_figures(
         draw["carrot-offset"] = partial(_carrot_figure, curves)
     if choices := choice_curves(result):
         draw["preview-choice"] = partial(choice_figure, result, choices)
-    content: dict[str, bytes] = {}
-    for index, (figure, make) in enumerate(draw.items()):
-        content |= {k: v for k, v in files_of(make, figure).items() if k.endswith(".png")}
-        tell(0.8 + 0.2 * (index + 1) / len(draw))
-    return content
+    files = files_of(draw, lambda _, share: tell(0.8 + 0.2 * share))
+    return {name: content for name, content in files.items() if name.endswith(".png")}
 
 
 def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], theme: Theme) -> Figure:
@@ -79,12 +75,8 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
         # What is below the least level, the unstable, is left grey.
         shown = np.nan_to_num(1e3 * found, nan=-1.0)
         panel.set_facecolor(theme.path)
-        panel.contourf(
-            *(_SPEEDS, _DISTANCES, shown, _LEVELS),
-            norm=colours.norm,
-            cmap=colours.cmap,
-            extend="max",
-        )
+        look = {"norm": colours.norm, "cmap": colours.cmap, "extend": "max"}
+        panel.contourf(_SPEEDS, _DISTANCES, shown, _LEVELS, **look)
         params = result.params[name]
         line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in _SPEEDS]
         panel.plot(_SPEEDS, line, color="#ffffff", linewidth=4.0)
@@ -218,30 +210,19 @@ def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme)
             markersize=5,
             label=said,
         )
-        # Beside the steep curve, below the flat one.
-        _mark(panel, found, _MARKED.get(said, ()), (8, -4) if law == "pop" else (-5, -14), theme)
+        for value, dead_time, offset in zip(*found, strict=True):
+            if value in _MARKED.get(said, ()) and math.isfinite(dead_time):
+                panel.annotate(
+                    f"{value:g}",
+                    (1e3 * dead_time, abs(offset)),
+                    # Beside the steep curve, below the flat one.
+                    xytext=(8, -4) if law == "pop" else (-5, -14),
+                    textcoords="offset points",
+                    fontsize=8.5,
+                    color=theme.text,
+                )
     panel.set(xlabel="dead time that may be added [ms]", xlim=(0.0, None), ylim=(-0.08, 1.1))
     panel.set_ylabel("offset in the bend [m]")
     panel.set_title(f"A bend of {_RADIUS:g} m radius at {_SPEED:g} m/s", pad=8)
     panel.legend(fontsize=8.5, loc="upper left")
     return _captioned(figure, stability_caption(result), theme)
-
-
-def _mark(
-    panel: Axes,
-    found: Choice,
-    values: tuple[float, ...],
-    shift: tuple[int, int],
-    theme: Theme,
-) -> None:
-    """Write some values of the parameter beside their points."""
-    for value, dead_time, offset in zip(*found, strict=True):
-        if value in values and math.isfinite(dead_time):
-            panel.annotate(
-                f"{value:g}",
-                (1e3 * dead_time, abs(offset)),
-                xytext=shift,
-                textcoords="offset points",
-                fontsize=8.5,
-                color=theme.text,
-            )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_names, add_numbers, blank_table, json_text
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table, finite, json_text
 from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.stability.linear import lookahead
 
@@ -66,7 +66,8 @@ def stability_json(result: Stability) -> str:
         "dt": result.dt,
         "laws": {
             name: [
-                _entry(speed, _lookahead(result, name, speed), found)
+                {"speed": speed, "lookahead": _lookahead(result, name, speed)}
+                | {k: finite(v) for k, v in found._asdict().items()}
                 for speed, found in zip(result.speeds, rows, strict=True)
             ]
             for name, rows in result.margins.items()
@@ -81,11 +82,6 @@ def stability_json(result: Stability) -> str:
 
 def _lookahead(result: Stability, name: str, speed: float) -> float | None:
     return lookahead(result.params[name], result.believed, speed)
-
-
-def _entry(speed: float, distance: float | None, found: Margins) -> dict[str, Any]:
-    figures = {k: v if math.isfinite(v) else None for k, v in found._asdict().items()}
-    return {"speed": speed, "lookahead": distance, **figures}
 
 
 def _cells(distance: float | None, found: Margins) -> list[str]:

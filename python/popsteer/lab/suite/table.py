@@ -110,7 +110,7 @@ def suite_files(found: Suite) -> dict[str, bytes]:
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.suite.figure import suite_figure
 
-    content = files_of(partial(suite_figure, found), "suite")
+    content = files_of({"suite": partial(suite_figure, found)})
     names = [field.name for field in fields(Cell)]
     cells = [[_csv(value) for value in asdict(each).values()] for each in found.cells]
     units = "errors of the rear axle in m, steer_rate in rad/s, lateral_jerk in m/s³"

@@ -54,7 +54,6 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
             )
         above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
         logarithmic(above)
-        above.yaxis.set_major_formatter("{x:g}")
         above.tick_params(labelbottom=False)
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())

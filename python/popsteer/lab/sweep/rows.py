@@ -68,10 +68,6 @@ class Journal:
         self._write(lines.encode())
         self.rows |= new
 
-    def remove(self) -> None:
-        """Remove the journal, once its rows are in their file."""
-        self._file.unlink(missing_ok=True)
-
     def _resume(self, stream: IO[bytes]) -> None:
         from filelock import lock_descriptor
 

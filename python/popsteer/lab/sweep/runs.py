@@ -280,7 +280,7 @@ def run(
     with Journal(part, job) as journal:
         rows = _driven(job, journal.rows, dask, workers, progress, journal.add)
         write(out, job, rows)
-        journal.remove()
+        part.unlink(missing_ok=True)
     return rows
 
 

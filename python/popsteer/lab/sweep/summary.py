@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer.lab.common.layout import add_numbers, blank_table
+from popsteer.lab.common.names import counted
 from popsteer.sim import plant_name
 from popsteer.status import Status
 
@@ -160,10 +161,22 @@ def percent(share: float, runs: int) -> str:
     return f"{100.0 * share:.{min(max(math.ceil(math.log10(max(runs, 1))) - 2, 0), 4)}f}"
 
 
-def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
-    """Say in one line what came out: the success rate and its interval."""
+def success_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str, str, str]:
+    """Count the runs that succeeded, and word their share and the ends of its interval [%]."""
     good = sum(row["success"] for row in rows)
     share, low, high = (percent(each, len(rows)) for each in success_rate(good, len(rows)))
+    return good, share, low, high
+
+
+def faults_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str]:
+    """Count the runs that reported a fault, and name their faults."""
+    faulty = [Status(row["faults"]) for row in rows if row["faults"]]
+    return len(faulty), ", ".join(dict.fromkeys(name for each in faulty for name in each.names))
+
+
+def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
+    """Say in one line what came out: the success rate and its interval."""
+    good, share, low, high = success_of(rows)
     where = f" on {job.course}" if job.course else ""
     car = job.label or plant_name(job.whole)
     return (
@@ -182,19 +195,18 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     said = [success]
     if short := sum(row["steps"] < 2 for row in rows):
         said.append(
-            f"{short} {_runs(short)} less than two control periods: the start projects onto the end"
-            " of the path. Is it a lap (--closed)?"
+            f"{counted(short, 'run')} lasted less than two control periods: the start projects onto"
+            " the end of the path. Is it a lap (--closed)?"
         )
     if early := sum(row["finished"] and not math.isfinite(row[ERROR]) for row in rows):
         said.append(
-            f"{early} {_runs(early)} no longer than the first {settled:g} s, and settled nothing:"
-            " no success without evidence."
+            f"{counted(early, 'run')} lasted no longer than the first {settled:g} s, and settled"
+            " nothing: no success without evidence."
         )
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
-    if faulty := [Status(row["faults"]) for row in rows if row["faults"]]:
-        names = dict.fromkeys(name for faults in faulty for name in faults.names)
-        said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
+    faulty, names = faults_of(rows)
+    said += [f"{faulty} said a fault: {names}."] if faulty else []
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
@@ -206,10 +218,6 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said
-
-
-def _runs(count: int) -> str:
-    return "run lasted" if count == 1 else "runs lasted"
 
 
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:

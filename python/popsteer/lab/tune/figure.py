@@ -37,7 +37,6 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     if tuned.chosen is not None:
         mark(*_points([tuned.chosen]), "D", color=blue, markersize=9, label="chosen")
     logarithmic(panel)
-    panel.yaxis.set_major_formatter("{x:g}")
     right = max([usual.effort, limit, *(each.effort for each in front)])
     left = min([usual.effort, *(each.effort for each in shown)])
     panel.set_xlim(left - 0.08 * (right - left), right + 0.35 * (right - left))

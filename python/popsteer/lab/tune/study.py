@@ -246,11 +246,10 @@ def _study(
         elif storage is not None:
             file = Path(storage)
             file.parent.mkdir(parents=True, exist_ok=True)
-            _check_journal(file)
             # A locked file of Windows cannot be read either.
             journal = optuna.storages.journal
             lock = journal.JournalFileOpenLock(str(file)) if os.name == "nt" else _Lock(file)
-            _cut_half_line(file, lock)
+            _mend(file, lock)
             backend = journal.JournalFileBackend(str(file), lock_obj=lock)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
@@ -290,15 +289,6 @@ def _study(
     return study
 
 
-def _check_journal(file: Path) -> None:
-    """Refuse a file that is there and no journal: Optuna would write after its end."""
-    if file.exists():
-        with file.open("rb") as stream:
-            first = stream.readline()
-        if first and not first.startswith(b'{"op_code"'):
-            raise PopsteerError(f"{file}: is no journal of Optuna")
-
-
 class _Lock:
     """Optuna's lock of its journal by the kernel, which takes it from a process that ends."""
 
@@ -316,10 +306,17 @@ class _Lock:
         self._stream.close()
 
 
-def _cut_half_line(file: Path, lock: Any) -> None:  # noqa: ANN401
-    """Drop what a full disk left of the last line: the next one would be written onto it."""
+def _mend(file: Path, lock: Any) -> None:  # noqa: ANN401
+    """Refuse what is no journal: Optuna would write after its end. Drop half a line at its end.
+
+    A full disk leaves one, and the next line would be written onto it.
+    """
     if not file.exists():
         return
+    with file.open("rb") as stream:
+        first = stream.readline()
+    if first and not first.startswith(b'{"op_code"'):
+        raise PopsteerError(f"{file}: is no journal of Optuna")
     lock.acquire()
     try:
         data = file.read_bytes()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,17 +11,16 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import drawn, headline, limit, nice_limit
+from popsteer.lab.common.draw import headline, limit, nice_limit
 from popsteer.lab.common.names import title_of
-from popsteer.lab.common.theme import THEMES, Theme
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import caption, notes
-from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
+    from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
@@ -272,19 +270,3 @@ def _draw_bar(panel: Axes, place: float, value: float, top: float, **style: str)
         va="bottom",
         fontsize=8,
     )
-
-
-__all__ = ["FIGURES", "THEMES", "render"]
-
-FIGURES = {"results": results_figure, "overview": overview_figure}
-"""What draws each figure, by its name."""
-
-
-def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[str, bytes]:
-    """Draw a figure of `FIGURES` in a theme: the content of the file by its kind.
-
-    The runs need their records. ConfigError where no figure, or no theme, has this name.
-    """
-    check_known("figure", figure, FIGURES)
-    check_known("theme", theme, THEMES)
-    return drawn(partial(FIGURES[figure], comparison), THEMES[theme])
