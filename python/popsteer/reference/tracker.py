@@ -183,6 +183,7 @@ class Tracker(Generic[StateT]):
             steer = at.mirror(car.at_wheels(state.steer + self._offset))
         if at.direction_changed or at.off_path:
             self.law.leave_path(state.law)
+        self.law.interrupt(state.law)
         return Decision(steer, closest.point, Status.OK)
 
     @property

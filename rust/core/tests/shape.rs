@@ -199,3 +199,34 @@ fn test_shape_at_a_cusp_is_the_vehicles_heading_on_both_sides() {
         assert!((at.closest.cross_track_error().abs() - 0.2).abs() < 1e-12);
     }
 }
+
+#[test]
+fn test_shape_of_tight_arcs_is_taken_at_their_ends_and_where_they_turn_over() {
+    for radius in [0.2, 0.3, 0.5, 1.0, 5.0] {
+        for spacing in [0.02, 0.05] {
+            // An S: half of it to the left, then to the right.
+            let count = (2.4 * radius / spacing) as usize;
+            let (mut x, mut y, mut yaw, mut bends) = (vec![0.0], vec![0.0], vec![0.0], vec![]);
+            for k in 0..count {
+                let curvature = if k < count / 2 { 1.0 } else { -1.0 } / radius;
+                let middle = yaw[k] + 0.5 * spacing * curvature;
+                x.push(x[k] + spacing * f64::cos(middle));
+                y.push(y[k] + spacing * f64::sin(middle));
+                yaw.push(yaw[k] + spacing * curvature);
+                bends.push(curvature);
+            }
+            bends.push(-1.0 / radius);
+            let plain = Path::new(&x, &y, None, false).unwrap();
+            for curvature in [None, Some(&bends[..])] {
+                let shaped = plain.clone().with_yaw(Some(&yaw), curvature);
+                assert!(shaped.is_ok(), "{radius} {spacing}: {shaped:?}");
+            }
+            let mirrored: Vec<f64> = yaw.iter().map(|yaw| -yaw).collect();
+            let turned: Vec<f64> = yaw.iter().map(|yaw| yaw + 1.5).collect();
+            for wrong in [mirrored, turned] {
+                let refused = plain.clone().with_yaw(Some(&wrong), None);
+                assert!(refused.is_err(), "{radius} {spacing}");
+            }
+        }
+    }
+}

@@ -438,3 +438,49 @@ fn test_prediction_starts_from_the_measured_angle_of_the_wheels() {
         "{left} {right}"
     );
 }
+
+#[test]
+fn test_pid_takes_no_drift_at_rest_nor_a_jump_for_the_motion_of_a_period() {
+    let law = Tracker::of(Pid::new(Vehicle::DEFAULT, PidParams::DEFAULT).unwrap());
+    let path = straight();
+    let step = |state: &mut _, y: f64, speed: f64| {
+        let (x, yaw) = (5.0, 0.0);
+        let vehicle = VehicleState { x, y, yaw, speed };
+        law.steer(&path.view(), state, vehicle, 0.05, Reported::NOTHING)
+            .unwrap()
+    };
+    let fresh = step(&mut law.initial_state(), 0.3, 2.0);
+    let mut state = law.initial_state();
+    step(&mut state, 0.0, 2.0);
+    for k in 0..=400 {
+        step(&mut state, 0.3 * f64::from(k) / 400.0, 0.0);
+    }
+    assert!((step(&mut state, 0.3, 2.0) - fresh).abs() < 1e-3);
+    let mut state = law.initial_state();
+    step(&mut state, 0.0, 2.0);
+    law.relocalise(&path.view(), &mut state, 5.0, 0.3, 0.0)
+        .unwrap();
+    assert!((step(&mut state, 0.3, 2.0) - fresh).abs() < 1e-3);
+}
+
+#[test]
+fn test_pure_pursuit_keeps_a_circle_within_its_lookahead() {
+    let law = Tracker::of(PurePursuit::new(Vehicle::DEFAULT, PurePursuitParams::DEFAULT).unwrap());
+    for radius in [3.0, 4.0, 4.9, 10.0] {
+        let angles = (0..200).map(|k| PI * f64::from(k) / 100.0);
+        let (x, y): (Vec<f64>, Vec<f64>) = angles
+            .map(|angle| (radius * angle.sin(), radius * (1.0 - angle.cos())))
+            .unzip();
+        let path = Path::new(&x, &y, None, true).unwrap();
+        let vehicle = VehicleState {
+            speed: 2.0,
+            ..VehicleState::ORIGIN
+        };
+        let mut state = law.initial_state();
+        let steer = law
+            .steer(&path.view(), &mut state, vehicle, 0.05, Reported::NOTHING)
+            .unwrap();
+        let right = (law.vehicle().wheelbase / radius).atan();
+        assert!((steer / right - 1.0).abs() < 0.02, "{radius}: {steer}");
+    }
+}

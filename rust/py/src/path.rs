@@ -53,8 +53,8 @@ use crate::waypoints::Waypoints;
 /// PathError
 ///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s, a slope
 ///     of 1), neighbours coincide, or the waypoints contradict the yaw (by more than 0.35 rad over
-///     a metre before or after) or the curvature (by more than 0.35 rad and a fifth of all turns up
-///     to there); names the waypoint.
+///     a metre, or a turn of 1 rad, before or after) or the curvature (by more than 0.35 rad and a
+///     fifth of all turns up to there); names the waypoint.
 ///
 /// Examples
 /// --------

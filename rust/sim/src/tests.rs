@@ -3,7 +3,7 @@
 use crate::closed_loop::{Controller, run};
 use crate::delay::Delay;
 use crate::noise::{Noise, Perception};
-use crate::plant::{Control, KinematicBicycle, PedalMap, Plant, PlantState};
+use crate::plant::{CarlaIdentified, Control, KinematicBicycle, PedalMap, Plant, PlantState};
 use crate::simulation::Settings;
 use crate::{Longitudinal, Simulation};
 use popsteer_core::laws::{Pop, PopParams};
@@ -242,6 +242,41 @@ fn test_bicycle_brakes_to_rest_then_backs_up_with_the_wheels_mirrored() {
     plant.advance(&mut state, backwards, 0.005, 200);
     assert!(state.vehicle.speed < -0.9);
     assert!(state.vehicle.x < before.x && state.vehicle.yaw < before.yaw);
+}
+
+#[test]
+fn test_brakes_at_rest_drive_in_neither_gear() {
+    let plant = KinematicBicycle::DEFAULT;
+    let mut state = PlantState::settled(&plant.vehicle, VehicleState::ORIGIN);
+    for reverse in [false, true, false] {
+        let control = Control {
+            brake: 1.0,
+            reverse,
+            ..Control::default()
+        };
+        plant.advance(&mut state, control, 0.5, 1);
+        assert!(state.vehicle.speed.abs() <= 0.0 && state.vehicle.x.abs() <= 0.0);
+    }
+}
+
+#[test]
+fn test_throttle_that_lags_less_than_a_step_is_the_pedal() {
+    let control = Control {
+        throttle: 0.2,
+        ..Control::default()
+    };
+    for throttle_lag in [0.002, 0.02, 0.4] {
+        let plant = CarlaIdentified {
+            throttle_lag,
+            ..CarlaIdentified::DEFAULT
+        };
+        let mut state = PlantState::settled(&plant.vehicle, VehicleState::ORIGIN);
+        for _ in 0..1000 {
+            plant.advance(&mut state, control, 0.005, 10);
+            assert!((0.0..30.0).contains(&state.vehicle.speed), "{state:?}");
+            assert!((0.0..=0.2).contains(&state.throttle));
+        }
+    }
 }
 
 /// A bicycle of `vehicle` after `time` [s] from 8 m/s, with its wheels commanded to 0.3 rad.

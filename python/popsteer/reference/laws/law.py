@@ -115,6 +115,9 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def leave_path(self, state: StateT) -> None:
         """Forget what holds on the present path alone."""
 
+    def interrupt(self, state: StateT) -> None:
+        """Forget what the next step would be compared with: the vehicle stood since."""
+
     def set_steer(self, state: StateT, steer: float) -> None:
         """Note the angle [rad] that the wheels got in place of the controller's."""
 

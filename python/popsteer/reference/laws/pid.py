@@ -114,9 +114,13 @@ class Pid(LateralLaw[PidParams, PidState]):
         state.previous_error, state.previous_position = error, position
         return Decision(steer, at.closest.point, status)
 
+    def interrupt(self, state: PidState) -> None:
+        """Forget what the derivative is taken from."""
+        state.previous_error = state.previous_position = None
+
     def leave_path(self, state: PidState) -> None:
         """Forget what was measured against the path."""
-        state.previous_error = state.previous_position = None
+        self.interrupt(state)
         state.terms, state.next, state.sum = [], 0, 0.0
 
     def _rate_across(self, path: PathView, previous: Point, at: Located) -> float:

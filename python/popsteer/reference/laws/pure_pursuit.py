@@ -87,7 +87,10 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
             # Towards a point behind the circle would lead away from it, straight behind for good.
             behind = params.exact_lookahead and ahead < 0.0
             aside = copysign(distance, left) if behind else left
-            wanted = atan2(2.0 * wheelbase * aside, lookahead * distance)
+            # A substitute nearer than the lookahead has a circle of its own.
+            nearer = params.exact_lookahead and not target.found and distance < lookahead
+            reach = distance if nearer else lookahead
+            wanted = atan2(2.0 * wheelbase * aside, reach * distance)
         steer, status = limit_steer(self.vehicle, wanted)
         if not target.found:
             status |= Status.LOOKAHEAD_LOST

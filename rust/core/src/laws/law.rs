@@ -37,6 +37,10 @@ pub trait LateralState {
     /// Forgets what was measured against the path, because the path changes its direction.
     fn leave_path(&mut self) {}
 
+    /// Forgets what the next step would be compared with: since the last one the vehicle stood, or has
+    /// jumped.
+    fn interrupt(&mut self) {}
+
     /// Notes a new path, to which the last error is `offset` [m] larger; None if that is unknown.
     fn change_path(&mut self, _offset: Option<f64>) {}
 

@@ -120,7 +120,10 @@ impl LateralLaw for PurePursuit {
             } else {
                 left
             };
-            atan2(2.0 * wheelbase * aside, lookahead * distance)
+            // A substitute nearer than the lookahead has a circle of its own.
+            let nearer = self.search.exact_lookahead && !target.found && distance < lookahead;
+            let reach = if nearer { distance } else { lookahead };
+            atan2(2.0 * wheelbase * aside, reach * distance)
         };
         let (steer, status) = self.vehicle().limit_steer(wanted);
         Decision {

@@ -31,6 +31,8 @@ const SHARE: f64 = 0.2;
 /// waypoints at most.
 const REACH: f64 = 1.0;
 const MOST_WAYPOINTS: usize = 64;
+/// The most that a heading may turn along such a chord [rad]; a shorter one is taken in a tighter bend.
+const MOST_TURN: f64 = 1.0;
 /// Bound of a curvature [1/m].
 const MAX_CURVATURE: f64 = 1e3;
 
@@ -53,7 +55,7 @@ impl<'a> PathView<'a> {
     ///
     /// [`PathError`]: not an entry for each waypoint, one that is not finite or beyond its bound, a
     /// yaw more than 0.35 rad off the directions in which the waypoints come and go on, over a
-    /// metre; curvatures that have added up to another turn than the yaw's, by more than 0.35 rad
+    /// metre or a turn of 1 rad; curvatures that have added up to another turn than the yaw's, by more than 0.35 rad
     /// and a fifth of all turns.
     pub fn with_yaw(self, yaw: &'a [f64], curvature: Option<&'a [f64]>) -> Result<Self, PathError> {
         check_column("yaw", yaw, self.len(), MAX_YAW)?;
@@ -83,10 +85,10 @@ impl<'a> PathView<'a> {
     fn check_yaw(&self, yaw: &[f64]) -> Result<(), PathError> {
         for (index, &value) in yaw.iter().enumerate() {
             let next = (index < self.segments()).then_some(index);
-            let outward = next.map(|next| self.heading_along(next, true));
+            let outward = next.map(|next| self.heading_along(yaw, next, true));
             let inward = self
                 .previous(index)
-                .map(|last| self.heading_along(last, false));
+                .map(|last| self.heading_along(yaw, last, false));
             let onward = outward.or(inward).unwrap_or(value);
             let from = inward.unwrap_or(onward);
             let off = wrap(value - onward).abs() + wrap(value - from).abs();
@@ -102,10 +104,17 @@ impl<'a> PathView<'a> {
         Ok(())
     }
 
-    /// The vehicle's heading over [`REACH`] ahead of the start of `segment`, or behind its end.
-    fn heading_along(&self, segment: usize, ahead: bool) -> f64 {
+    /// The vehicle's heading at the start of `segment` by the chord of [`REACH`] ahead of it, or at its
+    /// end by the one behind: that of the chord less the mean of what `yaw` has turned along it. The
+    /// heading that is looked at has no part in it.
+    fn heading_along(&self, yaw: &[f64], segment: usize, ahead: bool) -> f64 {
+        let yaw_beyond = |segment: usize| {
+            let end = if ahead { self.next(segment) } else { None };
+            yaw.get(end.unwrap_or(segment)).copied().unwrap_or(0.0)
+        };
         let (mut start, mut end) = self.segment(segment);
         let mut last = segment;
+        let (mut length, mut turned) = (self.segment_length(segment), 0.0);
         for _ in 0..MOST_WAYPOINTS {
             if get_distance(start, end) >= REACH {
                 break;
@@ -113,11 +122,18 @@ impl<'a> PathView<'a> {
             let Some(beyond) = self.neighbour(last, ahead) else {
                 break;
             };
+            let turn = wrap(yaw_beyond(beyond) - yaw_beyond(segment));
+            if turn.abs() > MOST_TURN {
+                break;
+            }
+            length += self.segment_length(beyond);
+            turned += turn * self.segment_length(beyond);
             let (from, to) = self.segment(beyond);
             (start, end) = if ahead { (start, to) } else { (from, end) };
             last = beyond;
         }
-        self.vehicle_yaw(segment, atan2(end.y - start.y, end.x - start.x))
+        let chord = self.vehicle_yaw(segment, atan2(end.y - start.y, end.x - start.x));
+        wrap(chord - turned / length)
     }
 
     fn check_curvature(&self) -> Result<(), PathError> {

@@ -312,7 +312,7 @@ impl<S: LateralState> Tracking<S> {
         self.waypoint = waypoint;
         self.measured_waypoint = waypoint;
         self.place = None;
-        self.law.change_path(None);
+        self.law.interrupt();
     }
 }
 

@@ -347,6 +347,7 @@ impl<L: LateralLaw> Tracker<L> {
             if at.direction_changed || at.off_path {
                 state.law.leave_path();
             }
+            state.law.interrupt();
             rest
         } else {
             self.law.decide(path, &mut state.law, &at, &belief)

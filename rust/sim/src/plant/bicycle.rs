@@ -67,7 +67,8 @@ impl Plant for KinematicBicycle {
             let curvature = tan(moved.mean) / car.turning_length(vehicle.speed);
             state.yaw_rate = vehicle.speed * curvature;
             // Along the gear: a vehicle that still rolls the other way is below 0.
-            let speed = gear * vehicle.speed;
+            // That of one at rest is 0.0, not -0.0, whose sign the brakes would take for a motion.
+            let speed = gear * vehicle.speed + 0.0;
             let braking = (self.braking * control.brake).copysign(speed);
             let acceleration = self.drive * state.throttle - braking - self.drag * speed;
             vehicle = advance(vehicle, vehicle.speed * dt, curvature, 0.0);

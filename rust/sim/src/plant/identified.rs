@@ -98,7 +98,13 @@ impl Plant for CarlaIdentified {
             vehicle.yaw += dt * yaw_rate;
             vehicle.speed = (speed + dt * acceleration).max(0.0);
             state.yaw_rate += share * (steady - yaw_rate);
-            state.throttle += dt * (control.throttle - throttle) / self.throttle_lag;
+            // As with the steering lag: a step that is longer than the lag ends at the pedal.
+            let missing = control.throttle - throttle;
+            state.throttle += if dt < self.throttle_lag {
+                dt * missing / self.throttle_lag
+            } else {
+                missing
+            };
         }
         state.vehicle = vehicle.ahead(-car.no_slip());
     }

@@ -45,8 +45,8 @@ const _: () = assert!(ErrorBuffer::CAPACITY == 500, "the most of `buffer_length`
 pub struct PidState {
     /// The last cross-track error [m]; None before the first step.
     pub previous_error: Option<f64>,
-    /// Where the front axle was at the last step [m]; None before the first, and without a
-    /// `smoothing_length`.
+    /// Where the front axle was at the last step that the controller decided, which none at rest is
+    /// [m]; None before the first, and without a `smoothing_length`.
     pub previous_position: Option<Point>,
     /// The terms of the integral.
     pub buffer: ErrorBuffer,
@@ -95,12 +95,17 @@ impl Pid {
 
 impl LateralState for PidState {
     fn leave_path(&mut self) {
-        self.previous_error = None;
-        self.previous_position = None;
+        self.interrupt();
         self.buffer = ErrorBuffer::new(self.buffer.length());
     }
 
-    /// The integral carries on, and the derivative sees no jump.
+    /// The integral carries on; the derivative would take all that happened since for one period's.
+    fn interrupt(&mut self) {
+        self.previous_error = None;
+        self.previous_position = None;
+    }
+
+    /// The integral carries on, and the derivative sees no jump of the error.
     fn change_path(&mut self, offset: Option<f64>) {
         self.previous_error = match (self.previous_error, offset) {
             (Some(error), Some(offset)) => Some(saturate(error + offset, -BOUND, BOUND)),
