@@ -333,21 +333,18 @@ class Node:
         topics = self.options.topics
         graph = self._participant.graph
         graph.look()
-        around = diagnostics.Around(
-            command=topics.command,
-            listeners=self._writers[topics.command].peers,
-            rivals=graph.others(topics.command),
-            clocks=graph.others(topics.clock) if self.options.sim_time else 0,
-            path_jump=self._path_jump,
-        )
         report = diagnostics.message(
             self.loop,
             self.intake,
             self.pilot,
             self.drive,
-            around,
             waits=self.waits,
             deviation=self._deviation,
+            path_jump=self._path_jump,
+            command=topics.command,
+            listeners=self._writers[topics.command].peers,
+            rivals=graph.others(topics.command),
+            clocks=graph.others(topics.clock) if self.options.sim_time else 0,
             nanoseconds=now,
         )
         self._publish(topics.diagnostics, report, now)
