@@ -133,8 +133,8 @@ class Node:
         self._recording = recording
         self._say = say or (lambda _: None)
         topics = options.topics
-        self._types = types = topics.types()
-        for kind in types.values():  # the first of a type takes up to 0.3 s, not for mid-drive
+        self._types = topics.types()
+        for kind in self._types.values():  # the first takes up to 0.3 s, not for mid-drive
             messages.make(kind)
         self.odometry_reader = participant.reader(topics.odometry, messages.ODOMETRY)
         self.path_reader = participant.latest(topics.path, topics.path_type)
@@ -143,15 +143,11 @@ class Node:
         names = participant.node, participant.namespace
         self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
-        latched = topics.command_type == messages.CONTROL
+        latched, writer = topics.command_type == messages.CONTROL, participant.writer
         self._writers = {
-            topics.command: participant.writer(
-                topics.command, topics.command_type, latched=latched
-            ),
-            topics.predicted: participant.writer(topics.predicted, types[topics.predicted]),
-            topics.diagnostics: participant.writer(
-                topics.diagnostics, types[topics.diagnostics], depth=10
-            ),
+            topics.command: writer(topics.command, topics.command_type, latched=latched),
+            topics.predicted: writer(topics.predicted, messages.PATH),
+            topics.diagnostics: writer(topics.diagnostics, messages.DIAGNOSTICS, depth=10),
         }
         self._course_number = 0
         self._jump = ""
@@ -254,19 +250,14 @@ class Node:
             self.pilot = Pilot(self._make(course.path), hold=self.options.hold)
             self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
         else:
-            with suppress(InputError):  # of a pose that the controller refuses, too
-                paths = self.pilot.controller.path, course.path
-                self._path_jump = max(self._path_jump, self._step_between(*paths))
+            if self.intake.measured is not None:
+                x, y = self.intake.measured[:2]
+                with suppress(InputError):  # of a pose that the controller refuses, too
+                    paths = self.pilot.controller.path, course.path
+                    was, now = (path.project(x, y).cross_track_error for path in paths)
+                    self._path_jump = max(self._path_jump, abs(now - was))
             self.pilot.set_path(course.path)
         self._course_number = self.intake.course_number
-
-    def _step_between(self, *paths: Path) -> float:
-        """How far beside the vehicle one path lies from another [m]."""
-        if self.intake.measured is None:
-            return 0.0
-        place = self.intake.measured[:2]
-        was, now = (path.project(*place).cross_track_error for path in paths)
-        return abs(now - was)
 
     def _concern(self, now: int) -> tuple[str, Measured | None]:
         """Say what is missing, and what can be steered by all the same."""
