@@ -23,6 +23,8 @@ import numpy as np
 
 from popsteer.lab.common.timing import Drive, Driver
 from popsteer.reference import PopParams, Vehicle
+from popsteer.reference.geometry import squared_distance
+from popsteer.reference.math import saturate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,6 +46,9 @@ _EPSILON = 2.0**-52
 def _jit(function: _F) -> _F:
     """Compile, with IEEE 754's division in place of Python's, which checks for zero each time."""
     return cast("_F", numba.njit(error_model="numpy")(function))
+
+
+_squared_distance, _saturate = _jit(squared_distance), _jit(saturate)
 
 
 def prepare(drive: Drive) -> Callable[[], Driver]:
@@ -304,8 +309,8 @@ def _choose(
     steer, least = previous, _distance_after(px, py, yaw + previous, speed, dt)
     half = count // 2
     for k in range(count):
-        candidate = previous + span * ((k - half) / half)
-        candidate = min(max(candidate, -max_steer), max_steer)
+        offset = span * ((k - half) / half)
+        candidate = _saturate(previous + offset, -max_steer, max_steer)
         distance = _distance_after(px, py, yaw + candidate, speed, dt)
         if distance < least:
             steer, least = candidate, distance
@@ -328,17 +333,6 @@ def _length(path: _Path, segment: int) -> float:
     end = path[2][segment + 1] if segment + 1 < len(path[2]) else path[4]
     length: float = end - path[2][segment]
     return length
-
-
-@_jit
-def _squared_distance(a: _Point, b: _Point) -> float:
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    return dx * dx + dy * dy
-
-
-@_jit
-def _saturate(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
 
 
 @_jit
