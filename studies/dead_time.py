@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from popsteer import AdaptParams, Path, Vehicle, controllers, presets, sim
+from popsteer.lab.common.experiment import controller
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Pose
 from studies.chain import Chain
 from studies.layout import AUTHORS_START, course, line
@@ -72,12 +73,10 @@ def run(
     }
     rows = []
     for name in names:
-        make = controllers.get(name).controller
-        # The registries pair each controller with its parameters; the type checker cannot see it.
-        params: Any = presets.get(name, preset)
+        params = presets.get(name, preset)
         found: dict[str, Any] = {
             model: sim.run(
-                make(path, believed, params, adapt=adapt),
+                controller(name, path, believed, params, adapt),
                 plant.replace(vehicle=vehicle),
                 start=start,
                 start_at=start_at,
@@ -132,17 +131,17 @@ def mean_error(
     speed: float = 12.0,
 ) -> float:
     """Mean error after 5 s; poses are `age` [s] old, and each is repeated `stale` steps."""
-    controller = kind(SLALOM, car)
+    steering = kind(SLALOM, car)
     chain = Chain(car, START, speed, DT, substeps=20)
     late = round(age / DT)
     poses = [chain.pose] * (late + 1)
     errors = []
-    point = controller.tracked_point
+    point = steering.tracked_point
     for k in range(560 if speed < 10.0 else 480):
         older = k % stale
         seen = poses[max(len(poses) - 1 - late - older, 0)]
         report = {"pose_age": age + older * DT} if given else {}
-        chain.advance(controller.step(*seen, speed, DT, **report).steer)
+        chain.advance(steering.step(*seen, speed, DT, **report).steer)
         poses.append(chain.pose)
         x, y, yaw = chain.pose
         closest = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))

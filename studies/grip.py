@@ -36,12 +36,10 @@ class Watched:
         self.plant: Any = plants.get(name)
         self.name, self.vehicle = name, self.plant.vehicle
         self.reverses, self.params = self.plant.reverses, self.plant.params
+        self.reset = self.plant.reset
         self.least: list[float] = []
         """The least load of a wheel, as a share of the mean at rest."""
         self.lateral: list[float] = []
-
-    def reset(self, *pose: float) -> None:
-        self.plant.reset(*pose)
 
     def advance(self, *command: Any) -> plants.PlantState:
         state: plants.PlantState = self.plant.advance(*command)

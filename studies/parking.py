@@ -51,18 +51,12 @@ def bays(radius: float) -> dict[str, list[Piece]]:
         "there and back": [ahead, (False, bend, eighth), (True, bend, eighth), (True, 0.0, 6.0)]
     }
     for degrees, arc in ((45, eighth), (90, 2.0 * eighth)):
-        third = arc / 3.0
+        half, third = arc / 2.0, arc / 3.0
+        back_and_on: list[Piece] = [(True, -bend, third), (False, bend, third)]
         found |= {
             f"{degrees}°, 1 cusp": [ahead, (True, bend, arc), into],
-            f"{degrees}°, out of a bend": [
-                ahead,
-                (False, -bend, arc / 2),
-                (True, bend, arc / 2),
-                into,
-            ],
-            f"{degrees}°, 3 cusps": [
-                *(ahead, (False, bend, arc / 2), (True, -bend, third), (False, bend, third), into),
-            ],
+            f"{degrees}°, out of a bend": [ahead, (False, -bend, half), (True, bend, half), into],
+            f"{degrees}°, 3 cusps": [ahead, (False, bend, half), *back_and_on, into],
         }
     return found
 

@@ -153,7 +153,6 @@ def drive(
     x, y = start[0] - car.rear_axle * math.cos(yaw), start[1] - car.rear_axle * math.sin(yaw)
     chain = Chain(car, (x, y, yaw), SPEED, SUBSTEP, substeps=1)
     errors: list[float] = []
-    angles: list[float] = []
     commands: list[Any] = []
     periods: list[float] = []
     point = controller.tracked_point
@@ -170,13 +169,13 @@ def drive(
         seen = (x, y, yaw, SPEED) if arrives(k) else (math.nan, y, yaw, SPEED)
         command = controller.step_or_hold(*seen, dt) if step is None else step(controller, seen, dt)
         commands.append(command)
-        angles.append(command.steer)
         _, aside, _ = course.nearest(x + point * math.cos(yaw), y + point * math.sin(yaw))
         errors.append(aside)
         periods.append(dt)
         if abs(aside) > 20.0:
             break
-    return Run(np.array(errors), np.array(angles), commands, controller, np.array(periods))
+    angles = np.array([command.steer for command in commands])
+    return Run(np.array(errors), angles, commands, controller, np.array(periods))
 
 
 COURSE = Course(s_bends())
