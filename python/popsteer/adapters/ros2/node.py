@@ -13,7 +13,6 @@ from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
-from popsteer.adapters.ros2.waiting import why_none_is_usable
 from popsteer.errors import InputError, PopsteerError
 from popsteer.ranges import check_in_range
 
@@ -216,10 +215,15 @@ class Node:
         else:
             topic, reader, count = topics.path, self.path_reader, intake.courses
         kind = self._types[topic]
+        if count.refused:
+            why = f"{count.refused} of {count.received} messages refused, the last: {count.reason}"
+            if count.reason.startswith("stamp is"):
+                why += "; the clocks have to agree, and simulated time needs --sim-time"
+        else:
+            why = participant.graph.why_silent(topic, kind, reader)
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
-            f" {self.options.timeout:g} s:"
-            f" {why_none_is_usable(count, topic, kind, reader, participant)}"
+            f" {self.options.timeout:g} s: {why}"
         )
 
     def _take(self, now: int) -> None:

@@ -6,7 +6,6 @@ import time
 from typing import TYPE_CHECKING
 
 from popsteer.adapters.ros2.messages import PATH, TRAJECTORY
-from popsteer.adapters.ros2.waiting import why_silent
 from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ def tap(
         participant.graph.look()
         if not any(counts.values()) and time.monotonic() - begun >= timeout:
             why = "; ".join(
-                f"{topic}: {why_silent(topic, kind, readers[topic], participant)}"
+                f"{topic}: {participant.graph.why_silent(topic, kind, readers[topic])}"
                 for topic, kind in topics.items()
             )
             raise PopsteerError(
