@@ -25,12 +25,13 @@ from popsteer import (
     sim,
     vehicles,
 )
+from popsteer.lab.common.experiment import controller as made
 from popsteer.sim import KinematicBicycle, Plant, Pose, Run, Settings, vehicle_of
 from popsteer.tracks import edges as shapes
 from studies.layout import course, line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -219,10 +220,9 @@ CUT = 15.0
 """How much shorter the controller's path is where it is driven past its end [m]."""
 
 
-def controller(name: str, path: Path, preset: str) -> controllers.Controller:
+def controller(name: str, path: Path, preset: str) -> Any:
     """Make a controller of the plant's vehicle."""
-    make: Callable[..., controllers.Controller] = controllers.get(name).controller
-    return make(path, END_CAR, presets.get(name, preset))
+    return made(name, path, END_CAR, presets.get(name, preset))
 
 
 def shortened(name: str, path: Path, preset: str) -> Any:
