@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -22,24 +21,18 @@ NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
 RUNS = ("late", "predicted", "short", "long", "early", "later")
 
 
-@dataclass(frozen=True, eq=False)
-class DeadTimeRow:
+class DeadTimeRow(NamedTuple):
     """What each of the models of `run` did to a controller, by its name."""
 
     law: str
-    prompt: Metrics
-    late: Metrics
-    predicted: Metrics
-    short: Metrics
-    long: Metrics
-    early: Metrics
-    later: Metrics
+    runs: dict[str, Metrics]
 
-    def ratio(self, found: Metrics) -> float:
+    def ratio(self, model: str) -> float:
         """Mean error of a run over that without dead time; infinite where it did not finish."""
+        found = self.runs[model]
         if not found.finished:
             return math.inf
-        return found.mean_abs_cross_track_error / self.prompt.mean_abs_cross_track_error
+        return found.mean_abs_cross_track_error / self.runs["prompt"].mean_abs_cross_track_error
 
 
 def run(
@@ -74,7 +67,7 @@ def run(
     rows = []
     for name in names:
         params = presets.get(name, preset)
-        found: dict[str, Any] = {
+        found = {
             model: sim.run(
                 controller(name, path, believed, params, adapt),
                 plant.replace(vehicle=vehicle),
@@ -83,7 +76,7 @@ def run(
             ).metrics
             for model, (vehicle, believed) in models.items()
         }
-        rows.append(DeadTimeRow(law=name, **found))
+        rows.append(DeadTimeRow(name, found))
     return rows
 
 
@@ -100,17 +93,18 @@ def dead_time_lines(rows: Iterable[DeadTimeRow]) -> list[str]:
     return [
         line(
             controllers.get(row.law).title,
-            f"{row.prompt.mean_abs_cross_track_error:.3f}",
-            *(_cell(row, getattr(row, each)) for each in RUNS),
+            f"{row.runs['prompt'].mean_abs_cross_track_error:.3f}",
+            *(_cell(row, model) for model in RUNS),
         )
         for row in rows
     ]
 
 
-def _cell(row: DeadTimeRow, found: Metrics) -> str:
+def _cell(row: DeadTimeRow, model: str) -> str:
+    found = row.runs[model]
     if not found.finished:
         return "off the road"
-    return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(found):.2f})"
+    return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(model):.2f})"
 
 
 DT = 0.05
