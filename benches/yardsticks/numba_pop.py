@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
@@ -64,15 +64,12 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     limits = (car.max_steer_rate, car.max_lateral_acceleration)
     if car.dead_time > 0.0 or car.steer_offset != 0.0 or limits != (None, None):
         raise ValueError("this step gives POP's angle to the wheels as it is")
-    params = PopParams().resolved(car)
+    params: Any = PopParams().resolved(car)
     columns = (np.array(path.x), np.array(path.y), np.array(path.s))
     closed, length = path.closed, path.length
     base, offset, opposite = car.rear_axle, car.front_axle, car.wheelbase * 10.0 / 3.0
-    search, lost, min_lookahead = (
-        float(each or 0.0)
-        for each in (params.search_distance, params.lost_distance, params.min_lookahead)
-    )
-    lookahead_gain = params.lookahead_gain
+    search, lost = params.search_distance, params.lost_distance
+    min_lookahead, lookahead_gain = params.min_lookahead, params.lookahead_gain
     span, count, max_steer = params.steer_span, params.candidate_count, car.max_steer
 
     @_jit
