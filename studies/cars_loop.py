@@ -157,9 +157,9 @@ def drive(controller: Any, loop: Loop) -> Outcome:
     return Outcome(float(np.mean(np.abs(errors))), max(map(abs, errors)), -min(errors))
 
 
-def overshoot(controller: Any, loop: Loop = JUMP) -> float:
+def overshoot(controller: Any) -> float:
     """How far beyond its new place the car goes after the jump, in parts of the jump."""
-    return drive(controller, loop).rightmost / loop.jump - 1.0
+    return drive(controller, JUMP).rightmost / JUMP.jump - 1.0
 
 
 def loop_lines() -> list[str]:

@@ -34,12 +34,6 @@ SUBSTEP = 0.005
 """Step of the simulation [s]."""
 
 
-def s_bends(length: float = 320.0) -> Floats:
-    """Waypoints, every 0.05 m, of bends to either side: a sine of 4 m, 25 m in radius."""
-    x = np.arange(0.0, length, 0.05)
-    return np.column_stack((x, 4.0 * np.sin(0.1 * x)))
-
-
 @dataclass
 class Course:
     """A course as fine waypoints, from which paths are cut."""
@@ -134,18 +128,17 @@ def drive(
     controller: controllers.Controller,
     steps: int = 500,
     *,
-    course: Course | None = None,
+    course: Course,
     replan: Callable[[int, float], popsteer.Path | None] = lambda _k, _s: None,
     arrives: Callable[[int], bool] = lambda _k: True,
     dts: Iterator[float] | None = None,
     step: Callable[..., Any] | None = None,
 ) -> Run:
-    """Drive the car on the S-bends with paths from `replan(step, distance)` where it gives one.
+    """Drive the car on a course with paths from `replan(step, distance)` where it gives one.
 
     An input that does not arrive is not a number, for `step_or_hold`. `step` takes a controller, a
     pose with speed, and a dt; control periods are whole numbers of `SUBSTEP`.
     """
-    course = Course(s_bends()) if course is None else course
     course.last = 0
     car = controller.vehicle
     start, ahead = course.points(np.array([0.0, 0.1]))
@@ -178,7 +171,9 @@ def drive(
     return Run(np.array(errors), angles, commands, controller, np.array(periods))
 
 
-COURSE = Course(s_bends())
+_X = np.arange(0.0, 320.0, 0.05)
+COURSE = Course(np.column_stack((_X, 4.0 * np.sin(0.1 * _X))))
+"""Bends to either side, a waypoint every 0.05 m: a sine of 4 m, 25 m in radius."""
 STEPS = 400
 RATES = (1, 5, 10, 20)
 
