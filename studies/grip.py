@@ -53,11 +53,8 @@ class Watched:
         if self.name == "mujoco-car":
             model, data = self.plant._model, self.plant._data  # noqa: SLF001
             springs = [f"spring {a} {b}" for a in ("front", "rear") for b in ("left", "right")]
-            joints = [model.joint(each) for each in springs]
-            at = [float(data.qpos[joint.qposadr[0]]) for joint in joints]
-            return [
-                x - float(model.qpos_spring[j.qposadr[0]]) for x, j in zip(at, joints, strict=True)
-            ]
+            places = [model.joint(each).qposadr[0] for each in springs]
+            return [float(data.qpos[at]) - float(model.qpos_spring[at]) for at in places]
         x, p = self.plant._x, self.plant._p  # noqa: SLF001
         loads = []
         for roll, height, track in ((x[13], x[16], p.T_f), (x[18], x[21], p.T_r)):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, plants
+from popsteer import Path, PreviewPop, SpeedTracker, Vehicle
 from popsteer.lab.suite.scenarios import arcs
 from studies.layout import before, line
 from studies.slopes import PERIOD, Moved, OwnCar, Shipped
@@ -68,7 +68,7 @@ def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked
     path = Path(poses[:, :2], reverse=reverse)
     car: Moved = OwnCar(Vehicle(**CAR), play=PLAY)
     if plant:
-        car = Shipped(plants.get(plant), path)
+        car = Shipped(plant, path)
     vehicle = car.vehicle.replace(**{"steers_at_rest": True, **told})
     steering, pace = PreviewPop(path, vehicle), SpeedTracker(path, vehicle)
     noise = np.random.default_rng(seed)
