@@ -97,10 +97,8 @@ def edge_tracks() -> tuple[EdgeTrack, ...]:
     """Crossings and near misses, odd spacings, cusps, and starts beside and askew."""
     straight = shapes.dense_straight(100.0, 1.0)
     touching = shapes.touching()
-    shown_thrice = [np.repeat(part, 3, axis=0) for part in touching[:2]]
-    duplicates = Path(
-        shown_thrice[0], speed=np.clip(shown_thrice[1], 0.0, TOP_SPEED), drop_duplicates=True
-    )
+    xy, speed = (np.repeat(part, 3, axis=0) for part in touching[:2])
+    duplicates = Path(xy, speed=np.clip(speed, 0.0, TOP_SPEED), drop_duplicates=True)
     joined = _path(straight, START_SPEED)
     return (
         _track("figure-eight", _path(shapes.figure8())),
