@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from popsteer import Path
     from popsteer.adapters.ros2.conversions import Measured
-    from popsteer.adapters.ros2.dds import Participant, Reader
+    from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.controllers import Controller
 
@@ -209,7 +209,6 @@ class Node:
         if self.pilot is not None or waited < self.options.timeout:
             return
         topics, intake, participant = self.options.topics, self.intake, self._participant
-        reader: Reader
         if intake.measured is None:
             topic, reader, count = topics.odometry, self.odometry_reader, intake.odometry
         else:
