@@ -120,14 +120,12 @@ def comparable(baseline: dict[str, Any]) -> None:
 
 def compare(counts: dict[str, float], baseline: dict[str, Any]) -> list[str]:
     """Give a line for each count that is more than the baseline and its tolerance."""
-    found = []
-    for call, recorded in baseline["counts"].items():
-        if not counts[call] <= recorded * (1.0 + baseline["tolerance"]):
-            found.append(
-                f"{call}: {counts[call]} instructions, {100 * (counts[call] / recorded - 1):.1f} %"
-                f" more than {recorded} (tolerance {100 * baseline['tolerance']:.0f} %)"
-            )
-    return found
+    return [
+        f"{call}: {counts[call]} instructions, {100 * (counts[call] / recorded - 1):.1f} %"
+        f" more than {recorded} (tolerance {100 * baseline['tolerance']:.0f} %)"
+        for call, recorded in baseline["counts"].items()
+        if not counts[call] <= recorded * (1.0 + baseline["tolerance"])
+    ]
 
 
 def main() -> int:

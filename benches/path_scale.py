@@ -56,6 +56,7 @@ FIGURES = Path(__file__).resolve().parent / "figures"
 ROW, TURN = 1000, 16
 BATCH, DT, SPEED = 32, 0.05, 10.0
 STEP = "step p50 [ns]"
+STEPS = (STEP, "step p99 of batches [ns]", "step, to 1,000")
 SEARCHES = ("first step", "step on another path", "step while lost", "relocalise")
 CONSTRUCTION = "construction [ns/waypoint]"
 MEMORY = "memory [bytes/waypoint]"
@@ -193,12 +194,9 @@ def time_far_off(count: int) -> float:
 
 def time_construction(xy: NDArray[np.float64]) -> tuple[popsteer.Path, float]:
     """Make the path, with its index; give the time of it [ns a waypoint]."""
-    times = []
-    for _ in range(3 if len(xy) > 100_000 else 15):
-        begin = perf_counter_ns()
-        path = popsteer.Path(xy)
-        times.append(perf_counter_ns() - begin)
-    return path, statistics.median(times) / len(xy)
+    repeats = 3 if len(xy) > 100_000 else 15
+    times = [time_of(partial(popsteer.Path, xy)) for _ in range(repeats)]
+    return popsteer.Path(xy), statistics.median(times) / len(xy)
 
 
 def resident() -> int:
@@ -235,14 +233,8 @@ def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
         of_path = memory(count)
         path, construction = time_construction(xy)
         drives.append(RowRunner(path, xy))
-        row: dict[str, Any] = {
-            "waypoints": count,
-            CONSTRUCTION: construction,
-            MEMORY: of_path,
-            STEP: 0.0,
-            "step p99 of batches [ns]": 0.0,
-            "step, to 1,000": 0.0,
-        }
+        row = {"waypoints": count, CONSTRUCTION: construction, MEMORY: of_path}
+        row |= dict.fromkeys(STEPS, 0.0)  # their place in the table; they are timed together
         for name, times in time_searches(drives[-1].law, path, xy, 5000).items():
             for percent in (50, 99):
                 row[f"{name} p{percent} [us]"] = float(np.percentile(times, percent)) / 1e3
@@ -254,10 +246,10 @@ def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
     gc.disable()
     time_steps(drives, repeats)
     gc.enable()
-    for row, drive in zip(rows, drives, strict=True):
-        row[STEP] = statistics.median(drive.times)
-        row["step p99 of batches [ns]"] = float(np.percentile(drive.times, 99))
-        row["step, to 1,000"] = row[STEP] / rows[0][STEP]
+    medians = [statistics.median(drive.times) for drive in drives]
+    for row, drive, median in zip(rows, drives, medians, strict=True):
+        late = float(np.percentile(drive.times, 99))
+        row.update(zip(STEPS, (median, late, median / medians[0]), strict=True))
     return rows
 
 

@@ -144,8 +144,7 @@ def circuits() -> Iterator[bool]:
             lateral = np.abs(np.convolve(rate, np.ones(3) / 3.0, "same") * run.records["speed"])
             most[plant] = max(most.get(plant, 0.0), float(lateral[100:-5].max()))
             seen.update(map(Status, map(int, run.records["status"])))
-            faults = Status.OK if run.metrics.finished else Status.IMPLAUSIBLE
-            yield bool(faults) or bool(run.metrics.faults & Status.IMPLAUSIBLE)
+            yield not run.metrics.finished or Status.IMPLAUSIBLE in run.metrics.faults
 
 
 seen: Counter[Status] = Counter()

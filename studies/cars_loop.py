@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import popsteer
+from popsteer import controllers
 from studies.chain import Chain
 from studies.layout import line
 from tests.trust.car import TOLD, bends
@@ -29,13 +30,8 @@ if TYPE_CHECKING:
     Curve = npt.NDArray[np.float64]
 
 CAR = TOLD
-CONTROLLERS: dict[str, Any] = {
-    "Preview POP": popsteer.PreviewPop,
-    "POP": popsteer.Pop,
-    "Stanley": popsteer.Stanley,
-    "Pure-Pursuit": popsteer.PurePursuit,
-    "PID": popsteer.Pid,
-}
+NAMES = ("preview-pop", "pop", "stanley", "pure-pursuit", "pid")
+CONTROLLERS: dict[str, Any] = {law.title: law.controller for law in map(controllers.get, NAMES)}
 SUBSTEP = 1e-3
 """The longest step of the integration [s]: 50 in a control period of 50 ms."""
 SETTLING = 5.0
@@ -161,9 +157,9 @@ def drive(controller: Any, loop: Loop) -> Outcome:
     return Outcome(float(np.mean(np.abs(errors))), max(map(abs, errors)), -min(errors))
 
 
-def overshoot(controller: Any, loop: Loop = JUMP) -> float:
+def overshoot(controller: Any) -> float:
     """How far beyond its new place the car goes after the jump, in parts of the jump."""
-    return drive(controller, loop).rightmost / loop.jump - 1.0
+    return drive(controller, JUMP).rightmost / JUMP.jump - 1.0
 
 
 def loop_lines() -> list[str]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from popsteer import AdaptParams, Path, Vehicle, controllers, presets, sim
+from popsteer.lab.common.experiment import controller
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Pose
 from studies.chain import Chain
 from studies.layout import AUTHORS_START, course, line
@@ -21,24 +21,18 @@ NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
 RUNS = ("late", "predicted", "short", "long", "early", "later")
 
 
-@dataclass(frozen=True, eq=False)
-class DeadTimeRow:
+class DeadTimeRow(NamedTuple):
     """What each of the models of `run` did to a controller, by its name."""
 
     law: str
-    prompt: Metrics
-    late: Metrics
-    predicted: Metrics
-    short: Metrics
-    long: Metrics
-    early: Metrics
-    later: Metrics
+    runs: dict[str, Metrics]
 
-    def ratio(self, found: Metrics) -> float:
+    def ratio(self, model: str) -> float:
         """Mean error of a run over that without dead time; infinite where it did not finish."""
+        found = self.runs[model]
         if not found.finished:
             return math.inf
-        return found.mean_abs_cross_track_error / self.prompt.mean_abs_cross_track_error
+        return found.mean_abs_cross_track_error / self.runs["prompt"].mean_abs_cross_track_error
 
 
 def run(
@@ -72,19 +66,17 @@ def run(
     }
     rows = []
     for name in names:
-        make = controllers.get(name).controller
-        # The registries pair each controller with its parameters; the type checker cannot see it.
-        params: Any = presets.get(name, preset)
-        found: dict[str, Any] = {
+        params = presets.get(name, preset)
+        found = {
             model: sim.run(
-                make(path, believed, params, adapt=adapt),
+                controller(name, path, believed, params, adapt),
                 plant.replace(vehicle=vehicle),
                 start=start,
                 start_at=start_at,
             ).metrics
             for model, (vehicle, believed) in models.items()
         }
-        rows.append(DeadTimeRow(law=name, **found))
+        rows.append(DeadTimeRow(name, found))
     return rows
 
 
@@ -101,17 +93,18 @@ def dead_time_lines(rows: Iterable[DeadTimeRow]) -> list[str]:
     return [
         line(
             controllers.get(row.law).title,
-            f"{row.prompt.mean_abs_cross_track_error:.3f}",
-            *(_cell(row, getattr(row, each)) for each in RUNS),
+            f"{row.runs['prompt'].mean_abs_cross_track_error:.3f}",
+            *(_cell(row, model) for model in RUNS),
         )
         for row in rows
     ]
 
 
-def _cell(row: DeadTimeRow, found: Metrics) -> str:
+def _cell(row: DeadTimeRow, model: str) -> str:
+    found = row.runs[model]
     if not found.finished:
         return "off the road"
-    return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(found):.2f})"
+    return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(model):.2f})"
 
 
 DT = 0.05
@@ -132,17 +125,17 @@ def mean_error(
     speed: float = 12.0,
 ) -> float:
     """Mean error after 5 s; poses are `age` [s] old, and each is repeated `stale` steps."""
-    controller = kind(SLALOM, car)
+    steering = kind(SLALOM, car)
     chain = Chain(car, START, speed, DT, substeps=20)
     late = round(age / DT)
     poses = [chain.pose] * (late + 1)
     errors = []
-    point = controller.tracked_point
+    point = steering.tracked_point
     for k in range(560 if speed < 10.0 else 480):
         older = k % stale
         seen = poses[max(len(poses) - 1 - late - older, 0)]
         report = {"pose_age": age + older * DT} if given else {}
-        chain.advance(controller.step(*seen, speed, DT, **report).steer)
+        chain.advance(steering.step(*seen, speed, DT, **report).steer)
         poses.append(chain.pose)
         x, y, yaw = chain.pose
         closest = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))

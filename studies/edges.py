@@ -25,12 +25,13 @@ from popsteer import (
     sim,
     vehicles,
 )
+from popsteer.lab.common.experiment import controller as made
 from popsteer.sim import KinematicBicycle, Plant, Pose, Run, Settings, vehicle_of
 from popsteer.tracks import edges as shapes
 from studies.layout import course, line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -96,10 +97,8 @@ def edge_tracks() -> tuple[EdgeTrack, ...]:
     """Crossings and near misses, odd spacings, cusps, and starts beside and askew."""
     straight = shapes.dense_straight(100.0, 1.0)
     touching = shapes.touching()
-    shown_thrice = [np.repeat(part, 3, axis=0) for part in touching[:2]]
-    duplicates = Path(
-        shown_thrice[0], speed=np.clip(shown_thrice[1], 0.0, TOP_SPEED), drop_duplicates=True
-    )
+    xy, speed = (np.repeat(part, 3, axis=0) for part in touching[:2])
+    duplicates = Path(xy, speed=np.clip(speed, 0.0, TOP_SPEED), drop_duplicates=True)
     joined = _path(straight, START_SPEED)
     return (
         _track("figure-eight", _path(shapes.figure8())),
@@ -219,10 +218,9 @@ CUT = 15.0
 """How much shorter the controller's path is where it is driven past its end [m]."""
 
 
-def controller(name: str, path: Path, preset: str) -> controllers.Controller:
+def controller(name: str, path: Path, preset: str) -> Any:
     """Make a controller of the plant's vehicle."""
-    make: Callable[..., controllers.Controller] = controllers.get(name).controller
-    return make(path, END_CAR, presets.get(name, preset))
+    return made(name, path, END_CAR, presets.get(name, preset))
 
 
 def shortened(name: str, path: Path, preset: str) -> Any:

@@ -36,12 +36,10 @@ class Watched:
         self.plant: Any = plants.get(name)
         self.name, self.vehicle = name, self.plant.vehicle
         self.reverses, self.params = self.plant.reverses, self.plant.params
+        self.reset = self.plant.reset
         self.least: list[float] = []
         """The least load of a wheel, as a share of the mean at rest."""
         self.lateral: list[float] = []
-
-    def reset(self, *pose: float) -> None:
-        self.plant.reset(*pose)
 
     def advance(self, *command: Any) -> plants.PlantState:
         state: plants.PlantState = self.plant.advance(*command)
@@ -55,11 +53,8 @@ class Watched:
         if self.name == "mujoco-car":
             model, data = self.plant._model, self.plant._data  # noqa: SLF001
             springs = [f"spring {a} {b}" for a in ("front", "rear") for b in ("left", "right")]
-            joints = [model.joint(each) for each in springs]
-            at = [float(data.qpos[joint.qposadr[0]]) for joint in joints]
-            return [
-                x - float(model.qpos_spring[j.qposadr[0]]) for x, j in zip(at, joints, strict=True)
-            ]
+            places = [model.joint(each).qposadr[0] for each in springs]
+            return [float(data.qpos[at]) - float(model.qpos_spring[at]) for at in places]
         x, p = self.plant._x, self.plant._p  # noqa: SLF001
         loads = []
         for roll, height, track in ((x[13], x[16], p.T_f), (x[18], x[21], p.T_r)):

@@ -24,6 +24,7 @@ import popsteer
 from popsteer import sim, tracks
 from popsteer.lab import baselines
 from popsteer.lab.common.varied import varied
+from popsteer.reference.laws.preview_pop.cost_to_go import transition
 from popsteer.sim.geometry import object_of
 from studies.chain import Chain
 from studies.layout import DOCS, line
@@ -144,19 +145,9 @@ class _Manoeuvre:
     """The quadratic program of a whole manoeuvre: states x' = A x + B c, moves of c."""
 
     def __init__(self, speed: float, lag: float, wheelbase: float) -> None:
-        step, kept = speed * DT, math.exp(-DT / lag)
-        way, taken = speed * lag, 1.0 - kept
-        by_driven = way * taken
-        by_commanded = step - by_driven
         # Of cross-track error, heading error, curvature driven and commanded, after the move.
-        self.transition = np.array(
-            [
-                [1.0, step, way * by_commanded, 0.5 * step * step - way * by_commanded],
-                [0.0, 1.0, by_driven, by_commanded],
-                [0.0, 0.0, kept, taken],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+        whole = transition(speed * DT, speed * lag, math.exp(-DT / lag), offset=0.0)
+        self.transition = whole[:4, :4].copy()
         self.weights = np.array([1.0, wheelbase**2, 0.0, 0.0])
         self.move_cost = (wheelbase / 12.0 * wheelbase / DT) ** 2
 

@@ -44,7 +44,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "margins": ("theory.md", margin_lines),
     "late": ("theory.md", lambda: [late_line(name) for name in controllers.names()]),
     "choice": ("theory.md", choice_lines),
-    "preview": ("preview_pop.md", preview_lines),
+    "preview": ("preview_pop.md", lambda: list(preview_lines())),
     "limits, slalom": ("preview_pop.md", limits.slalom_lines),
     "limits, straight": ("preview_pop.md", limits.straight_lines),
     "limits, sweep": ("preview_pop.md", limits.sweep_lines),

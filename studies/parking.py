@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, plants
+from popsteer import Path, PreviewPop, SpeedTracker, Vehicle
 from popsteer.lab.suite.scenarios import arcs
 from studies.layout import before, line
 from studies.slopes import PERIOD, Moved, OwnCar, Shipped
@@ -51,18 +51,12 @@ def bays(radius: float) -> dict[str, list[Piece]]:
         "there and back": [ahead, (False, bend, eighth), (True, bend, eighth), (True, 0.0, 6.0)]
     }
     for degrees, arc in ((45, eighth), (90, 2.0 * eighth)):
-        third = arc / 3.0
+        half, third = arc / 2.0, arc / 3.0
+        back_and_on: list[Piece] = [(True, -bend, third), (False, bend, third)]
         found |= {
             f"{degrees}°, 1 cusp": [ahead, (True, bend, arc), into],
-            f"{degrees}°, out of a bend": [
-                ahead,
-                (False, -bend, arc / 2),
-                (True, bend, arc / 2),
-                into,
-            ],
-            f"{degrees}°, 3 cusps": [
-                *(ahead, (False, bend, arc / 2), (True, -bend, third), (False, bend, third), into),
-            ],
+            f"{degrees}°, out of a bend": [ahead, (False, -bend, half), (True, bend, half), into],
+            f"{degrees}°, 3 cusps": [ahead, (False, bend, half), *back_and_on, into],
         }
     return found
 
@@ -74,7 +68,7 @@ def park(pieces: list[Piece], seed: int, plant: str = "", **told: Any) -> Parked
     path = Path(poses[:, :2], reverse=reverse)
     car: Moved = OwnCar(Vehicle(**CAR), play=PLAY)
     if plant:
-        car = Shipped(plants.get(plant), path)
+        car = Shipped(plant, path)
     vehicle = car.vehicle.replace(**{"steers_at_rest": True, **told})
     steering, pace = PreviewPop(path, vehicle), SpeedTracker(path, vehicle)
     noise = np.random.default_rng(seed)

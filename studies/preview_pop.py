@@ -52,7 +52,8 @@ def _row(name: str, law: OwnSimpleController, noise: Noise | None = None, **sett
     )
 
 
-def _lines() -> Iterator[str]:
+def preview_lines() -> Iterator[str]:
+    """Yield a row for each run."""
     path, _ = course("authors")
 
     def law(vehicle: Vehicle = CAR, adapt: Any = "auto") -> PreviewPop:
@@ -81,7 +82,3 @@ def _lines() -> Iterator[str]:
     ):
         yield _row(name, Misinformed(law(), **wrong))
         yield _row("... not adapting", Misinformed(law(adapt=None), **wrong))
-
-
-def preview_lines() -> list[str]:
-    return list(_lines())

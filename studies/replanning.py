@@ -34,12 +34,6 @@ SUBSTEP = 0.005
 """Step of the simulation [s]."""
 
 
-def s_bends(length: float = 320.0) -> Floats:
-    """Waypoints, every 0.05 m, of bends to either side: a sine of 4 m, 25 m in radius."""
-    x = np.arange(0.0, length, 0.05)
-    return np.column_stack((x, 4.0 * np.sin(0.1 * x)))
-
-
 @dataclass
 class Course:
     """A course as fine waypoints, from which paths are cut."""
@@ -134,18 +128,17 @@ def drive(
     controller: controllers.Controller,
     steps: int = 500,
     *,
-    course: Course | None = None,
+    course: Course,
     replan: Callable[[int, float], popsteer.Path | None] = lambda _k, _s: None,
     arrives: Callable[[int], bool] = lambda _k: True,
     dts: Iterator[float] | None = None,
     step: Callable[..., Any] | None = None,
 ) -> Run:
-    """Drive the car on the S-bends with paths from `replan(step, distance)` where it gives one.
+    """Drive the car on a course with paths from `replan(step, distance)` where it gives one.
 
     An input that does not arrive is not a number, for `step_or_hold`. `step` takes a controller, a
     pose with speed, and a dt; control periods are whole numbers of `SUBSTEP`.
     """
-    course = Course(s_bends()) if course is None else course
     course.last = 0
     car = controller.vehicle
     start, ahead = course.points(np.array([0.0, 0.1]))
@@ -153,7 +146,6 @@ def drive(
     x, y = start[0] - car.rear_axle * math.cos(yaw), start[1] - car.rear_axle * math.sin(yaw)
     chain = Chain(car, (x, y, yaw), SPEED, SUBSTEP, substeps=1)
     errors: list[float] = []
-    angles: list[float] = []
     commands: list[Any] = []
     periods: list[float] = []
     point = controller.tracked_point
@@ -170,16 +162,18 @@ def drive(
         seen = (x, y, yaw, SPEED) if arrives(k) else (math.nan, y, yaw, SPEED)
         command = controller.step_or_hold(*seen, dt) if step is None else step(controller, seen, dt)
         commands.append(command)
-        angles.append(command.steer)
         _, aside, _ = course.nearest(x + point * math.cos(yaw), y + point * math.sin(yaw))
         errors.append(aside)
         periods.append(dt)
         if abs(aside) > 20.0:
             break
-    return Run(np.array(errors), np.array(angles), commands, controller, np.array(periods))
+    angles = np.array([command.steer for command in commands])
+    return Run(np.array(errors), angles, commands, controller, np.array(periods))
 
 
-COURSE = Course(s_bends())
+_X = np.arange(0.0, 320.0, 0.05)
+COURSE = Course(np.column_stack((_X, 4.0 * np.sin(0.1 * _X))))
+"""Bends to either side, a waypoint every 0.05 m: a sine of 4 m, 25 m in radius."""
 STEPS = 400
 RATES = (1, 5, 10, 20)
 

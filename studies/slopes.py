@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, planning, plants, sim, tracks
+from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, planning, sim, tracks
 from popsteer.lab.suite.drive import along, pedals_on, rms
-from popsteer.sim.geometry import pose_of
+from popsteer.sim.geometry import object_of, pose_of
 from studies.layout import before, line
 
 if TYPE_CHECKING:
@@ -65,9 +65,9 @@ class OwnCar:
 class Shipped:
     """A plant of popsteer on its pedals; a slope is a throttle or a brake that is always on."""
 
-    def __init__(self, plant: Any, path: Path, speed: float = 0.0, grade: float = 0.0) -> None:
-        self.vehicle = sim.vehicle_of(plant)
-        self.stands = sim.plant_name(plant) != "commonroad-mb-2"
+    def __init__(self, name: str, path: Path, speed: float = 0.0, grade: float = 0.0) -> None:
+        plant = object_of(name)
+        self.vehicle, self.stands = plant.vehicle, name != "commonroad-mb-2"
         self.pedals = sim.PedalMap.of(plant)
         x, y = path.x[:2].tolist(), path.y[:2].tolist()
         yaw = math.atan2(y[1] - y[0], x[1] - x[0])
@@ -123,8 +123,7 @@ def mover(name: str, path: Path, speed: float, grade: float = 0.0) -> Moved:
     """Put a plant on the first waypoint."""
     if name == OWN_NAME:
         return OwnCar(OWN, speed, grade)
-    plant: Any = name if name == "carla-identified" else plants.get(name)
-    return Shipped(plant, path, speed, grade)
+    return Shipped(name, path, speed, grade)
 
 
 def drive(car: Moved, path: Path, vehicle: Vehicle) -> tuple[NDArray[np.float64], float, int]:

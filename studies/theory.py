@@ -13,14 +13,13 @@ import numpy as np
 
 import popsteer
 from popsteer import AdaptParams, controllers, presets, sim, vehicles
+from popsteer.lab.common.experiment import controller
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
 from popsteer.lab.stability.carrot import circle
 from studies.chain import Chain
 from studies.layout import line, track
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
 
@@ -74,9 +73,8 @@ class Given(NamedTuple):
         adapt = None if adapt is None else adapt.replace(turn_time=0.0)
         return self._replace(params=params, vehicle=vehicle, adapt=adapt)
 
-    def on(self, path: popsteer.Path) -> controllers.Controller:
-        make: Callable[..., controllers.Controller] = controllers.get(self.name).controller
-        return make(path, self.vehicle, self.params, adapt=self.adapt)
+    def on(self, path: popsteer.Path) -> Any:
+        return controller(self.name, path, self.vehicle, self.params, self.adapt)
 
 
 def grows(

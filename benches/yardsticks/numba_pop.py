@@ -16,13 +16,15 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
 
 from popsteer.lab.common.timing import Drive, Driver
 from popsteer.reference import PopParams, Vehicle
+from popsteer.reference.geometry import squared_distance
+from popsteer.reference.math import saturate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,6 +48,9 @@ def _jit(function: _F) -> _F:
     return cast("_F", numba.njit(error_model="numpy")(function))
 
 
+_squared_distance, _saturate = _jit(squared_distance), _jit(saturate)
+
+
 def prepare(drive: Drive) -> Callable[[], Driver]:
     """Compile the step; give a maker of drivers for a drive.
 
@@ -59,15 +64,12 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     limits = (car.max_steer_rate, car.max_lateral_acceleration)
     if car.dead_time > 0.0 or car.steer_offset != 0.0 or limits != (None, None):
         raise ValueError("this step gives POP's angle to the wheels as it is")
-    params = PopParams().resolved(car)
+    params: Any = PopParams().resolved(car)
     columns = (np.array(path.x), np.array(path.y), np.array(path.s))
     closed, length = path.closed, path.length
     base, offset, opposite = car.rear_axle, car.front_axle, car.wheelbase * 10.0 / 3.0
-    search, lost, min_lookahead = (
-        float(each or 0.0)
-        for each in (params.search_distance, params.lost_distance, params.min_lookahead)
-    )
-    lookahead_gain = params.lookahead_gain
+    search, lost = params.search_distance, params.lost_distance
+    min_lookahead, lookahead_gain = params.min_lookahead, params.lookahead_gain
     span, count, max_steer = params.steer_span, params.candidate_count, car.max_steer
 
     @_jit
@@ -304,8 +306,8 @@ def _choose(
     steer, least = previous, _distance_after(px, py, yaw + previous, speed, dt)
     half = count // 2
     for k in range(count):
-        candidate = previous + span * ((k - half) / half)
-        candidate = min(max(candidate, -max_steer), max_steer)
+        offset = span * ((k - half) / half)
+        candidate = _saturate(previous + offset, -max_steer, max_steer)
         distance = _distance_after(px, py, yaw + candidate, speed, dt)
         if distance < least:
             steer, least = candidate, distance
@@ -328,17 +330,6 @@ def _length(path: _Path, segment: int) -> float:
     end = path[2][segment + 1] if segment + 1 < len(path[2]) else path[4]
     length: float = end - path[2][segment]
     return length
-
-
-@_jit
-def _squared_distance(a: _Point, b: _Point) -> float:
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    return dx * dx + dy * dy
-
-
-@_jit
-def _saturate(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
 
 
 @_jit

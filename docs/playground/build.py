@@ -52,11 +52,10 @@ def build_module() -> bytes:
 
 def embedded_tracks() -> bytes:
     """Give the embedded tracks as JSON: waypoints x, y, x, y, ... [m]."""
-    found = {}
-    for name in tracks.names():
-        track = tracks.get(name)
-        xy = track.xy.ravel().tolist()
-        found[name] = {"title": track.title, "closed": track.closed, "xy": xy}
+    found = {
+        track.name: {"title": track.title, "closed": track.closed, "xy": track.xy.ravel().tolist()}
+        for track in map(tracks.get, tracks.names())
+    }
     return json.dumps(found, separators=(",", ":")).encode()
 
 

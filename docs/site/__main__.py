@@ -9,6 +9,7 @@ API are made of the docstrings. A playground that was built (`out/playground`) i
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import shutil
 import subprocess
@@ -24,45 +25,37 @@ PLAYGROUND = ROOT / "out" / "playground"
 _OBJECTS = 2  # level of the headings of classes and functions; members are below
 
 
-def _title(text: str) -> str:
-    return text.partition("\n")[0].removeprefix("# ").strip()
-
-
 def _chapters(folder: Path, places: dict[str, str]) -> list[Any]:
     """Write each page where it is to be, and give the navigation."""
     navigation: list[Any] = []
+    shown = [source for source in places if source.endswith(".md")]
+    texts = {source: (ROOT / source).read_text(encoding="utf-8") for source in shown}
     titles = {
-        place: _title((ROOT / source).read_text(encoding="utf-8"))
-        for source, place in places.items()
-        if place.endswith(".md")
+        places[source]: text.partition("\n")[0].removeprefix("# ").strip()
+        for source, text in texts.items()
     }
-    for title, sources in pages.CHAPTERS:
-        entries = []
+    for title, sources in pages.CHAPTERS.items():
         for source in sources:
-            text = (ROOT / source).read_text(encoding="utf-8")
-            (folder / places[source]).write_text(
-                forge.staged(text, source, places.get, titles), encoding="utf-8"
-            )
-            entries.append({_title(text): places[source]})
+            staged = forge.staged(texts[source], source, places.get, titles)
+            (folder / places[source]).write_text(staged, encoding="utf-8")
+        entries = [{titles[places[source]]: places[source]} for source in sources]
         navigation.append({title: entries if len(entries) > 1 else places[sources[0]]})
     return navigation
 
 
 def _api(folder: Path) -> list[dict[str, str]]:
     (folder / "api").mkdir()
-    places = {module: f"api/{module}.md" for module in pages.MODULES}
-    for module, place in places.items():
-        (folder / place).write_text(pages.api_page(module), encoding="utf-8")
-    return [{module: place} for module, place in places.items()]
+    for module in pages.MODULES:
+        (folder / "api" / f"{module}.md").write_text(pages.api_page(module), encoding="utf-8")
+    return [{module: f"api/{module}.md"} for module in pages.MODULES]
 
 
 def stage(folder: Path) -> None:
     """Write the pages and the configuration into a folder; the site is built beside them."""
     content = folder / "pages"
     content.mkdir(parents=True)
-    places = dict(pages.ELSEWHERE)
-    for source in (source for _, sources in pages.CHAPTERS for source in sources):
-        places[source] = pages.name_of(source)
+    sources = itertools.chain(*pages.CHAPTERS.values())
+    places = pages.ELSEWHERE | {source: pages.name_of(source) for source in sources}
     (content / "figures").mkdir()
     for figure in (*ROOT.glob("docs/figures/*"), *ROOT.glob("benches/figures/*")):
         places[figure.relative_to(ROOT).as_posix()] = f"figures/{figure.name}"

@@ -30,10 +30,6 @@ def _crates(*which: str) -> set[str]:
     return {row for row in rows if row.startswith("|") and "(/" not in row.rpartition("| ")[0]}
 
 
-def _packages() -> str:
-    return _said(sys.executable, "-m", "piplicenses", "--format", "markdown", "-i", "popsteer")
-
-
 def page() -> str:
     """Write the page."""
     shipped = _crates(*SHIPPED)
@@ -61,7 +57,7 @@ def page() -> str:
         "None of them is part of popsteer's wheel. pip installs numpy with it, and tomli before",
         "Python 3.11; the others come with extras and with the groups of developers.",
         "",
-        _packages(),
+        _said(sys.executable, "-m", "piplicenses", "--format", "markdown", "-i", "popsteer"),
     ]
     return "\n".join(lines)
 

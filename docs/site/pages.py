@@ -3,40 +3,25 @@
 from __future__ import annotations
 
 import importlib
+import posixpath
 
-# Chapters, each with its pages in the checkout. A page's title is its first heading.
-CHAPTERS: list[tuple[str, list[str]]] = [
-    ("What it is", ["docs/index.md"]),
-    (
-        "Describe your vehicle and drive it",
-        ["docs/vehicle.md", "docs/parameters.md", "docs/loop.md"],
-    ),
-    (
-        "From a log to a tuned car",
-        ["docs/planning.md", "docs/identify.md", "docs/tune.md", "docs/sweep.md", "docs/report.md"],
-    ),
-    (
-        "Plug it in",
-        ["docs/carla.md", "docs/ros2.md", "docs/gymnasium.md", "docs/c.md", "docs/examples.md"],
-    ),
-    ("Edges and statuses", ["docs/edges.md"]),
-    (
-        "Choose a controller",
-        [
-            "docs/choose.md",
-            "docs/preview_pop.md",
-            "docs/compare_your_controller.md",
-            "docs/results.md",
-        ],
-    ),
-    ("Theory", ["docs/theory.md"]),
-    ("Benchmarks", ["benches/README.md", "docs/fuzzing.md", "docs/mutation_testing.md"]),
-    ("The paper", ["docs/paper.md"]),
-    (
-        "Development",
-        ["CONTRIBUTING.md", "ARCHITECTURE.md", "docs/licences.md", "CHANGELOG.md"],
-    ),
-]
+# Chapters, each with its pages as docs/ has them. A page's title is its first heading.
+_CHAPTERS = {
+    "What it is": ["index"],
+    "Describe your vehicle and drive it": ["vehicle", "parameters", "loop"],
+    "From a log to a tuned car": ["planning", "identify", "tune", "sweep", "report"],
+    "Plug it in": ["carla", "ros2", "gymnasium", "c", "examples"],
+    "Edges and statuses": ["edges"],
+    "Choose a controller": ["choose", "preview_pop", "compare_your_controller", "results"],
+    "Theory": ["theory"],
+    "Benchmarks": ["../benches/README", "fuzzing", "mutation_testing"],
+    "The paper": ["paper"],
+    "Development": ["../CONTRIBUTING", "../ARCHITECTURE", "licences", "../CHANGELOG"],
+}
+CHAPTERS = {
+    title: [posixpath.normpath(f"docs/{name}.md") for name in names]
+    for title, names in _CHAPTERS.items()
+}
 # Pages whose names on the site differ from those in the checkout.
 NAMES = {"benches/README.md": "benchmarks.md"}
 # Read on a forge, where the site's first page takes its place.

@@ -195,10 +195,8 @@ def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
     readers = [node.odometry_reader, node.path_reader]
     assert _within(lambda: tuple(reader.peers for reader in readers) == wanted)
     if not reliable:
-        from popsteer.adapters.ros2.waiting import why_silent
-
         assert _within(lambda: node.path_reader.refused > 0)
-        why = why_silent("/path", messages.PATH, node.path_reader, ros)
+        why = ros.graph.why_silent("/path", messages.PATH, node.path_reader)
         assert why.startswith("its publisher has a QoS that does not fit")
     assert len(writers) == 2
 

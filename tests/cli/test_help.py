@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
@@ -138,6 +139,9 @@ def test_progress_on_a_terminal_shows_what_is_done_and_goes_away(
     monkeypatch.setenv("TERM", "xterm")
     with Progress() as progress:
         progress.update("figures", 0.5)
+        for thread in threading.enumerate():
+            if isinstance(thread, threading.Timer):
+                thread.join()  # which shows the bar
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "figures" in captured.err
@@ -146,6 +150,7 @@ def test_progress_on_a_terminal_shows_what_is_done_and_goes_away(
 def test_help_of_every_command_needs_nothing_that_windows_lacks() -> None:
     code = f"""
 import sys
+import threading
 sys.modules.update(fcntl=None, resource=None, termios=None)
 from popsteer.cli import main
 for name in {_COMMANDS!r}:

@@ -103,8 +103,8 @@ def rows(request: pytest.FixtureRequest) -> tuple[str, Rows]:
 @pytest.mark.parametrize("law", NAMES)
 def test_dead_time_predicted_costs_at_most_a_twentieth(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
-    assert row.prompt.finished
-    assert row.ratio(row.predicted) <= 1.05
+    assert row.runs["prompt"].finished
+    assert row.ratio("predicted") <= 1.05
 
 
 @pytest.mark.parametrize("law", NAMES)
@@ -113,18 +113,18 @@ def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
     rows: tuple[str, Rows], law: str, model: str
 ) -> None:
     row = rows[1][law]
-    assert row.ratio(getattr(row, model)) <= 1.25
+    assert row.ratio(model) <= 1.25
 
 
 @pytest.mark.parametrize("law", NAMES)
 def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     # With no limit of the lateral acceleration POP never comes back.
-    assert row.late.finished is (law != "pop")
+    assert row.runs["late"].finished is (law != "pop")
     if law == "preview-pop":  # it finds the dead time by itself
-        assert row.ratio(row.late) <= 1.1
+        assert row.ratio("late") <= 1.1
     else:
-        assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
+        assert row.ratio("late") > max(1.02, row.ratio("predicted"))
 
 
 def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> None:
@@ -135,18 +135,18 @@ def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> N
 def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> None:
     adapting = {row.law: row for row in dead_time.run(track("racetrack"), ["preview-pop"])}
     for row in dead_time.run(track("racetrack"), adapt=None):
-        assert row.ratio(row.predicted) <= 1.1
+        assert row.ratio("predicted") <= 1.1
         if row.law == "preview-pop":
-            worst = max(row.ratio(getattr(row, model)) for model in RUNS[2:])
+            worst = max(row.ratio(model) for model in RUNS[2:])
             assert worst > 1.25
-            assert row.ratio(row.short) > 1.1 * adapting[row.law].ratio(adapting[row.law].short)
+            assert row.ratio("short") > 1.1 * adapting[row.law].ratio("short")
 
 
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_dead_time_with_other_presets_costs_as_little(preset: str) -> None:
     for row in dead_time.run(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):
-        assert row.ratio(row.predicted) <= 1.05
-        assert max(row.ratio(getattr(row, model)) for model in RUNS[2:]) <= 1.25
+        assert row.ratio("predicted") <= 1.05
+        assert max(row.ratio(model) for model in RUNS[2:]) <= 1.25
 
 
 @pytest.mark.parametrize("name", ["pop", "stanley", "preview-pop"])
@@ -173,5 +173,5 @@ def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
     (row,) = dead_time.run(
         track("slalom"), ["preview-pop"], plant=sim.KinematicBicycle(car), dead_time=0.15
     )
-    assert row.ratio(row.predicted) <= 1.1
-    assert row.ratio(row.late) <= 1.1  # also where nobody tells it
+    assert row.ratio("predicted") <= 1.1
+    assert row.ratio("late") <= 1.1  # also where nobody tells it

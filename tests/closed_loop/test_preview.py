@@ -48,7 +48,7 @@ def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Pa
 def test_page_table_of_preview_pop_is_what_is_driven() -> None:
     pytest.importorskip("osqp")
     authors_data()  # one of the paths of the table
-    assert table("preview_pop.md", "preview") == preview_lines()
+    assert table("preview_pop.md", "preview") == list(preview_lines())
 
 
 def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(

@@ -145,9 +145,9 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     ("module", "planted", "circle"),
     [
         (
-            "popsteer.adapters.ros2.waiting",
-            "if TYPE_CHECKING:\n    from popsteer.adapters.ros2.node import Node",
-            ["popsteer.adapters.ros2.node", "popsteer.adapters.ros2.waiting"],
+            "popsteer.adapters.carla.route",
+            "if TYPE_CHECKING:\n    from popsteer.adapters.carla.planner import LocalPlanner",
+            ["popsteer.adapters.carla.planner", "popsteer.adapters.carla.route"],
         ),
         (
             "popsteer.sim.geometry",

@@ -200,10 +200,14 @@ def test_diagnostics_say_what_the_command_says_in_its_units() -> None:
     assert intake.take_odometry(messages.encode(data), 1.0)
     drive = pilot.step(intake.measured, 0.0, DT)
     loop.count(0.03, 0.004, 2)
-    around = diagnostics.Around("/drive", listeners=3, rivals=1, clocks=2, path_jump=4.0)
-    made = diagnostics.message(
-        loop, intake, pilot, drive, around, waits="", deviation=0.75, nanoseconds=1_250_000_000
-    )
+    known: dict[str, Any] = {
+        "waits": "",
+        "deviation": 0.75,
+        "path_jump": 4.0,
+        "nanoseconds": 1_250_000_000,
+    }
+    around: dict[str, Any] = {"command": "/drive", "listeners": 3, "rivals": 1, "clocks": 2}
+    made = diagnostics.message(loop, intake, pilot, drive, **known, **around)
     command, estimate = pilot.command, pilot.controller.estimate
     assert command is not None
     assert abs(command.heading_error) > 0.2

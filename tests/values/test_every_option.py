@@ -308,7 +308,7 @@ def _files(folder: Path) -> None:
 
 
 def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
-    from popsteer.adapters.ros2 import dds, node, pacing, recording, tap
+    from popsteer.adapters.ros2 import dds, node, pacing, recording
     from popsteer.cli import ros2_options
     from popsteer.identification import procedure
 
@@ -347,7 +347,7 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pacing, "spin", _stop())
     monkeypatch.setattr(recording, "Recording", contextlib.nullcontext)
     monkeypatch.setattr(ros2_options, "stop_on_signals", lambda: lambda: False)
-    monkeypatch.setattr(tap, "tap", _stop("participant", "topics", "recording", "stopped"))
+    monkeypatch.setattr(recording, "tap", _stop("participant", "topics", "recording", "stopped"))
 
 
 def _asked(words: str) -> dict[str, Any]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-import secrets
-import shutil
 from importlib import resources
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -57,15 +56,13 @@ def new(
     place = folder.absolute()
     place.parent.mkdir(parents=True, exist_ok=True)
     # Beside it, so that it takes its place in one step.
-    part = place.with_name(f".{place.name}-{secrets.token_hex(4)}.part")
-    try:
+    with TemporaryDirectory(dir=place.parent, prefix=".popsteer-") as beside:
+        part = Path(beside) / place.name  # with the permissions of the umask
         part.mkdir()
-        _write(part, place.name)
+        _write(part)
         if folder.is_dir():
             folder.rmdir()  # empty, and Windows renames onto no folder
         part.rename(place)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
     written = ", ".join(sorted(each.name for each in folder.iterdir()))
     print(f"Written to {folder}{os.sep}: {written}")
     print(f"Next: cd {folder} && python drive.py")
@@ -78,10 +75,10 @@ def _check(folder: Path) -> None:
         raise ConfigError("DIR", str(folder), "a new or an empty folder")
 
 
-def _write(folder: Path, name: str) -> None:
+def _write(folder: Path) -> None:
     for file in resources.files("popsteer.cli").joinpath("starter").iterdir():
         if file.name.endswith(_SUFFIX):
-            text = file.read_text(encoding="utf-8").replace("{name}", name)
+            text = file.read_text(encoding="utf-8").replace("{name}", folder.name)
             (folder / file.name.removesuffix(_SUFFIX)).write_text(text, encoding="utf-8")
     _VEHICLE.save(folder / "vehicle.toml")
     rows = ["# x [m], y [m], speed [m/s]"]

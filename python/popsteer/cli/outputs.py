@@ -6,7 +6,6 @@ import os
 import shlex
 import sys
 import threading
-import time
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
@@ -42,15 +41,16 @@ class Progress:
     """A bar on stderr, from the first second on, where stderr is a terminal."""
 
     def __init__(self) -> None:
-        self._begin = time.monotonic()
-        self._console = Console(stderr=True)
-        self._lock = threading.Lock()
-        self._now = ("", 0.0)
-        self._timer: threading.Timer | None = None
-        self._bar: Bar | None = None
-        self._over = False
+        columns = TextColumn("{task.description}"), BarColumn()
+        self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._bar.add_task("", total=1.0, visible=False)
+        # A timer, as what takes longest may say nothing while it lasts.
+        self._timer = threading.Timer(_PATIENCE, self._bar.start)
+        self._timer.daemon = True
 
     def __enter__(self) -> Self:
+        if self._bar.console.is_terminal:
+            self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -58,41 +58,15 @@ class Progress:
 
     def update(self, what: str, share: float) -> None:
         """Take note of what is being done, and of the share of it that is done, 0 to 1."""
-        with self._lock:
-            self._now = (what, share)
-            if self._bar is not None:
-                self._bar.update(self._bar.task_ids[0], description=what, completed=share)
-            elif self._timer is None and not self._over and self._console.is_terminal:
-                # A timer, as what takes longest may say nothing while it lasts.
-                wait = self._begin + _PATIENCE - time.monotonic()
-                self._timer = threading.Timer(wait, self._show)
-                self._timer.daemon = True
-                if wait > 0.0:
-                    self._timer.start()
-                else:
-                    self._draw()
-
-    def _show(self) -> None:
-        with self._lock:
-            if not self._over:
-                self._draw()
-
-    def _draw(self) -> None:
-        what, share = self._now
-        columns = TextColumn("{task.description}"), BarColumn()
-        self._bar = Bar(*columns, console=self._console, transient=True)
-        self._bar.add_task(what, total=1.0, completed=share)  # type: ignore[arg-type]
-        self._bar.start()
+        self._bar.update(self._task, description=what, completed=share, visible=True)
 
     def stop(self) -> None:
         """Take the bar away; it does not come back."""
-        if self._timer is not None:
-            self._timer.cancel()
-        with self._lock:
-            self._over = True
-            if self._bar is not None:
-                self._bar.stop()
-                self._bar = None
+        self._timer.cancel()
+        if self._timer.ident is not None:
+            self._timer.join()
+        if self._bar.live.is_started:
+            self._bar.stop()
 
 
 @contextmanager

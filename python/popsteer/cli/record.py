@@ -42,8 +42,7 @@ def record(
 ) -> None:
     """Record the topics of the ROS 2 node."""
     from popsteer.adapters.ros2.dds import Participant
-    from popsteer.adapters.ros2.recording import Recording
-    from popsteer.adapters.ros2.tap import tap
+    from popsteer.adapters.ros2.recording import Recording, tap
 
     topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
     stopped = ros2_options.stop_on_signals()

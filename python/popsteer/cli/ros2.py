@@ -7,7 +7,7 @@ from functools import partial
 from typing import Annotated, Any
 
 from popsteer import controllers
-from popsteer._core import Path, Vehicle
+from popsteer._core import Vehicle
 from popsteer.cli import inputs, options, ros2_options
 from popsteer.cli.options import flag, valued
 from popsteer.ranges import check_in_range
@@ -133,7 +133,9 @@ def ros2(
     max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
     say = partial(print, flush=True)
-    make = partial(_make, controller, _limited(given, max_speed), tuning)
+    law: Any = controllers.get(controller).controller
+    car, chosen_params = _limited(given, max_speed), tuning.params[controller]
+    make = partial(law, vehicle=car, params=chosen_params, adapt=tuning.adapt)
     stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.
@@ -155,12 +157,6 @@ def ros2(
     )
     if recording is not None:
         print(f"Written to {record}: {recording.count} messages")
-
-
-def _make(name: str, vehicle: Vehicle, tuning: inputs.Tuning, path: Path) -> controllers.Controller:
-    kind: Any = controllers.get(name).controller
-    made: controllers.Controller = kind(path, vehicle, tuning.params[name], adapt=tuning.adapt)
-    return made
 
 
 def _limited(vehicle: Vehicle, max_speed: float) -> Vehicle:

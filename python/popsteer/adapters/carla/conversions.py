@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Path
@@ -231,9 +232,7 @@ def axles_of(
 
 
 def _middle(wheels: Sequence[carla.WheelPhysicsControl]) -> tuple[float, float]:
-    count = len(wheels)
-    places = [wheel.position for wheel in wheels]
-    return math.fsum(p.x for p in places) / count, math.fsum(p.y for p in places) / count
+    return fmean(each.position.x for each in wheels), fmean(each.position.y for each in wheels)
 
 
 def vehicle_control(

@@ -97,12 +97,11 @@ class LocalPlanner:
                 f"popsteer steers without CARLA's PID loops: {', '.join(unused)} not used",
                 stacklevel=2,
             )
-        actor = vehicle
-        self._actor: carla.Vehicle | None = actor
-        self._world = actor.get_world()
+        self._actor: carla.Vehicle | None = vehicle
+        self._world = vehicle.get_world()
         self._map = self._world.get_map() if map_inst is None else map_inst
-        self._steering = steering_of(actor) if steering is None else steering
-        car = vehicle_of(actor) if car is None else car
+        self._steering = steering_of(vehicle) if steering is None else steering
+        car = vehicle_of(vehicle) if car is None else car
         share = float(options.get("max_steering", 1.0))
         allowed = min(car.max_steer, abs(self._steering.angle(share)))
         self._car = car.replace(max_steer=allowed)
@@ -121,7 +120,7 @@ class LocalPlanner:
         self._roams = True
         self._dt = float(options.get("dt", 0.05))
         self._time: float | None = None
-        here = self._map.get_waypoint(actor.get_location())
+        here = self._map.get_waypoint(vehicle.get_location())
         self._route = Route(here, float(options.get("offset", 0.0)))
         self.target_waypoint: carla.Waypoint = here
         self.target_road_option: int = RoadOption.LANEFOLLOW

@@ -162,29 +162,13 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         substeps: int = 10,
         render_mode: str | None = None,
     ) -> None:
-        options: dict[str, Any] = {
-            "track": track,
-            "plant": plant,
-            "actions": actions,
-            "constant_speed": constant_speed,
-            "longitudinal": longitudinal,
-            "vehicle_ranges": vehicle_ranges,
-            "random_start": random_start,
-            "start_offset": start_offset,
-            "start_yaw": start_yaw,
-            "start_speed": start_speed,
-            "preview": preview,
-            "reward": reward,
-            "off_path_distance": off_path_distance,
-            "time_limit": time_limit,
-            "stall_time": stall_time,
-            "dt": dt,
-            "substeps": substeps,
-        }
+        options: dict[str, Any] = dict(locals())  # all of the above, as `__reduce__` gives them
+        del options["self"]
+        self._options = dict(options)
+        del options["render_mode"]
         if render_mode is not None:
             check_known("render_mode", str(render_mode), self.metadata["render_modes"])
         self._task = Task(**options)
-        self._options = {"render_mode": render_mode, **options}
         self._begun = False
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / dt))}
         self.render_mode = render_mode

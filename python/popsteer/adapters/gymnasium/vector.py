@@ -63,11 +63,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
     3
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
-        "render_modes": ["rgb_array"],
-        "render_fps": 20,
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }
+    metadata = TrackEnv.metadata | {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -197,7 +193,10 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         infos = self._named(info)
         self._over = over
         if over.any():
-            infos = self._tell_endings(infos, over)
+            endings = np.full(self.num_envs, None, dtype=object)
+            for vehicle in np.flatnonzero(over).tolist():
+                endings[vehicle] = self._episodes.ending(vehicle)
+            infos.update(ending=endings, _ending=over)
             if self._mode is AutoresetMode.SAME_STEP:
                 observations, infos = self._begin_ended(observations, infos, over)
         return observations, rewards, ended, truncated, infos
@@ -236,12 +235,6 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         begun = self._named(info)
         begun.update(final_obs=final, _final_obs=over, final_info=infos, _final_info=over)
         return observations, begun
-
-    def _tell_endings(self, infos: dict[str, Any], over: NDArray[np.bool_]) -> dict[str, Any]:
-        endings = np.full(self.num_envs, None, dtype=object)
-        for vehicle in np.flatnonzero(over).tolist():
-            endings[vehicle] = self._episodes.ending(vehicle)
-        return {**infos, "ending": endings, "_ending": over}
 
     def _named(self, info: NDArray[np.float64]) -> dict[str, Any]:
         """Give the columns by name, each with a mask that says that all vehicles tell it."""

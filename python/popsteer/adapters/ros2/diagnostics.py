@@ -58,42 +58,36 @@ class Loop:
         self.mean_period = self.longest_period = self.longest_step = 0.0
 
 
-@dataclass(frozen=True)
-class Around:
-    """What is known of the node's surroundings."""
-
-    command: str
-    listeners: int
-    """How many subscribers hear it."""
-    rivals: int
-    """How many others publish on it."""
-    clocks: int
-    """How many publish a simulated time."""
-    path_jump: float
-    """The largest step from one path to the next beside the vehicle since the last message [m]."""
-
-
-def message(
+def message(  # noqa: PLR0913 - each is one thing that it tells of
     loop: Loop,
     intake: Intake,
     pilot: Pilot | None,
     drive: DriveCommand | None,
-    around: Around,
     *,
     waits: str,
     deviation: float,
+    path_jump: float,
+    command: str,
+    listeners: int,
+    rivals: int,
+    clocks: int,
     nanoseconds: int,
 ) -> Any:  # noqa: ANN401
-    """Make four statuses: steering, inputs, outputs, loop; `deviation` is the largest [m]."""
+    """Make four statuses: steering, inputs, outputs, loop.
+
+    `deviation` from the path and `path_jump`, from one path to the next beside the vehicle, are the
+    largest since the last message [m]. `listeners` hear `command`, `rivals` publish on it too, and
+    `clocks` publish a simulated time.
+    """
     refused = intake.odometry.lately + intake.courses.lately
     troubles = [f"{refused} messages refused"] if refused else []
-    if around.clocks > 1:
-        troubles.append(f"{around.clocks} publishers of the clock")
-    if around.path_jump > _JUMP:
-        troubles.append(f"path jumped by {around.path_jump:.2f} m")
-    heard = [] if around.listeners else [f"nobody hears {around.command}"]
-    if around.rivals:
-        heard.append(f"{around.rivals} more publish on {around.command}")
+    if clocks > 1:
+        troubles.append(f"{clocks} publishers of the clock")
+    if path_jump > _JUMP:
+        troubles.append(f"path jumped by {path_jump:.2f} m")
+    heard = [] if listeners else [f"nobody hears {command}"]
+    if rivals:
+        heard.append(f"{rivals} more publish on {command}")
     age = 1e-9 * nanoseconds - intake.measured_at if intake.measured is not None else None
     inputs = {
         "odometry_received": intake.odometry.received,
@@ -114,7 +108,7 @@ def message(
         "time_jumps": loop.jumps,
     }
     late = [f"{loop.missed_lately} cycles missed"] if loop.missed_lately else []
-    outputs = {"command_subscribers": around.listeners, "other_publishers": around.rivals}
+    outputs = {"command_subscribers": listeners, "other_publishers": rivals}
     statuses = [
         _steering(pilot, drive, waits, deviation, intake.course),
         _warning("inputs", troubles, "all messages used", inputs),

@@ -86,6 +86,20 @@ class Graph:
         own = self._participant.guid.bytes
         return sum(each.participant != own for each in self.of(topic))
 
+    def why_silent(self, topic: str, kind: str, reader: Any) -> str:  # noqa: ANN401 - a `Reader`
+        """Say why a reader may have heard nothing on a topic of a type, as far as is known."""
+        self.look()
+        others = {each.kind for each in self.of(topic)} - {kind}
+        if others:
+            return f"it is published as {', '.join(sorted(others))}"
+        if reader.peers:
+            return "its publisher sends nothing"
+        if reader.refused:
+            return (
+                "its publisher has a QoS that does not fit (best effort, where reliable is needed)"
+            )
+        return "nobody publishes it"
+
     def _gid_size(self) -> int:
         own = self._participant.guid.bytes
         nodes = [

@@ -13,7 +13,6 @@ from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.names import expanded
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
-from popsteer.adapters.ros2.waiting import why_none_is_usable
 from popsteer.errors import InputError, PopsteerError
 from popsteer.ranges import check_in_range
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
     from popsteer import Path
     from popsteer.adapters.ros2.conversions import Measured
-    from popsteer.adapters.ros2.dds import Participant, Reader
+    from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.controllers import Controller
 
@@ -133,8 +132,8 @@ class Node:
         self._recording = recording
         self._say = say or (lambda _: None)
         topics = options.topics
-        self._types = types = topics.types()
-        for kind in types.values():  # the first of a type takes up to 0.3 s, not for mid-drive
+        self._types = topics.types()
+        for kind in self._types.values():  # the first takes up to 0.3 s, not for mid-drive
             messages.make(kind)
         self.odometry_reader = participant.reader(topics.odometry, messages.ODOMETRY)
         self.path_reader = participant.latest(topics.path, topics.path_type)
@@ -143,15 +142,11 @@ class Node:
         names = participant.node, participant.namespace
         self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
-        latched = topics.command_type == messages.CONTROL
+        latched, writer = topics.command_type == messages.CONTROL, participant.writer
         self._writers = {
-            topics.command: participant.writer(
-                topics.command, topics.command_type, latched=latched
-            ),
-            topics.predicted: participant.writer(topics.predicted, types[topics.predicted]),
-            topics.diagnostics: participant.writer(
-                topics.diagnostics, types[topics.diagnostics], depth=10
-            ),
+            topics.command: writer(topics.command, topics.command_type, latched=latched),
+            topics.predicted: writer(topics.predicted, messages.PATH),
+            topics.diagnostics: writer(topics.diagnostics, messages.DIAGNOSTICS, depth=10),
         }
         self._course_number = 0
         self._jump = ""
@@ -214,16 +209,20 @@ class Node:
         if self.pilot is not None or waited < self.options.timeout:
             return
         topics, intake, participant = self.options.topics, self.intake, self._participant
-        reader: Reader
         if intake.measured is None:
             topic, reader, count = topics.odometry, self.odometry_reader, intake.odometry
         else:
             topic, reader, count = topics.path, self.path_reader, intake.courses
         kind = self._types[topic]
+        if count.refused:
+            why = f"{count.refused} of {count.received} messages refused, the last: {count.reason}"
+            if count.reason.startswith("stamp is"):
+                why += "; the clocks have to agree, and simulated time needs --sim-time"
+        else:
+            why = participant.graph.why_silent(topic, kind, reader)
         raise PopsteerError(
             f"no {kind} that can be used on {topic} in domain {participant.domain} within"
-            f" {self.options.timeout:g} s:"
-            f" {why_none_is_usable(count, topic, kind, reader, participant)}"
+            f" {self.options.timeout:g} s: {why}"
         )
 
     def _take(self, now: int) -> None:
@@ -254,19 +253,14 @@ class Node:
             self.pilot = Pilot(self._make(course.path), hold=self.options.hold)
             self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
         else:
-            with suppress(InputError):  # of a pose that the controller refuses, too
-                paths = self.pilot.controller.path, course.path
-                self._path_jump = max(self._path_jump, self._step_between(*paths))
+            if self.intake.measured is not None:
+                x, y = self.intake.measured[:2]
+                with suppress(InputError):  # of a pose that the controller refuses, too
+                    paths = self.pilot.controller.path, course.path
+                    was, now = (path.project(x, y).cross_track_error for path in paths)
+                    self._path_jump = max(self._path_jump, abs(now - was))
             self.pilot.set_path(course.path)
         self._course_number = self.intake.course_number
-
-    def _step_between(self, *paths: Path) -> float:
-        """How far beside the vehicle one path lies from another [m]."""
-        if self.intake.measured is None:
-            return 0.0
-        place = self.intake.measured[:2]
-        was, now = (path.project(*place).cross_track_error for path in paths)
-        return abs(now - was)
 
     def _concern(self, now: int) -> tuple[str, Measured | None]:
         """Say what is missing, and what can be steered by all the same."""
@@ -333,21 +327,18 @@ class Node:
         topics = self.options.topics
         graph = self._participant.graph
         graph.look()
-        around = diagnostics.Around(
-            command=topics.command,
-            listeners=self._writers[topics.command].peers,
-            rivals=graph.others(topics.command),
-            clocks=graph.others(topics.clock) if self.options.sim_time else 0,
-            path_jump=self._path_jump,
-        )
         report = diagnostics.message(
             self.loop,
             self.intake,
             self.pilot,
             self.drive,
-            around,
             waits=self.waits,
             deviation=self._deviation,
+            path_jump=self._path_jump,
+            command=topics.command,
+            listeners=self._writers[topics.command].peers,
+            rivals=graph.others(topics.command),
+            clocks=graph.others(topics.clock) if self.options.sim_time else 0,
             nanoseconds=now,
         )
         self._publish(topics.diagnostics, report, now)

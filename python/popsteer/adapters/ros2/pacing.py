@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from popsteer.adapters.ros2.conversions import nanoseconds_of
 from popsteer.adapters.ros2.messages import CLOCK, decode
-from popsteer.adapters.ros2.waiting import why_silent
 from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
@@ -125,9 +124,10 @@ def _spin_simulated(
             node.note(f"paused: time stands still on {node.options.topics.clock}")
         if pace is None and waited >= node.options.timeout:
             topic = node.options.topics.clock
+            why = participant.graph.why_silent(topic, CLOCK, clock)
             raise PopsteerError(
                 f"no {CLOCK} on {topic} in domain {participant.domain} within"
-                f" {node.options.timeout:g} s: {why_silent(topic, CLOCK, clock, participant)}"
+                f" {node.options.timeout:g} s: {why}"
             )
         node.check_silence(waited)
 

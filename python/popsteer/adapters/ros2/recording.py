@@ -10,22 +10,25 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2 import conversions
 from popsteer.adapters.ros2.diagnostics import run_message
-from popsteer.adapters.ros2.messages import encode, store
+from popsteer.adapters.ros2.messages import PATH, TRAJECTORY, encode, store
 from popsteer.adapters.ros2.topics import Topics
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.files import check_files
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Callable, Mapping
 
     from typing_extensions import Self
 
+    from popsteer.adapters.ros2.dds import Participant
     from popsteer.sim import Run
 
 _FRAME = "map"
 # The records "data end" and "footer", which say that there is no index, and the magic number.
 _END = b"\x0f\x04" + bytes(11) + b"\x02\x14" + bytes(27) + b"\x89MCAP0\r\n"
 _FLUSH = 1.0  # how often what has been written is given to the system [s]
+_PERIOD = 0.01  # how often `tap` looks for messages [s]
 
 
 class Recording:
@@ -204,3 +207,43 @@ def record_run(run: Run, file: str | os.PathLike[str]) -> int:
 def _time(seconds: float) -> int:
     """Give the stamp; 0 would mean that there is none."""
     return 10**9 + round(seconds * 1e9)
+
+
+def tap(
+    participant: Participant,
+    topics: Mapping[str, str],
+    recording: Recording,
+    stopped: Callable[[], bool],
+    *,
+    timeout: float = 10.0,
+    seconds: float = float("inf"),
+) -> dict[str, int]:
+    """Record topics, given with their types, until it is stopped; gives how many messages of each.
+
+    Waits `timeout` [s] for the first message, else PopsteerError; ends after `seconds`.
+    """
+    # Only a path may have been published before it matters; the others may be of best effort.
+    readers = {
+        topic: (participant.latest if kind in (PATH, TRAJECTORY) else participant.reader)(
+            topic, kind
+        )
+        for topic, kind in topics.items()
+    }
+    counts = dict.fromkeys(topics, 0)
+    begun = time.monotonic()
+    while not stopped() and time.monotonic() - begun < seconds:
+        time.sleep(_PERIOD)
+        for topic, kind in topics.items():
+            for data in readers[topic].take():
+                recording.add_bytes(topic, kind, data, time.time_ns())
+                counts[topic] += 1
+        participant.graph.look()
+        if not any(counts.values()) and time.monotonic() - begun >= timeout:
+            why = "; ".join(
+                f"{topic}: {participant.graph.why_silent(topic, kind, readers[topic])}"
+                for topic, kind in topics.items()
+            )
+            raise PopsteerError(
+                f"no message in domain {participant.domain} within {timeout:g} s: {why}"
+            )
+    return counts
