@@ -1,11 +1,10 @@
-//! A step whole: hand-over, limits, points of the vehicle, errors, prediction, held input, intention.
+//! A step whole: hand-over, limits, points of the vehicle, errors, held input, intention.
 
 use popsteer_core::bounds::MAX_YAW;
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
 };
-use popsteer_core::tracker::intend::Predicted;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Command, Path, Reported, Status, Tracker, Vehicle, VehicleState};
 use std::f64::consts::PI;
@@ -352,94 +351,6 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
 }
 
 #[test]
-fn test_prediction_drives_on_to_the_next_stop_either_way() {
-    let car = Vehicle {
-        steer_lag: 0.0,
-        rear_axle: -1.0,
-        ..Vehicle::PAPER
-    };
-    let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
-    let short = || Path::new(&[0.0, 20.0], &[0.0; 2], None, false).unwrap();
-    let backwards = short().with_reverse(&[true; 2]).unwrap();
-    for (path, yaw, speed) in [(short(), 0.0, 5.0), (backwards, PI, -5.0)] {
-        let mut state = tracker.initial_state();
-        // The rear axle is 3 m before the end.
-        let vehicle = VehicleState {
-            x: 17.0 + yaw.cos(),
-            y: 0.0,
-            yaw,
-            speed,
-        };
-        let view = path.view();
-        tracker
-            .step(&view, &mut state, vehicle, 0.1, Reported::NOTHING)
-            .unwrap();
-        let mut out = [Predicted::DEFAULT; 12];
-        assert_eq!(tracker.predict(&view, &state, 0.1, &mut out), Ok(12));
-        for (k, instant) in (0..12).zip(&out) {
-            let time = 0.1 * f64::from(k);
-            let rear = f64::min(17.0 + 5.0 * time, 20.0);
-            assert!((instant.time - time).abs() < 1e-12);
-            let x = instant.vehicle.x - yaw.cos();
-            assert!((x - rear).abs() < 1e-9, "{speed}: {x} at {time}");
-            assert!(instant.vehicle.y.abs() < 1e-9 && instant.steer.abs() < 1e-9);
-        }
-    }
-}
-
-#[test]
-fn test_prediction_starts_from_the_measured_angle_of_the_wheels() {
-    let car = Vehicle {
-        steer_lag: 0.15,
-        dead_time: 0.2,
-        steer_offset: 0.02,
-        ..Vehicle::PAPER
-    };
-    let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
-    let path = Path::new(&[0.0, 50.0], &[0.0; 2], None, false).unwrap();
-    let view = path.view();
-    let vehicle = |k: u32| VehicleState {
-        x: 0.5 * f64::from(k),
-        y: 1.0,
-        yaw: 0.0,
-        speed: 5.0,
-    };
-    let mut state = tracker.initial_state();
-    for k in 0..10 {
-        tracker
-            .step(&view, &mut state, vehicle(k), 0.1, Reported::NOTHING)
-            .unwrap();
-    }
-    let mut modelled = state;
-    let without = tracker
-        .step(&view, &mut modelled, vehicle(10), 0.1, Reported::NOTHING)
-        .unwrap();
-    let wheel = modelled.model.in_flight.unwrap().wheel();
-    let step_measured = |angle: f64| {
-        let reported = Reported {
-            measured_steer: Some(angle - car.steer_offset),
-            ..Reported::NOTHING
-        };
-        let mut state = state;
-        tracker
-            .step(&view, &mut state, vehicle(10), 0.1, reported)
-            .unwrap()
-            .predicted_cross_track_error
-    };
-    // Within the dead time the wheels come back to the command: for (0.15 s, 5 m/s) a left angle
-    // more of 0.1 rad turns by 5 tan(0.1) / L times 0.15 (1 - exp(-0.2 / 0.15)) s.
-    assert!((step_measured(wheel) - without.predicted_cross_track_error).abs() < 1e-12);
-    let (left, right) = (step_measured(wheel + 0.1), step_measured(wheel - 0.1));
-    let turn = 5.0 * 0.1 / car.wheelbase * 0.15 * (1.0 - (-0.2f64 / 0.15).exp());
-    // The tracked front axle goes aside by the turn times its distance, and by the way of the rear.
-    let aside = turn * car.wheelbase;
-    assert!(
-        left - right > 1.6 * aside && left - right < 4.0 * aside,
-        "{left} {right}"
-    );
-}
-
-#[test]
 fn test_pid_takes_no_drift_at_rest_nor_a_jump_for_the_motion_of_a_period() {
     let law = Tracker::of(Pid::new(Vehicle::DEFAULT, PidParams::DEFAULT).unwrap());
     let path = straight();
@@ -482,5 +393,34 @@ fn test_pure_pursuit_keeps_a_circle_within_its_lookahead() {
             .unwrap();
         let right = (law.vehicle().wheelbase / radius).atan();
         assert!((steer / right - 1.0).abs() < 0.02, "{radius}: {steer}");
+    }
+}
+
+#[test]
+fn test_full_lock_beyond_an_offset_is_the_lock() {
+    let vehicle = Vehicle {
+        steer_offset: 0.45,
+        ..Vehicle::DEFAULT
+    };
+    let tracker = Tracker::of(PurePursuit::new(vehicle, PurePursuitParams::DEFAULT).unwrap());
+    let path = Path::new(&[0.0, 100.0], &[60.0, 60.0], None, false).unwrap();
+    let mut state = tracker.state_from(vehicle.max_steer).unwrap();
+    let (mut pose, mut wheel) = (VehicleState::ORIGIN, vehicle.at_wheels(1.22 + 0.45));
+    pose.speed = 2.0;
+    for _ in 0..120 {
+        let reported = Reported {
+            applied_steer: Some(vehicle.max_steer),
+            ..Reported::NOTHING
+        };
+        let command = tracker
+            .step(&path.view(), &mut state, pose, 0.05, reported)
+            .unwrap();
+        for odd in [Status::IMPLAUSIBLE, Status::OUTLIER] {
+            assert!(!command.status.contains(odd), "{command:?}");
+        }
+        let moved = vehicle.move_wheel(wheel, vehicle.max_steer, 0.05);
+        wheel = moved.wheel;
+        let curvature = moved.mean.tan() / vehicle.turning_length(2.0);
+        pose = popsteer_core::vehicle::bicycle::advance(pose, 0.1, curvature, 0.0);
     }
 }

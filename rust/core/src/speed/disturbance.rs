@@ -26,8 +26,8 @@
 //! earlier than the vehicle says: with `b`, the answer of one that is slower by `UNTOLD_LAG`, or the
 //! command itself, an error of the sign of `b - a` may be due to that alone. Then
 //! `k = 1 / (1 + ((b - a) / (AMBIGUOUS L))²)`: a part of it counts for `d`, and the speed takes the rest.
-//! A drive that gives less than asked while the vehicle speeds up is at its end, and will not be while
-//! it brakes: that is not learnt. The estimate rests while the brakes hold the vehicle: how much of
+//! A drive that gives less than is asked to speed up is at its end, and will not be while the vehicle
+//! brakes: that is not learnt, unless the vehicle rolls back. The estimate rests while the brakes hold the vehicle: how much of
 //! their force that takes is not known.
 
 use crate::bounds::MAX_SPEED;
@@ -103,7 +103,8 @@ impl SpeedTrackerState {
             0.0
         };
         let ratio = other / (AMBIGUOUS * wheelbase);
-        let trust = if at_full_drive && error < 0.0 {
+        // One that rolls back has a drive that gives less than the slope takes, and has to give more.
+        let trust = if at_full_drive && error < 0.0 && speed >= 0.0 {
             0.0
         } else {
             1.0 / (1.0 + ratio * ratio)

@@ -98,7 +98,7 @@ const EARLY_STOP_SHARE: f64 = 0.95;
 /// Share of what the brakes can do that holds a vehicle where it stands.
 const HOLD: f64 = 0.5;
 /// A vehicle that is to speed up by more than this share of its largest acceleration may be at the end
-/// of what its drive gives.
+/// of what its drive gives: that it is slower than expected is then not taken for a slope.
 const FULL_DRIVE: f64 = 0.5;
 /// Below this share of the creeping speed the vehicle is at rest: the brakes may then hold it with
 /// more than the deceleration of a plan.

@@ -61,7 +61,7 @@ impl<L: LateralLaw> Tracker<L> {
         let model = &mut state.model;
         let wheel = model.past.take().map(|past| past.wheel());
         model.estimator.last_measured = None;
-        let (estimate, mut plant) = match model.in_flight {
+        let (mut estimate, mut plant) = match model.in_flight {
             Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
             _ => (
                 Estimate::DEFAULT,
@@ -93,7 +93,13 @@ impl<L: LateralLaw> Tracker<L> {
             let commands = plant.commands().chain([(state.steer, dt)]);
             rollout.drive(plant.wheel(), clipped(commands, dt));
             plant.elapse(car, state.steer, dt, 0.0);
+            let braked = vehicle.speed * estimate.acceleration < 0.0;
             vehicle = rollout.state().bounded().ahead(-car.no_slip()).bounded();
+            if braked && vehicle.speed.abs() <= 0.0 {
+                // Brakes that have stopped it do not drive it on the other way.
+                estimate.acceleration = 0.0;
+                state.model.estimator.estimate.acceleration = 0.0;
+            }
             if self
                 .step(path, &mut state, vehicle, dt, Reported::NOTHING)
                 .is_err()

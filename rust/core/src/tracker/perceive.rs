@@ -155,7 +155,7 @@ impl<L: LateralLaw> Tracker<L> {
             Some(in_flight) if self.models => {
                 curvature(car, in_flight.wheel(), speed, &model.estimator.estimate)
             }
-            _ => rough_tangent(steer + car.steer_offset) / car.turning_length(speed),
+            _ => rough_tangent(car.at_wheels(steer + car.steer_offset)) / car.turning_length(speed),
         }
     }
 

@@ -70,7 +70,7 @@ use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{cos, exp, saturate, sin, sqrt, wrap};
+use crate::math::{cos, exp, saturate, sin, smaller, sqrt, wrap};
 use nalgebra::SVector;
 
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
@@ -107,6 +107,8 @@ impl Estimator {
     /// wheelbases.
     const FIRST_YAW_NOISE: f64 = 2.5e-5;
     const FIRST_POSITION_NOISE: f64 = 1.4e-5;
+    /// Below so many wheelbases a second a vehicle forgets more slowly, at rest not at all.
+    const SLOW: f64 = 0.2;
     /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
     /// Weights of the gain 1 [rad^2 s], of the given steering offset [s] and of the given dead time
@@ -183,6 +185,8 @@ impl Estimator {
         let Some(before) = self.last_measured else {
             self.turning.interrupt();
             self.sliding.interrupt();
+            // Of an acceleration that is measured no more less and less is believed.
+            self.estimate.acceleration *= exp(-dt / Self::ACCELERATION_TIME);
             return;
         };
         let speed = 0.5 * (before.speed + now.speed);
@@ -196,8 +200,10 @@ impl Estimator {
         self.find_slip_length(vehicle, now.speed);
         self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
         if params.turn_time > 0.0 {
+            // What a vehicle has shown is not to be forgotten while it stands and shows nothing.
+            let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
             let measured = wrap(now.yaw - before.yaw);
-            self.fit_turning(params.turn_time, vehicle, reached, measured, dt);
+            self.fit_turning(params.turn_time / moving, vehicle, reached, measured, dt);
         }
     }
 

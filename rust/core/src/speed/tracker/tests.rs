@@ -60,3 +60,34 @@ fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
     let refused = tracker.check_state(&path.view(), &lost);
     assert_eq!(refused.unwrap_err().field, "waypoint");
 }
+
+#[test]
+fn test_weak_vehicle_on_a_slope_that_nobody_told_of_climbs_and_does_not_roll_back() {
+    let x: Vec<f64> = (0..401).map(from_count).collect();
+    let path = Path::new(&x, &[0.0; 401], None, false).unwrap();
+    let truck = Vehicle {
+        max_acceleration: Some(0.5),
+        max_speed: Some(10.0),
+        ..Vehicle::DEFAULT
+    };
+    let tracker = SpeedTracker::new(truck, SpeedTrackerParams::DEFAULT).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let mut vehicle = VehicleState {
+        x: 20.0,
+        ..VehicleState::ORIGIN
+    };
+    let mut state = SpeedTrackerState::default();
+    let mut least: f64 = 20.0;
+    for _ in 0..1200 {
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+            .unwrap();
+        for _ in 0..10 {
+            vehicle.speed += 0.005 * (command.acceleration - 0.976); // a tenth uphill
+            vehicle.x += 0.005 * vehicle.speed;
+        }
+        least = smaller(least, vehicle.x);
+    }
+    assert!(least > 19.0, "rolled back to {least}");
+    assert!(vehicle.speed > 5.0, "{vehicle:?} {state:?}");
+}

@@ -241,3 +241,29 @@ fn test_speed_after_braking_stops() {
     assert_eq!(braking(5.0).speed_after(MAX_SPEED, 1.0), MAX_SPEED);
     assert_eq!(braking(-5.0).speed_after(-MAX_SPEED, 1.0), -MAX_SPEED);
 }
+
+#[test]
+fn test_estimates_outlast_a_stop_and_an_unmeasured_acceleration_does_not() {
+    let given = car(2.7, 0.12, 0.0);
+    let mut estimator = estimated(given, 0.02, 0.5, 0.0);
+    let before = estimator.estimate;
+    assert!(before.acceleration > 0.4, "{before:?}");
+    let standing = VehicleState::ORIGIN;
+    estimator.last_measured = None;
+    for _ in 0..20 {
+        let nothing = WheelIntegrals::default();
+        estimator.observe_turn(&AdaptParams::DEFAULT, &given, standing, nothing, 0.05);
+    }
+    assert!(estimator.estimate.acceleration.abs() < 1e-4);
+    let mut known = InFlight::settled(&given, 0.1);
+    for _ in 0..6000 {
+        estimator.last_measured = Some(standing);
+        let reached = known.wheel_integrals(&given, 0.1, 0.05);
+        estimator.observe_turn(&AdaptParams::DEFAULT, &given, standing, reached, 0.05);
+        known.elapse(&given, 0.1, 0.05, 0.0);
+    }
+    let after = estimator.estimate;
+    assert!((after.gain - before.gain).abs() < 1e-3, "{after:?}");
+    assert!((after.steer_offset - before.steer_offset).abs() < 1e-4);
+    assert!((after.longer_dead_time - before.longer_dead_time).abs() < 1e-3);
+}
