@@ -205,7 +205,7 @@ fn test_shape_of_tight_arcs_is_taken_at_their_ends_and_where_they_turn_over() {
     for radius in [0.2, 0.3, 0.5, 1.0, 5.0] {
         for spacing in [0.02, 0.05] {
             // An S: half of it to the left, then to the right.
-            let count = (2.4 * radius / spacing) as usize;
+            let count = popsteer_core::math::to_count(2.4 * radius / spacing);
             let (mut x, mut y, mut yaw, mut bends) = (vec![0.0], vec![0.0], vec![0.0], vec![]);
             for k in 0..count {
                 let curvature = if k < count / 2 { 1.0 } else { -1.0 } / radius;
