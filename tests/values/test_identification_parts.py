@@ -75,7 +75,7 @@ def test_rests_are_as_long_as_a_second() -> None:
 def test_cells_are_equal_and_at_most_a_fortieth_of_a_second() -> None:
     for step, cell in ((0.01, 0.025), (0.02, 0.025), (0.04, 0.02), (0.09, 0.0225)):
         t = step * np.arange(50)
-        edges, speed = drives._cells(t, np.array([0]), np.array([50]), 2.0 * t)
+        edges, speed, _ = drives._cells(t, np.array([0]), np.array([50]), 2.0 * t)
         assert np.diff(edges) == pytest.approx(cell), step
         middle = 0.5 * (edges[1:] + edges[:-1])
         inside = middle < t[-1]
@@ -120,6 +120,15 @@ def test_commands_on_the_clock_without_gaps_keep_their_order() -> None:
     found = drives._on_clock(np.array([8.0, 10.5, 11.0, 21.0, 21.0, 31.5, 35.0]), log, clock)
     assert found == pytest.approx([-2.0, 0.5, 1.0, 3.5, 3.5, 6.5, 10.0], abs=1e-7)
     assert (np.diff(found) > 0.0).all()
+
+
+def test_edges_of_gaps_are_no_accelerations() -> None:
+    t = DT * np.arange(2_400)
+    t = t[t % 12.0 < 8.0]
+    ready = drives.prepare(Log(t, 10.0 * t, 0.0 * t, 0.1 * t, 0.0 * t + 10.0, 0.1 * np.sin(t)))
+    assert len(ready.starts) == 10
+    assert np.abs(ready.acceleration).max() < 1e-9
+    assert (ready.speed == 0.0).any()
 
 
 def test_usual_speed_is_that_at_which_the_car_turns() -> None:

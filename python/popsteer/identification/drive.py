@@ -32,7 +32,7 @@ SMOOTHING = 0.3
 """Standard deviation of what the acceleration is smoothed by [s]: noise of 0.02 m/s leaves 0.03
 m/s² at 20 Hz."""
 HARDEST = 12.0
-"""Bound of the acceleration [m/s²]: what lies beyond is an edge of a pause."""
+"""Bound of the acceleration [m/s²]: beyond it the speed jumps across a pause."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +108,8 @@ def prepare(log: Log) -> PreparedLog:
     else:
         given, commands = log.commands
         times = _on_clock(given, log.t, t)
-    edges, speed = _cells(t, starts, ends, clean["speed"])
-    acceleration = _acceleration(speed, float(edges[1] - edges[0]))
+    edges, speed, through = _cells(t, starts, ends, clean["speed"])
+    acceleration = _acceleration(through, float(edges[1] - edges[0]))
     usual = _usual_speed(t, clean["yaw"], clean["speed"])
     return PreparedLog(
         t=t,
@@ -162,16 +162,20 @@ def _on_clock(times: Array, log: Array, clock: Array) -> Array:
 
 def _cells(
     t: Array, starts: NDArray[np.int64], ends: NDArray[np.int64], speed: Array
-) -> tuple[Array, Array]:
-    """Give equal cells, and the speed of each."""
+) -> tuple[Array, Array, Array]:
+    """Give equal cells, and the speed of each: 0 in a gap, and steady through it.
+
+    The fall to 0 and the rise from it are no accelerations of the car.
+    """
     period = float(np.median(np.diff(t)))
     cell = period / np.ceil(period / CELL) if period > CELL else CELL
     edges = t[0] + cell * np.arange(int(np.ceil((t[-1] - t[0]) / cell)) + 2)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    driven = np.interp(middle, t, speed)
+    through = np.interp(middle, t, speed)
+    driven = through.copy()
     for start, end in zip(starts[1:], ends[:-1], strict=True):
         driven[(middle > t[end - 1]) & (middle < t[start])] = 0.0
-    return edges, driven
+    return edges, driven, through
 
 
 def _acceleration(speed: Array, cell: float) -> Array:
