@@ -415,3 +415,25 @@ fn test_jump_of_the_position_that_lasts_is_believed_after_its_time() {
         }
     }
 }
+
+#[test]
+fn test_pose_that_stands_still_while_the_vehicle_drives_is_stale_in_periods_of_any_length() {
+    let tracker = tracker(Vehicle::DEFAULT, MonitorParams::DEFAULT);
+    let path = straight(0.0);
+    for dt in [0.1, 0.05, 0.01, 0.001] {
+        for (speed, is_old) in [(2.5, true), (0.2, true), (0.02, false)] {
+            let mut state = tracker.initial_state();
+            let vehicle = VehicleState {
+                speed,
+                ..VehicleState::ORIGIN
+            };
+            let mut step = || {
+                let view = path.view();
+                let command = tracker.step(&view, &mut state, vehicle, dt, Reported::NOTHING);
+                command.unwrap().status.contains(Status::POSE_STALE)
+            };
+            step();
+            assert_eq!(step(), is_old, "{dt} {speed}");
+        }
+    }
+}

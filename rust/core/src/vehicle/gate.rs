@@ -72,8 +72,8 @@ impl Gate {
     const DOUBT_LIMIT: f64 = 1.0;
     /// After a gap as long as this any pose is believed [s].
     const GAP: f64 = 1.0;
-    /// Travel in a period below which a repeated pose is no sign of anything, in wheelbases.
-    const STILL: f64 = 1e-3;
+    /// Speed below which a repeated pose is no sign of anything, in wheelbases a second.
+    const STILL: f64 = 0.02;
     /// Time constants of the noise, and of the comparison with the speed [s].
     const NOISE_TIME: f64 = 2.0;
     const DISTANCE_TIME: f64 = 1.0;
@@ -128,7 +128,7 @@ impl Gate {
             && vehicle.y.to_bits() == self.measured.y.to_bits();
         // One that stood at either end may have stood in between.
         let slowest = smaller(before.speed.abs(), vehicle.speed.abs());
-        if repeats && slowest * elapsed > Self::STILL * car.wheelbase {
+        if repeats && slowest > Self::STILL * car.wheelbase {
             let status = self.hold_stale(car, vehicle, (travel, curvature), elapsed);
             return (status, false);
         }
