@@ -72,7 +72,8 @@ pub fn get_crossing(
         let (start, end) = path.segment(segment);
         let next = path.following(segment);
         let goes_on = next.is_none();
-        if goes_on || squared_distance(position, end) >= squared_lookahead {
+        let squared = squared_distance(position, end);
+        if goes_on || squared >= squared_lookahead {
             let along = end - start;
             let fraction = exit(from - position, along, squared_lookahead);
             let fraction = if goes_on {
@@ -83,7 +84,7 @@ pub fn get_crossing(
             return (from + along * fraction, true);
         }
         let next = next.unwrap_or(segment);
-        let within = count_within(path, next, position, lookahead);
+        let within = count_within(path, next, lookahead - sqrt(squared));
         segment = next + within;
         from = path.waypoint(segment);
         remaining = 1.0;
@@ -92,16 +93,15 @@ pub fn get_crossing(
     (quarter_round(path, closest), false)
 }
 
-/// How many segments from `segment` on certainly end within the circle: their arc is shorter than the
-/// way out of it. A shortcut: none would do.
+/// How many segments from `segment` on certainly end within the circle: their arc is shorter than
+/// `room`, how far inside the circle `segment` begins [m]. A shortcut: none would do.
 #[inline]
-fn count_within(path: &PathView<'_>, segment: usize, position: Point, lookahead: f64) -> usize {
+fn count_within(path: &PathView<'_>, segment: usize, room: f64) -> usize {
     if path.reverse().is_some() {
         return 0;
     }
-    let distance = get_distance(position, path.waypoint(segment));
     let rounding = 1e-6 + 1e-14 * path.length();
-    let farthest = path.arc(segment) + (lookahead - distance - rounding);
+    let farthest = path.arc(segment) + (room - rounding);
     // The last segment may go on without an end.
     let ends = path.s().get(segment + 1..path.len() - 1);
     let ends = ends.unwrap_or_default().iter();
