@@ -485,23 +485,7 @@ impl SpeedTracker {
         state.observe(speed, known, (held, at_full_drive), model, dt);
 
         let stays_at_zero = planned.stays_at_zero();
-        let may_have_overrun = speed > creep || state.standing;
-        let behind = if may_have_overrun { OVERRUN } else { LEAVES };
-        let stop = planned.next_stop(arc, behind * wheelbase, self.braking);
-        let measured = if stays_at_zero {
-            smaller(stop - arc, 0.0)
-        } else {
-            stop - arc
-        };
-        // D' and D: the speed shows how far the vehicle moved since the last step, the pose where it is.
-        let expected = state.to_stop.map(|last| last - speed * dt);
-        let to_stop = match expected.map(|expected| (expected, measured - expected)) {
-            Some((expected, error)) if error.abs() < LEAVES * wheelbase => {
-                expected + POSE_SHARE * error
-            }
-            _ => measured,
-        };
-        state.to_stop = to_stop.is_finite().then_some(to_stop);
+        let (measured, to_stop) = self.distance_to_stop(&planned, arc, speed, state, dt);
         let room = larger(to_stop, 0.0);
         let slowest = if stays_at_zero {
             0.0
@@ -532,6 +516,36 @@ impl SpeedTracker {
             push: gravity_along(grade_ahead) + state.disturbance,
             standing: arrived && (speed < creep || state.standing),
         }
+    }
+
+    /// The distance to the next stop [m], as measured and as `D`; infinite if there is none.
+    fn distance_to_stop(
+        &self,
+        planned: &Planned<'_, '_>,
+        arc: f64,
+        speed: f64,
+        state: &mut SpeedTrackerState,
+        dt: f64,
+    ) -> (f64, f64) {
+        let wheelbase = self.vehicle.wheelbase;
+        let may_have_overrun = speed > CREEP * wheelbase || state.standing;
+        let behind = if may_have_overrun { OVERRUN } else { LEAVES };
+        let stop = planned.next_stop(arc, behind * wheelbase, self.braking);
+        let measured = if planned.stays_at_zero() {
+            smaller(stop - arc, 0.0)
+        } else {
+            stop - arc
+        };
+        // D' and D: the speed shows how far the vehicle moved since the last step, the pose where it is.
+        let expected = state.to_stop.map(|last| last - speed * dt);
+        let to_stop = match expected.map(|expected| (expected, measured - expected)) {
+            Some((expected, error)) if error.abs() < LEAVES * wheelbase => {
+                expected + POSE_SHARE * error
+            }
+            _ => measured,
+        };
+        state.to_stop = to_stop.is_finite().then_some(to_stop);
+        (measured, to_stop)
     }
 
     /// The acceleration that holds the vehicle where it stands [m/s²]; no harder than a plan brakes

@@ -8,7 +8,7 @@ use crate::bounds::{MAX_DT, MIN_DT};
 use crate::error::{ConfigError, InputError, input_in_range};
 use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
-use crate::laws::{Decision, LateralLaw, LateralState};
+use crate::laws::{Belief, Decision, LateralLaw, LateralState};
 use crate::math::larger;
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::wheel_at_rest;
@@ -335,23 +335,7 @@ impl<L: LateralLaw> Tracker<L> {
             model.estimator.last_measured = None;
         }
 
-        if !self.bare {
-            // The angle of the last command, with the present estimate of the offset.
-            let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
-            let wheel = self.law.vehicle().at_wheels(state.steer + offset);
-            state.law.set_steer(wheel);
-        }
-        let decision = if at.vehicle.speed.abs() < AT_REST * self.law.vehicle().wheelbase
-            && let Some(rest) = self.rest(path, state.steer, &at, &belief.estimate)
-        {
-            if at.direction_changed || at.off_path {
-                state.law.leave_path();
-            }
-            state.law.interrupt();
-            rest
-        } else {
-            self.law.decide(path, &mut state.law, &at, &belief)
-        };
+        let decision = self.decide(path, state, &at, &belief);
         let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
@@ -371,6 +355,35 @@ impl<L: LateralLaw> Tracker<L> {
             | Status::END_OF_PATH.when(located.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
+    }
+
+    /// What the law decides, which starts from the angle of the wheels. For a vehicle at rest it is
+    /// not asked, where [`rest`](Self::rest) has an answer.
+    #[inline]
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut Tracking<L::State>,
+        at: &Located,
+        belief: &Belief,
+    ) -> Decision {
+        if !self.bare {
+            // The angle of the last command, with the present estimate of the offset.
+            let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
+            let wheel = self.law.vehicle().at_wheels(state.steer + offset);
+            state.law.set_steer(wheel);
+        }
+        if at.vehicle.speed.abs() < AT_REST * self.law.vehicle().wheelbase
+            && let Some(rest) = self.rest(path, state.steer, at, &belief.estimate)
+        {
+            if at.direction_changed || at.off_path {
+                state.law.leave_path();
+            }
+            state.law.interrupt();
+            rest
+        } else {
+            self.law.decide(path, &mut state.law, at, belief)
+        }
     }
 
     /// Where on the path the measured vehicle is; None if the predicted one is the same.
