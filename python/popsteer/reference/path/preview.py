@@ -85,7 +85,8 @@ class Preview:
     The direction at an arc length is that of the chord from half a base behind to half a base
     ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
     segments are longer than half a base, the chord reaches one segment's length either way instead,
-    up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
+    up to five bases, so coarse waypoints turn as evenly as fine ones, but not past the next segment
+    where that is shorter. Where the path doubles back
     within the chord, the direction is that of the segment. Before an open path's start and where
     the vehicle turns round to go on the other way, it goes straight on, and so it does beyond its
     end, but for a bend there, which goes on for a chord's reach; a closed path wraps.
@@ -169,17 +170,31 @@ class Preview:
     def _chord(self, arc_length: float) -> Point:
         """Return the chord about `arc_length`, as far as it goes in x and in y [m]."""
         path, base = self.path, self.base
-        here, _ = self._place_at(arc_length)
-        start, end = path.segment(here)
-        length = get_distance(start, end)
-        reach = saturate(length, 0.5 * base, self.reach)
+        here, along = self._place_at(arc_length)
+        reach = saturate(self._spacing(here, along), 0.5 * base, self.reach)
         if path.closed and reach > 0.25 * path.length:
             reach = 0.25 * path.length
         tail = self._point_at(arc_length - reach)
         head = self._point_at(arc_length + reach)
         if squared_distance(tail, head) > reach * reach:
             return head[0] - tail[0], head[1] - tail[1]
+        start, end = path.segment(here)
         return end[0] - start[0], end[1] - start[1]
+
+    def _spacing(self, segment: int, along: float) -> float:
+        """Return how far apart the waypoints are about a place `along` [m] a segment.
+
+        That is its length, or less where a shorter one is near, so that no chord from a long
+        straight segment cuts off a bend of short ones.
+        """
+        path = self.path
+        length = path.segment_length(segment)
+        if length <= self.base:
+            return length  # What it cuts off is no longer than what is smoothed.
+        before, after = path.preceding(segment), path.following(segment)
+        behind = along + (inf if before is None else path.segment_length(before))
+        ahead = length - along + (inf if after is None else path.segment_length(after))
+        return min(length, behind, ahead)
 
     def turns(self, arc_length: float, step: float, count: int) -> tuple[float, list[float]]:
         """Return the direction at `arc_length`, and how far it turns over each step on [rad]."""

@@ -10,7 +10,8 @@ use crate::vehicle::Vehicle;
 /// The direction at an arc length is that of the chord from half a base behind to half a base
 /// ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
 /// segments are longer than half a base, the chord reaches one segment's length either way instead,
-/// up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
+/// up to five bases, so coarse waypoints turn as evenly as fine ones, but not past the next segment
+/// where that is shorter. Where the path doubles back
 /// within the chord, the direction is that of the segment. Before an open path's start and where the
 /// vehicle turns round to go on the other way, it goes straight on, and so it does beyond its end,
 /// but for a [bend](EndBend) there, which goes on for a chord's reach; a closed path wraps.
@@ -177,7 +178,7 @@ impl<'a> Preview<'a> {
     #[inline]
     fn chord(&mut self, arc_length: f64) -> Point {
         let [behind, before, ahead] = self.hints;
-        let (here, _) = self.place_at(arc_length, before);
+        let (here, along) = self.place_at(arc_length, before);
         // After a long step both ends are nearer to the middle than to the last ends.
         let is_far = here > before + 2;
         let (behind, ahead) = if is_far {
@@ -185,9 +186,7 @@ impl<'a> Preview<'a> {
         } else {
             (behind, ahead)
         };
-        let (start, end) = self.path.segment(here);
-        let length = get_distance(start, end);
-        let mut reach = saturate(length, 0.5 * self.base, self.reach);
+        let mut reach = saturate(self.spacing(here, along), 0.5 * self.base, self.reach);
         if self.path.is_closed() && reach > 0.25 * self.path.length() {
             reach = 0.25 * self.path.length();
         }
@@ -197,8 +196,25 @@ impl<'a> Preview<'a> {
         if squared_distance(tail, head) > reach * reach {
             head - tail
         } else {
+            let (start, end) = self.path.segment(here);
             end - start
         }
+    }
+
+    /// How far apart the waypoints are about a place `along` [m] a segment: its length, less where a
+    /// shorter one is near, so that no chord from a long straight segment cuts off a bend of short ones.
+    #[inline]
+    fn spacing(&self, segment: usize, along: f64) -> f64 {
+        let path = self.path;
+        let length = path.segment_length(segment);
+        if length <= self.base {
+            return length; // What it cuts off is no longer than what is smoothed.
+        }
+        let beyond =
+            |next: Option<usize>| next.map_or(f64::INFINITY, |next| path.segment_length(next));
+        let behind = along + beyond(path.preceding(segment));
+        let ahead = length - along + beyond(path.following(segment));
+        smaller(length, smaller(behind, ahead))
     }
 
     /// How far the path turns over each of several steps of `step` [m] from `arc_length` on
@@ -248,7 +264,9 @@ impl<'a> Preview<'a> {
     #[inline]
     fn point_at(&self, arc_length: f64, hint: usize) -> (Point, usize) {
         let (segment, along) = self.place_at(arc_length, hint);
-        if let Some(bend) = self.bend.filter(|bend| arc_length > bend.end) {
+        if let Some(bend) = &self.bend
+            && arc_length > bend.end
+        {
             return (bend.point_at(arc_length), segment);
         }
         let (start, end) = self.path.segment(segment);

@@ -5,7 +5,7 @@ use super::measure::{Measures, check_column, check_length, measure};
 use crate::bounds::MAX_GRADE;
 use crate::error::{InputError, PathError, Requirement};
 use crate::geometry::Point;
-use crate::math::from_count;
+use crate::math::{from_count, saturate, to_count};
 
 /// N waypoints, the arc length at each, and whether the last leads back to the first.
 ///
@@ -239,23 +239,39 @@ impl<'a> PathView<'a> {
     }
 
     /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first
-    /// before all. It is searched for on segment `near` and those beside it, then by bisection.
+    /// before all. It is searched for on segment `near` and those beside it, then about where it is
+    /// if all segments are as long as `near`, then by bisection.
     #[inline]
     pub fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
+        self.segment_beside(arc, near)
+            .unwrap_or_else(|| self.distant_segment(arc, near))
+    }
+
+    /// The segment that holds `arc` [m], which is not beside `near`.
+    #[inline]
+    fn distant_segment(&self, arc: f64, near: usize) -> usize {
+        let last = self.segments() - 1;
+        let away = (arc - self.arc(near)) / self.segment_length(near);
+        let about = to_count(saturate(from_count(near) + away, 0.0, from_count(last)));
+        self.segment_beside(arc, about).unwrap_or_else(|| {
+            let begun = self.s.partition_point(|&start| start <= arc);
+            begun.saturating_sub(1).min(last)
+        })
+    }
+
+    /// The segment that holds `arc` [m], where it is one of a few about `near`.
+    #[inline]
+    fn segment_beside(&self, arc: f64, near: usize) -> Option<usize> {
         let last = self.segments() - 1;
         let mut segment = if near < last { near + 1 } else { last };
         for _ in 0..5 {
             if self.arc(segment) <= arc {
-                if segment == last || self.arc(segment + 1) > arc {
-                    return segment;
-                }
-                break;
+                let is_it = segment == last || self.arc(segment + 1) > arc;
+                return is_it.then_some(segment);
             }
             segment = segment.saturating_sub(1);
         }
-        let begun = self.s.partition_point(|&start| start <= arc);
-        let segment = begun.saturating_sub(1);
-        if segment < last { segment } else { last }
+        None
     }
 
     /// Whether segment `index` is driven backwards.

@@ -189,3 +189,35 @@ proptest! {
         prop_assert_eq!(view.segment_by_arc(arc_length, near), plain);
     }
 }
+
+#[test]
+fn test_preview_makes_no_bend_of_a_long_straight_segment_before_short_ones() {
+    let (bend_x, bend_y, angles) = arc(0.2, 30);
+    let (mut x, mut y) = (alloc::vec![-20.0], alloc::vec![0.0]);
+    x.extend(&bend_x);
+    y.extend(&bend_y);
+    let back: Vec<f64> = bend_x.iter().rev().map(|x| -x).collect();
+    let coming: Vec<f64> = bend_y.iter().rev().map(|y| -y).collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let view = path.view();
+    let mut preview = Preview::new(&view, 2.0, 0, 10.0, 20.0);
+    for before in [9.0, 5.0, 3.0] {
+        assert!(preview.path_yaw(20.0 - before).abs() < 1e-3, "{before}");
+    }
+    // On the bend it is the bend's, from the first waypoint on.
+    for (k, &angle) in angles.iter().enumerate().skip(6).take(15) {
+        let yaw = preview.path_yaw(view.arc(k + 1));
+        assert!((yaw - angle).abs() < 0.01, "{k}: {yaw}");
+    }
+    // The same where the bend comes first.
+    let (mut x, mut y) = (back, coming);
+    x.push(20.0);
+    y.push(0.0);
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let view = path.view();
+    let start = view.length() - 20.0;
+    let mut preview = Preview::new(&view, 2.0, 0, 0.0, 40.0);
+    for beyond in [3.0, 5.0, 9.0] {
+        assert!(preview.path_yaw(start + beyond).abs() < 1e-3, "{beyond}");
+    }
+}
