@@ -230,3 +230,24 @@ fn test_shape_of_tight_arcs_is_taken_at_their_ends_and_where_they_turn_over() {
         }
     }
 }
+
+/// A waypoint a centimetre beside another divides the noise of a heading by a centimetre. The direction
+/// stays within that of the headings beside it, as without.
+#[test]
+fn test_shape_is_as_smooth_with_a_waypoint_close_to_another() {
+    for gap in [0.5, 0.1, 0.01, 0.001] {
+        let mut x: Vec<f64> = (0..20).map(|k| 2.0 * f64::from(k)).collect();
+        x.insert(10, x[9] + gap);
+        let yaw: Vec<f64> = (0..21)
+            .map(|k| 0.01 * f64::from(k % 3 - 1) + if k == 10 { 0.02 } else { 0.0 })
+            .collect();
+        let path = Path::new(&x, &[0.0; 21], None, false).unwrap();
+        let path = path.with_yaw(Some(&yaw), None).unwrap();
+        let most = yaw.iter().fold(0.0, |most: f64, yaw| most.max(yaw.abs()));
+        for k in 0..380 {
+            let arc = 0.1 * f64::from(k);
+            let yaw = Preview::yaw_at(&path.view(), 2.0, 0, arc);
+            assert!(yaw.abs() < 1.4 * most, "{yaw} at {arc} with {gap}");
+        }
+    }
+}

@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 0.35;
 /// What of the turns a curvature may miss besides: it is known at the waypoints alone.
 const SHARE: f64 = 0.2;
 /// Over how much of the path directions are taken on each side of a waypoint [m], and over how many
-/// waypoints at most.
+/// waypoints directions and turns are at most.
 const REACH: f64 = 1.0;
 const MOST_WAYPOINTS: usize = 64;
 /// The most that a heading may turn along such a chord [rad]; a shorter one is taken in a tighter bend.
@@ -184,11 +184,24 @@ impl<'a> PathView<'a> {
         })
     }
 
-    /// Curvature at the waypoint between two segments [1/m], by how far the headings turn over both.
-    fn mean_bend(&self, one: usize, other: usize) -> f64 {
+    /// Curvature at an end of segment `index` [1/m], by how far the headings turn over it and over what
+    /// lies beyond, which is at least half as long: over centimetres they turn by their noise.
+    fn mean_bend(&self, index: usize, ahead: bool) -> f64 {
         let turn = |segment| self.bend(segment).map_or(0.0, |bend| bend.turn);
-        let (near, far) = (self.segment_length(one), self.segment_length(other));
-        (turn(one) * far / near + turn(other) * near / far) / (near + far)
+        let far = self.segment_length(index);
+        let (mut last, mut near, mut turned) = (index, 0.0, 0.0);
+        for _ in 0..MOST_WAYPOINTS {
+            let Some(next) = self.neighbour(last, ahead).filter(|_| near < 0.5 * far) else {
+                break;
+            };
+            near += self.segment_length(next);
+            turned += turn(next);
+            last = next;
+        }
+        if last == index {
+            return turn(index) / far;
+        }
+        (turned * far / near + turn(index) * near / far) / (near + far)
     }
 
     /// Direction of the path `along` [m] its segment `index` [rad]; None without headings.
@@ -197,13 +210,8 @@ impl<'a> PathView<'a> {
         let Bend { start, turn, ends } = self.bend(index)?;
         let length = self.segment_length(index);
         let t = saturate(along / length, 0.0, 1.0);
-        let (here, next) = ends.unwrap_or_else(|| {
-            let mean = turn / length;
-            let beside = |segment: Option<usize>| {
-                segment.map_or(mean, |segment| self.mean_bend(segment, index))
-            };
-            (beside(self.preceding(index)), beside(self.following(index)))
-        });
+        let (here, next) =
+            ends.unwrap_or_else(|| (self.mean_bend(index, false), self.mean_bend(index, true)));
         let rest = 1.0 - t;
         let slopes = t * rest * length * (here * rest - next * t);
         Some(start + t * t * (3.0 - 2.0 * t) * turn + slopes)
