@@ -422,3 +422,39 @@ fn test_path_that_moves_twice_before_a_step_starts_no_hand_over() {
     tracker.set_path(&mut state, &lines[2].view(), &lines[0].view());
     assert!(state.handover.is_some());
 }
+
+/// Laps that a new path lacks have been driven, and those that it has besides have not, whether its
+/// waypoints are the old ones, a little aside or within noise of them.
+#[test]
+fn test_path_of_laps_loses_those_driven_and_gains_those_to_drive() {
+    let laps = |(from, to): (u32, u32), shift: f64, noise: f64| {
+        let (x, y): (Vec<f64>, Vec<f64>) = (from..=to)
+            .map(|k| {
+                let radius = 20.0 + noise * f64::sin(37.0 * f64::from(k * k % 101));
+                let angle = f64::from(k % 60) * std::f64::consts::TAU / 60.0;
+                (radius * angle.cos() + shift, radius * angle.sin())
+            })
+            .unzip();
+        Path::new(&x, &y, None, false).unwrap()
+    };
+    let tracker = Tracker::of(Stanley::new(CAR, StanleyParams::DEFAULT).unwrap());
+    for (shift, noise) in [(0.0, 0.0), (1e-3, 0.0), (0.0, 0.02), (1e-3, 0.02)] {
+        for (before, after, place, expected) in [
+            ((0, 180), (60, 180), 85, 25),
+            ((0, 120), (0, 180), 85, 85),
+            ((0, 180), (60, 180), 40, 40),
+        ] {
+            let (old, new) = (laps(before, 0.0, noise), laps(after, shift, noise));
+            let point = |k: usize| Point::new(old.view().x()[k], old.view().y()[k]);
+            let mut state = tracker.initial_state();
+            state.waypoint = Some(place);
+            let predicted = (point(place) + point(place + 1)) * 0.5;
+            state.place = Some(Place {
+                predicted,
+                measured: predicted,
+            });
+            tracker.set_path(&mut state, &old.view(), &new.view());
+            assert_eq!(state.waypoint, Some(expected), "{after:?} {shift} {noise}");
+        }
+    }
+}

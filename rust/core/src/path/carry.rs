@@ -11,7 +11,7 @@ use super::projection::ClosestPoint;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
-use crate::math::{PI, atan2, sqrt};
+use crate::math::{PI, atan2, larger, smaller, sqrt};
 
 /// The place on a path: what [`carry_over`] takes along.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,18 +24,24 @@ pub struct Progress {
     pub reach: f64,
 }
 
-/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction.
+/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction. Not where
+/// it has that segment earlier, too, as far from its end: a lap that was driven has been dropped.
 pub fn goes_on(old: &PathView<'_>, new: &PathView<'_>, waypoint: usize) -> bool {
     let segment = old.segment_at(waypoint);
+    let is_at = |place: usize| {
+        old.segment(segment) == new.segment(place)
+            && old.is_reverse(segment) == new.is_reverse(place)
+    };
+    let before_end = (segment + new.len()).checked_sub(old.len());
     waypoint < new.len()
         && segment == new.segment_at(waypoint)
-        && old.segment(segment) == new.segment(segment)
-        && old.is_reverse(segment) == new.is_reverse(segment)
+        && is_at(segment)
+        && !before_end.is_some_and(|place| place < segment && is_at(place))
 }
 
 /// The closest point of `new` to a place on `old`: of those at the same distance from the start
-/// and from the end, driven the same way, the better one, unless one elsewhere is better by more
-/// than `tolerance` [m]; by distance, and by heading as [`relocalise_within`] weighs it. At most
+/// and from the end, driven the same way, the first, unless the other, or one elsewhere, is better by
+/// more than `tolerance` [m]; by distance, and by heading as [`relocalise_within`] weighs it. At most
 /// `budget` boxes of the path's index are visited.
 pub fn carry_over(
     old: &PathView<'_>,
@@ -58,7 +64,8 @@ pub fn carry_over(
     let arc = here.arc_length(old);
     let from_end = new.length() - (old.length() - arc);
     let mut best: Option<ClosestPoint> = None;
-    for anchor in [from_end, arc] {
+    // The earlier first: laps that were dropped have been driven, those that were added have not.
+    for anchor in [smaller(from_end, arc), larger(from_end, arc)] {
         // Beyond either end there is no such place.
         if anchor < -place.reach || anchor > new.length() + place.reach {
             continue;
@@ -69,7 +76,7 @@ pub fn carry_over(
         }
         let (point, reach) = (place.point, place.reach);
         let at = locate(new, near, point, along, reach, opposite_distance);
-        if best.is_none_or(|best| cost(&at) < cost(&best)) {
+        if best.is_none_or(|best| cost(&at) + tolerance < cost(&best)) {
             best = Some(at);
         }
     }
