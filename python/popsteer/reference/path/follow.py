@@ -96,7 +96,7 @@ class Follow:
         else:
             start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt, travelled)
-        following = self._next_section(path, at, vehicle)
+        following = None if path.reverse is None else self._next_section(path, at, vehicle)
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt, travelled)
         squared_lost = self.lost_distance * self.lost_distance
@@ -159,17 +159,11 @@ class Follow:
         # Distance of the tracked point behind the rear axle, in the direction of driving.
         behind = at.mirror(self.rear_axle - self.base) - self.reference_offset
         near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
-        last = closest.segment
-        rest = (1.0 - closest.fraction) * path.segment_length(last)
-        for _ in range(path.segments):
-            following = path.following(last)
-            if following is None:
-                return self._segment_after_cusp(path, last, vehicle)
-            rest += path.segment_length(following)
-            if rest > near:
-                break
-            last = following
-        return None
+        _, last = path.section(closest.segment)
+        seam = path.length if last < closest.segment else 0.0
+        if path.segment_end(last) + seam - closest.arc_length(path) > near:
+            return None
+        return self._segment_after_cusp(path, last, vehicle)
 
     def _segment_after_cusp(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
         """Return the segment after `last`, which ends at a cusp, once the rear axle is there."""

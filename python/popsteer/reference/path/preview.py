@@ -19,36 +19,19 @@ class Stretch:
     """What is driven without a change of direction."""
 
     first: int  # the segment at whose start it begins
-    start: float  # arc length there [m]; -inf where it is not near
+    start: float  # arc length there [m]; -inf where a closed path has no cusp
     last: int  # the segment at whose end it ends
-    end: float  # arc length there [m]; inf where it is not near
+    end: float  # arc length there [m]; inf where a closed path has no cusp
 
     @classmethod
-    def about(cls, path: PathView, segment: int, nearest: float, farthest: float) -> Stretch:
-        """Return that about `segment`, looked for between two arc lengths, once round at most."""
-        first, last = segment, segment
-        start, end = -inf, inf
-        arc = path.s[segment]
-        for _ in range(path.segments):
-            if arc < nearest:
-                break
-            before = path.preceding(first)
-            if before is None:
-                start = arc
-                break
-            first = before
-            arc -= path.segment_length(before)
-        arc = path.s[segment] + path.segment_length(segment)
-        for _ in range(path.segments):
-            if arc > farthest:
-                break
-            following = path.following(last)
-            if following is None:
-                end = arc
-                break
-            last = following
-            arc += path.segment_length(following)
-        return cls(first, start, last, end)
+    def about(cls, path: PathView, segment: int) -> Stretch:
+        """Return that about `segment`."""
+        first, last = path.section(segment)
+        if path.following(last) is not None:
+            return cls(segment, -inf, segment, inf)
+        before = path.length if first > segment else 0.0
+        after = path.length if last < segment else 0.0
+        return cls(first, path.s[first] - before, last, path.segment_end(last) + after)
 
 
 @dataclass(frozen=True)
@@ -120,8 +103,7 @@ class Preview:
         self.reach = reach = 5.0 * base if reach is None else reach
         self.stretch: Stretch | None = None
         if path.reverse is not None:
-            farthest = arc_length + distance + reach
-            self.stretch = Stretch.about(path, segment, arc_length - reach, farthest)
+            self.stretch = Stretch.about(path, segment)
         self.bend: EndBend | None = None
         if self.stretch is None:
             end = path.length
@@ -146,10 +128,7 @@ class Preview:
         segment = min(self.path.segment_length(last), self.reach)
         length = max(segment, self.reach / 3.0)
         start = end - 3.0 * length
-        first = 0.0
-        if self.stretch is not None:
-            first = Stretch.about(self.path, last, start, end).start
-        if start < first:
+        if start < (0.0 if self.stretch is None else self.stretch.start):
             return None
         a, b = self._point_at(start), self._point_at(end - 2.0 * length)
         c, point = self._point_at(end - length), self._point_at(end)

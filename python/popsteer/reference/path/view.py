@@ -95,10 +95,13 @@ class PathView:
         """Return the segment that starts at waypoint `index`, or ends there where none starts."""
         return min(index, self.segments - 1)
 
+    def segment_end(self, index: int) -> float:
+        """Return the arc length at the end of segment `index` [m]."""
+        return self.s[index + 1] if index + 1 < len(self) else self.length
+
     def segment_length(self, index: int) -> float:
         """Return the length of segment `index` [m]."""
-        end = self.s[index + 1] if index + 1 < len(self) else self.length
-        return end - self.s[index]
+        return self.segment_end(index) - self.s[index]
 
     def segment_by_arc(self, arc: float) -> int:
         """Return the last segment whose start does not lie beyond `arc` [m], or the first."""
@@ -126,6 +129,14 @@ class PathView:
         if previous is None or self.is_reverse(previous) != self.is_reverse(index):
             return None
         return previous
+
+    def section(self, index: int) -> tuple[int, int]:
+        """Return the first and the last segment about `index` that are driven in its direction."""
+        first, last = index, index
+        for _ in range(self.segments):
+            before, after = self.preceding(first), self.following(last)
+            first, last = first if before is None else before, last if after is None else after
+        return first, last
 
     def segment(self, index: int) -> tuple[Point, Point]:
         """Return both ends of segment `index` [m]."""

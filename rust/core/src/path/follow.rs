@@ -216,20 +216,12 @@ impl Follow {
         // Distance of the tracked point behind the rear axle, in the direction of driving.
         let behind = at.mirror(self.rear_axle - self.base) - self.reference_offset;
         let behind = if behind > 0.0 { behind } else { 0.0 };
-        let near = behind + 4.0 * self.arrival_distance;
-        let mut last = closest.segment;
-        let mut rest = (1.0 - closest.fraction) * path.segment_length(last);
-        for _ in 0..path.segments() {
-            let Some(following) = path.following(last) else {
-                return self.segment_after_cusp(path, last, vehicle);
-            };
-            rest += path.segment_length(following);
-            if rest > near {
-                break;
-            }
-            last = following;
+        let last = path.section_end(closest.segment)?;
+        let rest = path.end_ahead(closest.segment, last) - closest.arc_length(path);
+        if rest > behind + 4.0 * self.arrival_distance {
+            return None;
         }
-        None
+        self.segment_after_cusp(path, last, vehicle)
     }
 
     /// The segment after `last`, which ends at a cusp, once the rear axle has arrived there.

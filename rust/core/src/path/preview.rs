@@ -31,7 +31,7 @@ pub struct Preview<'a> {
 }
 
 /// A stretch without a cusp: from the start of the first segment to the end of the last, with the
-/// arc lengths [m] of both, which are infinite where neither is near.
+/// arc lengths [m] of both, which are infinite where a closed path has no cusp.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     first: usize,
@@ -69,7 +69,7 @@ impl<'a> Preview<'a> {
         distance: f64,
     ) -> Self {
         let reach = 5.0 * base;
-        let mut preview = Self::reaching(path, base, reach, segment, arc_length, distance);
+        let mut preview = Self::reaching(path, base, reach, segment);
         let end = match &preview.stretch {
             Some(stretch) if stretch.last + 1 < path.segments() => f64::INFINITY,
             Some(stretch) => stretch.end,
@@ -83,23 +83,13 @@ impl<'a> Preview<'a> {
 
     /// The same with chords that reach at most so far [m] either way.
     #[inline]
-    fn reaching(
-        path: &'a PathView<'a>,
-        base: f64,
-        reach: f64,
-        segment: usize,
-        arc_length: f64,
-        distance: f64,
-    ) -> Self {
-        let stretch = path.reverse().is_some().then(|| {
-            let farthest = arc_length + distance + reach;
-            Stretch::about(path, segment, arc_length - reach, farthest)
-        });
+    fn reaching(path: &'a PathView<'a>, base: f64, reach: f64, segment: usize) -> Self {
+        let reverse = path.reverse();
         Self {
             path,
             base,
             reach,
-            stretch,
+            stretch: reverse.map(|_| Stretch::about(path, segment)),
             bend: None,
             hints: [segment; 3],
         }
@@ -113,8 +103,7 @@ impl<'a> Preview<'a> {
         let segment = smaller(self.path.segment_length(last), self.reach);
         let length = larger(segment, self.reach / 3.0);
         let start = end - 3.0 * length;
-        let about = |_| Stretch::about(self.path, last, start, end).start;
-        let first = self.stretch.map_or(0.0, about);
+        let first = self.stretch.map_or(0.0, |stretch| stretch.start);
         if start < first {
             return None;
         }
@@ -150,7 +139,7 @@ impl<'a> Preview<'a> {
     /// not.
     #[inline]
     pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
-        Self::reaching(path, base, base, segment, arc_length, 0.0).path_yaw(arc_length)
+        Self::reaching(path, base, base, segment).path_yaw(arc_length)
     }
 
     /// Direction of the path at `arc_length` [rad].
@@ -302,39 +291,17 @@ impl EndBend {
 }
 
 impl Stretch {
-    /// The stretch about `segment`, searched for between two arc lengths, at most once around.
-    fn about(path: &PathView<'_>, segment: usize, nearest: f64, farthest: f64) -> Self {
-        let mut stretch = Self {
-            first: segment,
-            start: f64::NEG_INFINITY,
-            last: segment,
-            end: f64::INFINITY,
-        };
-        let mut start = path.arc(segment);
-        let mut end = start + path.segment_length(segment);
-        for _ in 0..path.segments() {
-            if start < nearest {
-                break;
-            }
-            let Some(before) = path.preceding(stretch.first) else {
-                stretch.start = start;
-                break;
-            };
-            stretch.first = before;
-            start -= path.segment_length(before);
+    /// The stretch about `segment`.
+    fn about(path: &PathView<'_>, segment: usize) -> Self {
+        let section = path.section(segment);
+        let (first, last) = section.unwrap_or((segment, segment));
+        let seam = if first > segment { path.length() } else { 0.0 };
+        Self {
+            first,
+            start: section.map_or(f64::NEG_INFINITY, |_| path.arc(first) - seam),
+            last,
+            end: section.map_or(f64::INFINITY, |_| path.end_ahead(segment, last)),
         }
-        for _ in 0..path.segments() {
-            if end > farthest {
-                break;
-            }
-            let Some(next) = path.following(stretch.last) else {
-                stretch.end = end;
-                break;
-            };
-            stretch.last = next;
-            end += path.segment_length(next);
-        }
-        stretch
     }
 }
 

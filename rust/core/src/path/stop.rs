@@ -55,10 +55,7 @@ impl Ahead {
         let arc = at.closest.arc_length(path) - lead;
         let distance_to_stop = match end {
             None => f64::INFINITY,
-            Some(last) => {
-                let seam = if last < segment { path.length() } else { 0.0 };
-                path.segment_end(last) + seam - arc
-            }
+            Some(last) => path.end_ahead(segment, last) - arc,
         };
         let reference_speed = path.speed().map(|speed| {
             let creep = Self::creep(follow);
@@ -145,29 +142,47 @@ impl PathView<'_> {
         if self.reverse().is_none() {
             return (!self.is_closed()).then(|| self.segments() - 1);
         }
-        match self.ends {
-            None => self.section_end_by_scan(index),
-            Some(ends) => {
-                let place = ends.partition_point(|&end| end < index);
-                match (ends.get(place), self.is_closed()) {
-                    (Some(&end), _) => Some(end),
-                    (None, true) => ends.first().copied(),
-                    (None, false) => Some(self.segments() - 1),
-                }
-            }
+        self.section(index).map(|(_, last)| last)
+    }
+
+    /// The first and the last segment of the section that segment `index` is in. None if a closed path
+    /// has no cusp.
+    pub(crate) fn section(&self, index: usize) -> Option<(usize, usize)> {
+        let Some(ends) = self.ends else {
+            return self.section_by_scan(index);
+        };
+        let (before, after) = ends.split_at(ends.partition_point(|&end| end < index));
+        let (before, after) = (before.last(), after.first());
+        if self.is_closed() {
+            let before = before.or(ends.last())?;
+            Some((self.around(before + 1), *after.or(ends.first())?))
+        } else {
+            let first = before.map_or(0, |before| before + 1);
+            Some((first, *after.unwrap_or(&(self.segments() - 1))))
         }
     }
 
     /// The same by its definition: from segment to segment until the direction changes.
-    pub fn section_end_by_scan(&self, index: usize) -> Option<usize> {
-        let mut last = index;
-        for _ in 0..self.segments() {
-            match self.following(last) {
-                Some(next) => last = next,
-                None => return Some(last),
+    pub fn section_by_scan(&self, index: usize) -> Option<(usize, usize)> {
+        let edge = |ahead: bool| {
+            let mut last = index;
+            for _ in 0..self.segments() {
+                match self.neighbour(last, ahead) {
+                    Some(next) => last = next,
+                    None => return Some(last),
+                }
             }
-        }
-        None
+            None
+        };
+        Some((edge(false)?, edge(true)?))
+    }
+
+    /// Arc length at the end of segment `last`, which comes after segment `index` [m]: beyond the path's
+    /// where the seam lies between them.
+    #[inline]
+    pub(crate) fn end_ahead(&self, index: usize, last: usize) -> f64 {
+        let seam = if last < index { self.length() } else { 0.0 };
+        self.segment_end(last) + seam
     }
 }
 

@@ -72,7 +72,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
 
     #[test]
-    fn test_section_end_from_the_list_is_that_of_the_scan(
+    fn test_section_from_the_list_is_that_of_the_scan(
         reverse in proptest::collection::vec(any::<bool>(), 3..60),
         closed: bool,
     ) {
@@ -84,7 +84,7 @@ proptest! {
         let path = Path::new(&x, &y, None, closed).unwrap().with_reverse(&reverse).unwrap();
         for index in 0..path.view().segments() {
             let view = path.view();
-            prop_assert_eq!(view.section_end(index), view.section_end_by_scan(index));
+            prop_assert_eq!(view.section(index), view.section_by_scan(index));
         }
     }
 }
