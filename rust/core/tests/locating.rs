@@ -1,9 +1,10 @@
 //! Where a vehicle is on a path, against the definition written out: every segment of the stretch,
 //! its distance, and the direction of the path about it.
 
+use popsteer_core::path::Follow;
 use popsteer_core::path::locate::{locate, locate_by_scan};
 use popsteer_core::path::projection::ClosestPoint;
-use popsteer_core::{Path, Point};
+use popsteer_core::{Path, Point, Vehicle, VehicleState};
 
 /// What a path that leads opposite to the heading costs [m]; its direction is smoothed over 2 m.
 const OPPOSITE: f64 = 10.0;
@@ -196,5 +197,42 @@ fn test_nearest_waypoint_is_the_nearer_end_and_the_start_where_both_are_as_near(
     ] {
         let closest = ClosestPoint::new(&view, segment, Point::new(x, 1.0));
         assert_eq!(closest.nearest_waypoint(&view), nearest, "{x}");
+    }
+}
+
+/// One waypoint that lies back, and a recorded standstill within 2 cm: the vehicle is on the side of the
+/// path about them, and so is its direction.
+#[test]
+fn test_vehicle_beside_jitter_is_on_the_side_of_the_path_about_it() {
+    let back = vec![(20.0, -0.003), (19.99, 0.0)];
+    let standstill = vec![(20.0, 0.01), (19.98, -0.02), (20.01, -0.01), (19.99, 0.02)];
+    for jitter in [back, standstill] {
+        let straight = |from: u32, to: u32| (from..to).map(|k| (f64::from(k), 0.0));
+        let points = straight(0, 20).chain(jitter).chain(straight(21, 40));
+        let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+        let plain = Path::new(&x, &y, None, false).unwrap();
+        let own = plain.clone().with_yaw(Some(&vec![0.0; x.len()]), None);
+        let mut back = 0;
+        for path in [plain, own.unwrap()] {
+            let poses = (0..200)
+                .flat_map(|k| [-0.4, 0.0, 0.4].map(|yaw| (19.0 + 0.01 * f64::from(k), yaw)));
+            for (x, yaw) in poses {
+                for y in [-1.0, -0.2, 0.2, 1.0] {
+                    let vehicle = VehicleState {
+                        x,
+                        y,
+                        yaw,
+                        speed: 1.0,
+                    };
+                    let follow = Follow::of(&Vehicle::PAPER, 0.0, 0.0);
+                    let at = follow.locate(&path.view(), Some(19), vehicle, 0.05).closest;
+                    assert!(at.cross_track_error() * y > 0.0, "{x} {yaw} {at:?}");
+                    assert!(at.path_yaw().abs() < 1.6, "{x} {yaw} {at:?}");
+                    let (start, end) = path.view().segment(at.segment);
+                    back += usize::from(end.x < start.x);
+                }
+            }
+        }
+        assert!(back > 5, "{back}");
     }
 }

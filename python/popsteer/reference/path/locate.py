@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,9 @@ def locate(
     early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
     leap to another branch of the path: beyond the stretch there is no search, and within it the
     heading tells branches apart.
+
+    A segment that leads elsewhere, more than 60° off heading and smoothed direction, as the jitter
+    of a recorded standstill does, has the latter: the vehicle is on the side of the path about it.
     """
     closest_points = [
         find_closest_point(path, segment, position)
@@ -67,7 +71,15 @@ def locate(
             cost = _least_cost(path, closest, heading, opposite_distance)
             if cost < least:
                 best, least = closest, cost
-    return best
+    length = sqrt(best.squared_length)
+    towards = heading
+    if heading[0] * best.along[0] + heading[1] * best.along[1] <= 0.5 * length:
+        towards = _smoothed(path, best, opposite_distance)
+    if towards[0] * best.along[0] + towards[1] * best.along[1] > 0.5 * length:
+        return best
+    to = (position[0] - best.point[0], position[1] - best.point[1])
+    along = (towards[0] * length, towards[1] * length)
+    return replace(best, along=along, side=towards[0] * to[1] - towards[1] * to[0])
 
 
 def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
@@ -92,14 +104,20 @@ def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
 def _least_cost(
     path: PathView, closest: ClosestPoint, heading: Point, opposite_distance: float
 ) -> float:
-    """Return the cost of a closest point: the lesser of two, by segment and by smoothed heading.
+    """Return the cost of a closest point: the lesser of two, by segment and by smoothed direction.
 
-    The direction is smoothed over a fifth of `opposite_distance`. A single segment of noisy
-    waypoints or of a staircase may lead anywhere; the path about it does not.
+    A single segment of noisy waypoints or of a staircase may lead anywhere; the path about it does
+    not.
     """
     by_segment = closest.cost(heading, opposite_distance)
-    arc_length = closest.arc_length(path)
-    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, closest.segment, arc_length)
-    along = heading[0] * cos(yaw) + heading[1] * sin(yaw)
+    towards = _smoothed(path, closest, opposite_distance)
+    along = heading[0] * towards[0] + heading[1] * towards[1]
     smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     return smoothed if smoothed < by_segment else by_segment
+
+
+def _smoothed(path: PathView, closest: ClosestPoint, opposite_distance: float) -> Point:
+    """Return the path's direction, smoothed over a fifth of `opposite_distance`: a unit vector."""
+    arc_length = closest.arc_length(path)
+    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, closest.segment, arc_length)
+    return cos(yaw), sin(yaw)

@@ -33,9 +33,11 @@ pub fn locate(
     reach: f64,
     opposite_distance: f64,
 ) -> ClosestPoint {
-    locate_nearby(path, waypoint, position, heading, reach, opposite_distance).unwrap_or_else(
-        || locate_by_scan(path, waypoint, position, heading, reach, opposite_distance),
-    )
+    let nearby = locate_nearby(path, waypoint, position, heading, reach, opposite_distance);
+    match nearby {
+        Some(closest) => facing(path, closest, position, heading, opposite_distance),
+        None => locate_by_scan(path, waypoint, position, heading, reach, opposite_distance),
+    }
 }
 
 /// Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
@@ -57,6 +59,9 @@ pub fn locate(
 /// early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
 /// leap to another branch of the path: beyond the stretch there is no search, and within it the
 /// heading distinguishes branches.
+///
+/// A segment that leads elsewhere, as the jitter of a recorded standstill does, has the smoothed
+/// direction: the vehicle is on the side of the path about it.
 #[cold]
 pub fn locate_by_scan(
     path: &PathView<'_>,
@@ -88,7 +93,7 @@ pub fn locate_by_scan(
             None => break,
         }
     }
-    best
+    facing(path, best, position, heading, opposite_distance)
 }
 
 /// The first and the last segment of the stretch around `segment`: behind and ahead of it, whole
@@ -110,9 +115,35 @@ fn stretch(path: &PathView<'_>, segment: usize, reach: f64) -> (usize, usize) {
     (end(false), end(true))
 }
 
+/// `closest` with the path's smoothed direction, if its segment leads elsewhere: more than 60 degrees
+/// off that and off `heading`, which is asked first and seldom so.
+#[inline]
+fn facing(
+    path: &PathView<'_>,
+    closest: ClosestPoint,
+    position: Point,
+    heading: Point,
+    opposite_distance: f64,
+) -> ClosestPoint {
+    let length = sqrt(closest.squared_length);
+    let leads = |towards: &Point| towards.dot(&closest.along) > 0.5 * length;
+    if leads(&heading) {
+        return closest;
+    }
+    let towards = smoothed(path, &closest, opposite_distance);
+    if leads(&towards) {
+        return closest;
+    }
+    ClosestPoint {
+        along: towards * length,
+        side: towards.perp(&(position - closest.point)),
+        ..closest
+    }
+}
+
 /// The lesser of two costs: by the direction of the segment, [`ClosestPoint::cost`], and by the
-/// path's direction smoothed over a fifth of `opposite_distance`. A single segment of noisy
-/// waypoints or of a staircase may lead anywhere; the path about it does not.
+/// path's smoothed direction. A single segment of noisy waypoints or of a staircase may lead
+/// anywhere; the path about it does not.
 fn least_cost(
     path: &PathView<'_>,
     closest: &ClosestPoint,
@@ -120,10 +151,14 @@ fn least_cost(
     opposite_distance: f64,
 ) -> f64 {
     let by_segment = closest.cost(heading, opposite_distance);
-    let base = SMOOTHING * opposite_distance;
-    let arc_length = closest.arc_length(path);
-    let yaw = Preview::yaw_at(path, base, closest.segment, arc_length);
-    let along = heading.x * cos(yaw) + heading.y * sin(yaw);
+    let along = heading.dot(&smoothed(path, closest, opposite_distance));
     let smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
     smaller(smoothed, by_segment)
+}
+
+/// The path's direction about `closest`, smoothed over a fifth of `opposite_distance`: a unit vector.
+fn smoothed(path: &PathView<'_>, closest: &ClosestPoint, opposite_distance: f64) -> Point {
+    let base = SMOOTHING * opposite_distance;
+    let yaw = Preview::yaw_at(path, base, closest.segment, closest.arc_length(path));
+    Point::new(cos(yaw), sin(yaw))
 }

@@ -233,12 +233,12 @@ impl ClosestPoint {
         let along = end - start;
         let point = self.point + Point::new(-along.y, along.x) * offset;
         let yaw = path.direction(self.segment, t * length).unwrap_or(0.0);
-        let to = position - point;
+        let along = Point::new(length * cos(yaw), length * sin(yaw));
         Self {
             point,
             squared_distance: squared_distance(position, point),
-            side: along.perp(&to),
-            along: Point::new(length * cos(yaw), length * sin(yaw)),
+            side: along.perp(&(position - point)),
+            along,
             ..self
         }
     }
