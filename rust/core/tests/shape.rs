@@ -251,3 +251,30 @@ fn test_shape_is_as_smooth_with_a_waypoint_close_to_another() {
         }
     }
 }
+
+/// Before its start and beyond its end a path goes on straight, in the direction that it has there.
+#[test]
+fn test_shape_goes_on_beyond_its_ends_in_its_own_direction() {
+    let (x, y, yaw) = circle(25);
+    let plain = Path::new(&x, &y, None, false).unwrap();
+    let path = plain.with_yaw(Some(&yaw), None).unwrap();
+    let follow = Follow::of(&Vehicle::PAPER, 0.0, 0.0);
+    for (place, sign) in [(0, -1.0), (24, 1.0)] {
+        for (beyond, aside) in [(0.5, 0.0), (3.0, 0.0), (3.0, 0.7), (10.0, -2.0)] {
+            let (sin, cos) = yaw[place].sin_cos();
+            let vehicle = VehicleState {
+                x: x[place] + sign * beyond * cos - aside * sin,
+                y: y[place] + sign * beyond * sin + aside * cos,
+                yaw: yaw[place],
+                speed: 1.0,
+            };
+            let at = follow.locate(&path.view(), Some(place), vehicle, 0.05);
+            let (error, heading) = (at.closest.cross_track_error(), at.closest.path_yaw());
+            assert!(
+                (error - aside).abs() < 1e-9,
+                "{place} {beyond} {aside}: {error}"
+            );
+            assert!(wrap(heading - yaw[place]).abs() < 1e-9 && (at.past_end || at.before_start));
+        }
+    }
+}

@@ -228,17 +228,23 @@ impl ClosestPoint {
         let (start, end) = path.segment(self.segment);
         let t = saturate(self.fraction, 0.0, 1.0);
         let length = path.segment_length(self.segment);
-        // Of the segment's length, to its left.
-        let offset = -0.5 * turn * t * (1.0 - t);
         let along = end - start;
-        let point = self.point + Point::new(-along.y, along.x) * offset;
         let yaw = path.direction(self.segment, t * length).unwrap_or(0.0);
-        let along = Point::new(length * cos(yaw), length * sin(yaw));
+        let towards = Point::new(cos(yaw), sin(yaw));
+        let point = if (self.fraction - t).abs() > 0.0 {
+            // Beyond an end the path goes on in its own direction there.
+            let end = start + along * t;
+            end + towards * towards.dot(&(position - end))
+        } else {
+            // Of the segment's length, to its left.
+            let offset = -0.5 * turn * t * (1.0 - t);
+            self.point + Point::new(-along.y, along.x) * offset
+        };
         Self {
             point,
             squared_distance: squared_distance(position, point),
-            side: along.perp(&(position - point)),
-            along,
+            side: towards.perp(&(position - point)),
+            along: towards * length,
             ..self
         }
     }
