@@ -158,17 +158,11 @@ class Follow:
         closest = at.closest
         # Distance of the tracked point behind the rear axle, in the direction of driving.
         behind = at.mirror(self.rear_axle - self.base) - self.reference_offset
-        near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
         _, last = path.section(closest.segment)
         seam = path.length if last < closest.segment else 0.0
-        if path.segment_end(last) + seam - closest.arc_length(path) > near:
-            return None
-        return self._segment_after_cusp(path, last, vehicle)
-
-    def _segment_after_cusp(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
-        """Return the segment after `last`, which ends at a cusp, once the rear axle is there."""
+        rest = path.segment_end(last) + seam - closest.arc_length(path)
         after = path.next_segment(last)
-        if after is None:
+        if after is None or rest > max(behind, 0.0) + 4.0 * self.arrival_distance:
             return None
         start, end = path.segment(last)
         along = (end[0] - start[0], end[1] - start[1])

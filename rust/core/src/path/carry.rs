@@ -80,13 +80,8 @@ pub fn carry_over(
             best = Some(at);
         }
     }
+    // A place that is driven the other way may lie as near.
     let turned = new.is_reverse(anywhere.segment) != is_reverse;
-    match best {
-        // A place that is driven the other way may lie as near.
-        Some(best) if turned || cost(&best) <= cost(&anywhere) + tolerance => {
-            let is_far = cost(&best) > cost(&anywhere) + opposite_distance;
-            if is_far { anywhere } else { best }
-        }
-        _ => anywhere,
-    }
+    let most = cost(&anywhere) + if turned { opposite_distance } else { tolerance };
+    best.filter(|best| cost(best) <= most).unwrap_or(anywhere)
 }

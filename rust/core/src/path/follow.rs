@@ -12,7 +12,7 @@ use super::projection::ClosestPoint;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
-use crate::math::{PI, cos, sin, sqrt};
+use crate::math::{PI, cos, larger, sin, sqrt};
 use crate::vehicle::{Vehicle, VehicleState};
 
 /// Which point of the vehicle is tracked, and how it is searched for on the path.
@@ -215,22 +215,11 @@ impl Follow {
         let closest = &at.closest;
         // Distance of the tracked point behind the rear axle, in the direction of driving.
         let behind = at.mirror(self.rear_axle - self.base) - self.reference_offset;
-        let behind = if behind > 0.0 { behind } else { 0.0 };
         let last = path.section_end(closest.segment)?;
         let rest = path.end_ahead(closest.segment, last) - closest.arc_length(path);
-        if rest > behind + 4.0 * self.arrival_distance {
+        if rest > larger(behind, 0.0) + 4.0 * self.arrival_distance {
             return None;
         }
-        self.segment_after_cusp(path, last, vehicle)
-    }
-
-    /// The segment after `last`, which ends at a cusp, once the rear axle has arrived there.
-    fn segment_after_cusp(
-        &self,
-        path: &PathView<'_>,
-        last: usize,
-        vehicle: VehicleState,
-    ) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;

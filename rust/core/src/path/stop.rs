@@ -94,26 +94,13 @@ fn speed_beside(
     };
     let mut segment = path.segment_by_arc(arc, near);
     let mut share = (arc - path.arc(segment)) / path.segment_length(segment);
-    if path.reverse().is_some() {
-        // The rear axle may not have come to this section yet, or be past it.
-        if lead > 0.0 {
-            for _ in 0..path.segments() {
-                let last = path.section_end(segment);
-                if last == end {
-                    break;
-                }
-                let Some(next) = last.and_then(|last| path.next_segment(last)) else {
-                    break;
-                };
-                segment = next;
-                share = 0.0;
-            }
-        } else if let Some(last) = end
-            && path.section_end(segment) != end
-        {
-            segment = last;
-            share = 1.0;
-        }
+    if path.reverse().is_some()
+        && let Some(end) = end
+        && path.section_end(segment) != Some(end)
+    {
+        // The rear axle has not come to this section yet, or is past it.
+        let first = path.section(end).map_or(segment, |(first, _)| first);
+        (segment, share) = if lead > 0.0 { (first, 0.0) } else { (end, 1.0) };
     }
     let at = |index: usize| speed.get(index).copied().unwrap_or(0.0).abs();
     let (start, finish) = (at(segment), at(path.next(segment).unwrap_or(segment)));
