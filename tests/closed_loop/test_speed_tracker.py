@@ -194,6 +194,28 @@ def test_speed_above_the_plan_is_braked_and_the_command_is_smooth() -> None:
     assert speed == pytest.approx(8.0, abs=0.1)
 
 
+@pytest.mark.parametrize("slope", [-0.08, 0.0, 0.08])
+@pytest.mark.parametrize("max_jerk", [2.0, 4.0, 10.0])
+def test_braking_that_builds_up_slowly_begins_in_time(max_jerk: float, slope: float) -> None:
+    gravity = -9.80665 * slope / math.hypot(1.0, slope)
+    params = popsteer.SpeedTrackerParams(max_jerk=max_jerk)
+    for fast in (3.0, 10.0, 20.0):
+        path = Path([(float(x), 0.0) for x in range(161)], grade=[slope] * 161)
+        tracker = popsteer.SpeedTracker(path, Vehicle(rear_axle=0.0, max_speed=fast), params)
+        x, speed = 0.0 if fast > 10.0 else 100.0, fast
+        pulls = [-gravity] * 100  # a drive that acts 0.1 s late
+        for _ in range(round(60.0 / DT)):
+            command = tracker.step(x, 0.0, 0.0, speed, DT)
+            assert not command.cannot_stop
+            for _ in range(50):
+                pulls.append(command.acceleration)
+                faster = speed + 1e-3 * (pulls.pop(0) + gravity)
+                speed = max(faster, 0.0) if pulls[0] < 0.0 else faster
+                x += 1e-3 * speed
+        assert command.standing, (fast, x)
+        assert abs(x - 160.0) < 0.1, (fast, x)
+
+
 def test_parking_at_the_end_of_an_arc_keeps_place_and_heading() -> None:
     for radius in (5.0, 9.0):
         for backwards in (False, True):

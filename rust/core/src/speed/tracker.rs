@@ -25,15 +25,19 @@
 //! D'      = last D - v dt                           by the speed
 //! D       = D' + α (measured D - D')                but the measured one after a jump
 //! c       = min(creep, sqrt(b D))                   the speed to creep with
-//! v_T     = max(v + (last command + g + d) T, 0)    speed when the command takes effect
-//! D_T     = D - margin - T (v + v_T) / 2            distance that remains then
+//! a       = last command + g + d                    acceleration until the command takes effect
+//! R       = T + max(a + b, 0) (1 / max_jerk - 1 / 20) / 2     where `max_jerk` is less than 20 m/s³
+//! v_T     = max(v + a R, 0)                         speed when the command takes effect
+//! D_T     = D - margin - R (v + v_T) / 2            distance that remains then
 //! stop    = -(v_T² - c²) / (2 D_T)                  once that is near `-b`
 //! wanted  = min(stop, the wanted of above)
 //! ```
 //!
 //! `wanted` is kept within the vehicle's accelerations, extended by `reserve`. Only where the vehicle
 //! would overrun its stop it brakes harder, up to what its brakes can do, and `cannot_stop` says when
-//! even that is not enough. The command changes by at most `max_jerk * dt`.
+//! even that is not enough. The command changes by at most `max_jerk * dt`: braking that grows to `b`
+//! acts as if it came whole after half of that time. `R` adds what this takes beyond the default of
+//! `max_jerk`, with which the constants below were found.
 //!
 //! A vehicle that has arrived stands, until the stop is farther off than noise can explain.
 //!
@@ -562,8 +566,11 @@ impl SpeedTracker {
     /// What the stop takes, after the `last` command [m/s²].
     fn braking_for(&self, now: &Situation, last: f64) -> Braking {
         let wheelbase = self.vehicle.wheelbase;
-        let &Situation { speed, delay, .. } = now;
-        let arriving = larger(speed + (last + now.push) * delay, 0.0);
+        let (speed, acceleration) = (now.speed, last + now.push);
+        let slower = 1.0 / self.params.max_jerk - 1.0 / SpeedTrackerParams::DEFAULT.max_jerk;
+        let ramp = larger(acceleration + self.braking, 0.0) * larger(slower, 0.0);
+        let delay = now.delay + 0.5 * ramp;
+        let arriving = larger(speed + acceleration * delay, 0.0);
         let travelled = 0.5 * (speed + arriving) * delay;
         let needed_for = |end: f64, remaining: f64| {
             if arriving <= end {
