@@ -115,6 +115,17 @@ def test_identify_with_what_a_tape_measures_keeps_it(columns: dict[str, Any]) ->
     assert car.no_slip_point is None
 
 
+@pytest.mark.parametrize("pace", [1.0, 0.5])
+def test_identify_of_a_model_car_sees_an_axle_that_was_told_wrong(pace: float) -> None:
+    # 0.1 m between the axles, driven at 0.2 or 0.1 m/s; its rear axle was told 45 mm off.
+    car = CAR.replace(wheelbase=0.1, rear_axle=-0.05, understeer=0.0)
+    drive = _drive(car, speeds=lambda t: pace * (0.2 + 0.08 * np.sin(0.2 * t)), noise=0.02)
+    told = popsteer.Vehicle(wheelbase=0.1, rear_axle=-0.005)
+    found = popsteer.identify(Log(**drive), told).vehicle
+    assert found.no_slip_point == pytest.approx(-0.05, abs=1e-3)
+    assert found.turning_wheelbase == pytest.approx(0.1, rel=0.01)
+
+
 def test_identify_finds_a_rate_limit_that_was_reached() -> None:
     car = CAR.replace(max_steer_rate=0.25)
 

@@ -12,7 +12,7 @@ import pytest
 
 import popsteer
 from popsteer.identification import checks, identifiability, procedure
-from popsteer.identification.drive import prepare
+from popsteer.identification.drive import prepare, size_of
 from popsteer.identification.result import described
 from popsteer.identification.whiten import Error
 from popsteer.logs import Log, LogError
@@ -173,31 +173,31 @@ def test_place_of_the_axles_is_found_kept_or_unknown() -> None:
     drive = _drive()
     unknown: dict[str, str] = {}
     seen: dict[str, str] = {}
-    assert place(None, _point(), drive, unknown) == (
+    assert place(None, _point(), drive, 2.8, unknown) == (
         {"rear_axle": -1.3},
         {"rear_axle": (0.01, 0.003)},
     )
     # 0.001 s²/m slides the point by 6.4 cm at 8 m/s.
     slipping = _point(slip=0.001)
-    assert place(None, slipping, drive, unknown) == (
+    assert place(None, slipping, drive, 2.8, unknown) == (
         {"rear_axle": -1.3, "no_slip_point": pytest.approx(-1.236)},
         {"rear_axle": (0.01, 0.003), "no_slip_point": (0.01, 0.003)},
     )
-    assert place(None, _point(slip=0.0007), drive, unknown)[0] == {"rear_axle": -1.3}
-    assert place(None, _point(slip=0.001, slip_error=4e-4), drive, unknown)[0] == {
+    assert place(None, _point(slip=0.0007), drive, 2.8, unknown)[0] == {"rear_axle": -1.3}
+    assert place(None, _point(slip=0.001, slip_error=4e-4), drive, 2.8, unknown)[0] == {
         "rear_axle": -1.3
     }
     # What is badly known at rest is known at the speed of the drive.
     both = _point(error=0.11, slip=0.001, slip_error=4e-4, at=0.02)
-    assert place(None, both, drive, unknown) == (
+    assert place(None, both, drive, 2.8, unknown) == (
         {"rear_axle": pytest.approx(-1.236)},
         {"rear_axle": (0.02, 0.003)},
     )
     assert unknown == {}
     wide = _point(slip_error=0.0032, slip=0.001)
-    assert place(None, wide, drive, unknown)[0] == {"rear_axle": -1.3}
+    assert place(None, wide, drive, 2.8, unknown)[0] == {"rear_axle": -1.3}
     assert "at 8.0 m/s" in unknown["no_slip_point"]
-    assert place(None, _point(slip_error=0.0031), drive, seen) is not None
+    assert place(None, _point(slip_error=0.0031), drive, 2.8, seen) is not None
     assert seen == {}
 
 
@@ -208,26 +208,62 @@ def test_place_that_the_positions_do_not_show_stays_as_given() -> None:
         (_point(speed_excess=-1.4), "move 0 % as far"),
     ):
         unknown: dict[str, str] = {}
-        assert procedure._place(None, point, _drive(), unknown) == ({}, {})
+        assert procedure._place(None, point, _drive(), 2.8, unknown) == ({}, {})
         assert set(unknown) == {"rear_axle", "no_slip_point"}
         assert said in unknown["rear_axle"]
-    assert procedure._place(None, _point(at=0.099, speed_excess=-0.4), _drive(), {})[0]
+    assert procedure._place(None, _point(at=0.099, speed_excess=-0.4), _drive(), 2.8, {})[0]
 
 
 def test_place_that_was_given_is_kept_unless_the_drive_contradicts_it() -> None:
     car = popsteer.Vehicle(rear_axle=-1.35)
-    kept = procedure._place(car, _point(rear_axle=-1.31), _drive(), {})
-    assert kept == ({}, {"rear_axle": (0.01, 0.003)})
-    moved = procedure._place(car, _point(rear_axle=-1.29), _drive(), {})
+    kept: Any = procedure._place(car, _point(rear_axle=-1.31), _drive(), 2.8, {})
+    # What is kept may be as far off as it lies from the estimate.
+    assert kept == ({}, {"rear_axle": (0.01, pytest.approx(math.hypot(0.003, 0.04)))})
+    moved = procedure._place(car, _point(rear_axle=-1.29), _drive(), 2.8, {})
     assert moved == ({"no_slip_point": -1.29}, {"no_slip_point": (0.01, 0.003)})
     # It is the point at the usual speed, 8 m/s, that does not slip.
-    slides: Any = procedure._place(car, _point(rear_axle=-1.35, slip=0.002), _drive(), {})
+    slides: Any = procedure._place(car, _point(rear_axle=-1.35, slip=0.002), _drive(), 2.8, {})
     assert slides == ({"no_slip_point": pytest.approx(-1.222)}, {"no_slip_point": (0.01, 0.003)})
-    unsure = procedure._place(car, _point(rear_axle=-1.19, at=0.09), _drive(), {})
-    assert unsure == ({}, {"rear_axle": (0.09, 0.003)})
+    unsure: Any = procedure._place(car, _point(rear_axle=-1.19, at=0.09), _drive(), 2.8, {})
+    assert unsure == ({}, {"rear_axle": (0.09, pytest.approx(math.hypot(0.003, 0.16)))})
     other = car.replace(no_slip_point=-1.2)
-    kept = procedure._place(other, _point(rear_axle=-1.22), _drive(), {})
-    assert kept == ({}, {"no_slip_point": (0.01, 0.003)})
+    kept = procedure._place(other, _point(rear_axle=-1.22), _drive(), 2.8, {})
+    assert kept == ({}, {"no_slip_point": (0.01, pytest.approx(math.hypot(0.003, 0.02)))})
+
+
+def test_place_on_a_model_car_is_judged_by_its_wheelbase() -> None:
+    # A tenth of a full-size car, which ends at 2 m: 5 mm are another point, 1 cm is unknown.
+    car = popsteer.Vehicle(wheelbase=0.2, rear_axle=-0.1)
+    for off, at, found in ((4.9e-3, 1e-3, False), (5.1e-3, 1e-3, True), (9e-3, 5e-3, False)):
+        point = _point(rear_axle=-0.1 + off, at=at)
+        changes, errors = procedure._place(car, point, _drive(), 0.2, {})
+        assert set(changes) == ({"no_slip_point"} if found else set()), off
+        assert math.hypot(*next(iter(errors.values()))) > (0.0 if found else off)
+    for at, unknown in ((9.9e-3, False), (10.1e-3, True)):
+        said: dict[str, str] = {}
+        place = procedure._place(None, _point(error=1e-3, at=at), _drive(), 0.2, said)
+        assert (place == ({}, {})) == ("rear_axle" in said) == unknown, at
+    for off, fields in ((4.9e-3, {"rear_axle"}), (5.1e-3, {"rear_axle", "no_slip_point"})):
+        point = _point(error=1e-3, slip=off / 64.0, slip_error=1e-6, at=1e-3)
+        assert set(procedure._place(None, point, _drive(), 0.2, {})[0]) == fields
+
+
+def test_speeds_of_a_model_car_are_judged_by_its_wheelbase() -> None:
+    # 10 s of driving at 0.3 m/s, or at 0.15 wheelbases a second; a third of it is a rest.
+    for size, speed, driven in ((1.0, 0.31, 1), (1.0, 0.29, 0), (0.05, 0.016, 1), (0.05, 0.014, 0)):
+        columns = _columns(11.1)
+        columns["speed"] = np.full_like(columns["t"], speed)
+        ready = prepare(Log(**columns), size)
+        assert ready.moving.all()
+        if driven:
+            checks.first_length(ready, "drive")
+        else:
+            with pytest.raises(LogError, match=rf"0\.0 s .* faster than {0.3 * size:g} m/s"):
+                checks.first_length(ready, "drive")
+        columns["speed"] /= 3.3
+        assert not prepare(Log(**columns), size).moving.any()
+    assert size_of(2.7) == size_of(2.0) == 1.0
+    assert size_of(0.1) == 0.05
 
 
 def test_vehicle_has_what_was_found_and_the_rest_as_given() -> None:

@@ -43,11 +43,12 @@ def first_length(drive: PreparedLog, name: str) -> float:
         for values in (drive.t, drive.yaw, drive.sample_speed)
     )
     steer = drive.commands
-    driven = float(np.sum(np.abs(speed) > _MOVING)) * drive.usual_step
+    least = _MOVING * drive.size
+    driven = float(np.sum(np.abs(speed) > least)) * drive.usual_step
     if driven < SHORTEST:
         raise LogError(
-            f"{name}: {driven:.1f} s of driving are too short: at least {SHORTEST:g} s are needed,"
-            " with bends to both sides at two speeds"
+            f"{name}: {driven:.1f} s of driving are too short: at least {SHORTEST:g} s faster than"
+            f" {least:.2g} m/s are needed, with bends to both sides at two speeds"
         )
     heading = [float(np.median(yaw[k : k + 9])) for k in range(0, len(yaw), 9)]
     turned = max(heading) - min(heading)

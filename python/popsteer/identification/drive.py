@@ -25,9 +25,11 @@ OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
 
+FULL_SIZE = 2.0
+"""Wheelbase [m] below which bounds of lengths and speeds scale with the wheelbase."""
 REST = 0.1
 REST_TIME = 1.0
-"""A car slower than `REST` [m/s] for as long as this [s] stands."""
+"""A full-size car slower than `REST` [m/s] for as long as this [s] stands."""
 SMOOTHING = 0.3
 """Standard deviation of what the acceleration is smoothed by [s]: noise of 0.02 m/s leaves 0.03
 m/s² at 20 Hz."""
@@ -64,6 +66,8 @@ class PreparedLog:
 
     moving: NDArray[np.bool_]
     """Whether a sample is of a moving car: at rest nothing is learnt, not even the noise."""
+    size: float
+    """As `size_of` gives it for the vehicle that was given."""
 
     @property
     def cell(self) -> float:
@@ -84,12 +88,17 @@ class PreparedLog:
         return found
 
 
-def prepare(log: Log) -> PreparedLog:
+def size_of(wheelbase: float) -> float:
+    """Give the share of `FULL_SIZE` that a wheelbase [m] is, at most 1."""
+    return min(wheelbase / FULL_SIZE, 1.0)
+
+
+def prepare(log: Log, size: float = 1.0) -> PreparedLog:
     """Lay a log out for the fit: on a clock in which each gap lasts `PAUSE`."""
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
     ends = np.append(starts[1:], len(log.t))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
-    moving = _moving(log.t, log.speed, starts, ends)
+    moving = _moving(log.t, log.speed / size, starts, ends)
     clean, outliers = {}, 0
     for name, values in columns.items():
         kept = values.copy()
@@ -129,6 +138,7 @@ def prepare(log: Log) -> PreparedLog:
         usual_step=float(np.median(np.diff(log.t))),
         speed_noise=_noise(clean["speed"][moving]),
         moving=moving,
+        size=size,
     )
 
 

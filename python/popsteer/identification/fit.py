@@ -270,7 +270,7 @@ class _Task:
 
     def _drift(self, error: Array) -> Array:
         """Give how far the noise s of the speeds lets the heading drift: s dt yaw'/v a sample."""
-        speed = np.maximum(np.abs(self.drive.sample_speed[1:]), 0.3)
+        speed = np.maximum(np.abs(self.drive.sample_speed[1:]), 0.3 * self.drive.size)
         drift: Array = np.diff(self.drive.yaw - error) / speed * self.drive.speed_noise
         return drift
 

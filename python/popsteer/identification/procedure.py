@@ -11,7 +11,7 @@ import numpy as np
 from popsteer._core import Vehicle
 from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_units
-from popsteer.identification.drive import PreparedLog, prepare
+from popsteer.identification.drive import PreparedLog, prepare, size_of
 from popsteer.identification.fit import Fit, fit
 from popsteer.identification.identifiability import rate_unknown, steps, unsure
 from popsteer.identification.result import Identification, compared, described
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _MOST_ROUNDS = 5
 _NO_LENGTH = 0.15
+# For a full-size car [m].
+_SAME_POINT = 0.05
 _SURE_POINT = 0.1
 _SURE_SLIP = 0.2
 _FROZEN = -0.5
@@ -89,9 +91,9 @@ def identify(
     from popsteer.identification.point import fit_point
 
     refuse_units(log)
-    drive = prepare(log)
-    length = first_length(drive, log.name)
     given = Vehicle() if vehicle is None else vehicle
+    drive = prepare(log, size_of(given.wheelbase))
+    length = first_length(drive, log.name)
     heading = _heading(drive, length, given, log.name, progress)
     found = heading.found
     point = fit_point(drive, found.yaw, found.theta)
@@ -220,7 +222,7 @@ def _vehicle(
     if "max_steer_rate" in errors:
         changes["max_steer_rate"] = values["max_steer_rate"]
     changes["understeer"] = max(float(values["understeer"]), 0.0)
-    moved, more = _place(given, point, drive, unknown)
+    moved, more = _place(given, point, drive, length, unknown)
     base = Vehicle() if given is None else given
     notes = heading.notes
     notes += described(given, found, point, heading.fixed)
@@ -233,15 +235,21 @@ def _vehicle(
 
 
 def _place(
-    given: Vehicle | None, point: Point, drive: PreparedLog, unknown: dict[str, str]
+    given: Vehicle | None,
+    point: Point,
+    drive: PreparedLog,
+    length: float,
+    unknown: dict[str, str],
 ) -> tuple[dict[str, float], dict[str, Error]]:
     """Say where the pose's point and the no-slip point lie, and how well that is known."""
+    size = size_of(length)
+    same, sure = _SAME_POINT * size, _SURE_POINT * size
     rear, slip = point.values["rear_axle"], point.values["slip"]
     error, slip_error = point.errors["rear_axle"], point.errors["slip"]
     square = drive.usual_speed**2
     sliding, at_speed = rear + slip * square, point.error_at(drive.usual_speed)
     stated, stated_sliding = point.split(0.0), point.split(drive.usual_speed)
-    slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > 0.05
+    slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > same
     if point.values["speed_excess"] < _FROZEN:
         share = 100.0 * max(1.0 + point.values["speed_excess"], 0.0)
         unknown["rear_axle"] = unknown["no_slip_point"] = (
@@ -249,27 +257,29 @@ def _place(
             " where the pose's point lies on the car; it stays as given: log positions that move"
         )
         return {}, {}
-    if at_speed > _SURE_POINT:
+    if at_speed > sure:
         unknown["rear_axle"] = unknown["no_slip_point"] = (
             "the positions do not show where the pose's point lies on the car (rear_axle would be"
             f" {sliding:.2f} ± {at_speed:.2g} m): it stays as given: drive tight bends, or for"
             " longer"
         )
         return {}, {}
-    if not slips and error > _SURE_POINT:
+    if not slips and error > sure:
         rear, stated = sliding, stated_sliding  # one speed: nothing slips that one could see
     if given is not None:
         own = given.rear_axle if given.no_slip_point is None else given.no_slip_point
-        if abs(sliding - own) > max(2.0 * at_speed, 0.05):
+        if abs(sliding - own) > max(2.0 * at_speed, same):
             return {"no_slip_point": sliding}, {"no_slip_point": stated_sliding}
         name = "no_slip_point" if given.no_slip_point is not None else "rear_axle"
-        return {}, {name: stated_sliding}
-    if slips and error <= _SURE_POINT:
+        # What is kept has the error of the estimate, and its distance from it besides.
+        noise, model = stated_sliding
+        return {}, {name: Error(noise, math.hypot(model, sliding - own))}
+    if slips and error <= sure:
         return (
             {"rear_axle": rear, "no_slip_point": sliding},
             {"rear_axle": stated, "no_slip_point": stated_sliding},
         )
-    if not slip_error * square <= _SURE_SLIP:
+    if not slip_error * square <= _SURE_SLIP * size:
         unknown["no_slip_point"] = (
             "how far the car slides sideways at speed cannot be seen; rear_axle is where it does"
             f" not slide at {drive.usual_speed:.1f} m/s: drive bends of {steps(drive, 0.6)} and of"

@@ -41,8 +41,9 @@ class Identification:
     model_errors : dict of str to float
         How far a model that is not quite the car's may have moved each field, ``delay`` and
         ``turning_length`` besides: by what its residuals show beyond noise, and by how far other
-        models lie off that explain the log as well. Independent of the standard error; a longer
-        drive does not make it smaller.
+        models lie off that explain the log as well; of a point that was given and is kept, also by
+        how far it lies from the estimate. Independent of the standard error; a longer drive does
+        not make it smaller.
     unknown : dict of str to str
         The fields that the log does not show: why, and what to drive to learn them. They have the
         values that were given, or assumed ones.
