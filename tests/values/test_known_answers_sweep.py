@@ -110,6 +110,28 @@ def test_rates_over_tenths_cover_the_values_without_a_gap() -> None:
     assert all(one[1] == other[0] for one, other in pairwise(found))
 
 
+def test_rates_over_tenths_count_each_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    counted: list[int] = []
+    monkeypatch.setattr(summary, "success_rate", lambda _, runs: counted.append(runs))
+    # 21 runs, whose deciles are values of runs; many ties; one value for all.
+    for values in (np.arange(21.0), np.repeat([0.0, 0.5, 1.0], (50, 1, 20)), np.zeros(30)):
+        counted.clear()
+        assert list(summary.success_rates(values, values > 0.0))
+        assert sum(counted) == len(values)
+
+
+def test_distance_by_chance_is_exceeded_by_one_in_twenty() -> None:
+    random = np.random.default_rng(4)
+    above = 0
+    for _ in range(400):
+        drawn = enumerate(random.random(160))
+        rows = [row(k, 0.1, success=k >= 40, steer_lag=x, start_offset=0.0) for k, x in drawn]
+        above += summary.influence(job(), rows)["steer_lag"] > summary.chance(rows)
+    assert 8 <= above <= 32
+    assert summary.chance(rows) == pytest.approx(1.36 * (1.0 / 40.0 + 1.0 / 120.0) ** 0.5)
+    assert summary.chance(rows[:2]) == summary.chance(rows[40:42]) == 1.0
+
+
 def test_histogram_has_every_run_once_in_its_bin() -> None:
     figure = sweep.error_figure(job(deviation=0.15), ROWS)
     good, bad = figure["traces"]
@@ -189,6 +211,7 @@ def test_worst_tenth_stands_for_failures_from_ten_runs_on() -> None:
     failed = [*rows[:-1], {**rows[-1], "success": False}]
     (said,) = [note for note in summary.notes(job(), failed) if "Kolmogorov" in note]
     assert "runs that failed from" in said
+    assert "(by chance: up to 1.00)." in said
 
 
 def test_progress_of_a_sweep_counts_runs_over_all_of_its_chunks(

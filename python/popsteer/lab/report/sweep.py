@@ -21,6 +21,7 @@ from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.job import repeat
 from popsteer.lab.sweep.summary import (
     axis_title,
+    chance,
     error_of,
     influence,
     outcomes,
@@ -212,7 +213,7 @@ def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any
 def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Draw the error over up to nine quantities that vary, those first that failing depends on."""
     good, _, error = outcomes(rows)
-    figures = []
+    figures, by_chance = [], chance(rows)
     for name, weight in list(influence(job, rows).items())[:_MOST]:
         values = np.array([row[name] for row in rows])
         traces, note = _dots(rows, values, error)
@@ -220,8 +221,8 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
         axis["domain"] = [0.38, 1.0]
         drawn = figure(
             name,
-            f"Influence on failing, 0 to 1: {weight:.2f}. Below: the share that succeeds over"
-            f" tenths of the runs, with 95 % confidence.{note}",
+            f"Influence on failing, 0 to 1: {weight:.2f} (by chance: up to {by_chance:.2f}). Below:"
+            f" the share that succeeds over tenths of the runs, with 95 % confidence.{note}",
             [*traces, _rates(values, good)],
             {"title": {"text": axis_title(name)}, "anchor": "y2"},
             axis,

@@ -106,10 +106,11 @@ def error_of(row: dict[str, Any]) -> float:
 def success_rates(
     values: NDArray[np.float64], good: NDArray[np.bool_]
 ) -> Iterator[tuple[float, float, Rate]]:
-    """Give the success rate of each tenth of the runs, with the range of `values` that it has."""
-    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)).tolist()
-    for low, high in pairwise(edges):
-        inside = (values >= low) & (values <= high)
+    """Give the success rate between each two deciles of `values`; each run counts once."""
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1))
+    tenths = np.searchsorted(edges[1:-1], values, side="right")
+    for tenth, (low, high) in enumerate(pairwise(edges.tolist())):
+        inside = tenths == tenth
         if inside.any():
             yield low, high, success_rate(int(good[inside].sum()), int(inside.sum()))
 
@@ -138,16 +139,27 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
     """
     from scipy.stats import ks_2samp
 
-    good = np.array([row["success"] for row in rows], dtype=bool)
-    if good.all() and len(rows) >= 10:
-        errors = np.array([error_of(row) for row in rows])
-        good = errors < np.quantile(errors, 0.9)
+    good = _good(rows)
     found = {name: 0.0 for name, each in job.vary.items() if not each.is_constant}
     if good.any() and not good.all():
         for name in found:
             values = np.array([row[name] for row in rows])
             found[name] = float(ks_2samp(values[good], values[~good], method="asymp").statistic)
     return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def chance(rows: Sequence[dict[str, Any]]) -> float:
+    """Give the distance that a quantity without influence exceeds in 5 % of sweeps, at most 1."""
+    counts = np.maximum(np.bincount(_good(rows), minlength=2), 1)
+    return min(1.36 * math.sqrt(float(np.sum(1.0 / counts))), 1.0)
+
+
+def _good(rows: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
+    good = np.array([row["success"] for row in rows], dtype=bool)
+    if good.all() and len(rows) >= 10:
+        errors = np.array([error_of(row) for row in rows])
+        good = errors < np.quantile(errors, 0.9)
+    return good
 
 
 def percent(share: float, runs: int) -> str:
@@ -212,7 +224,8 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
         what = "were the worst tenth" if all(row["success"] for row in rows) else "failed"
         said.append(
-            f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}."
+            f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}"
+            f" (by chance: up to {chance(rows):.2f})."
         )
     said.append(job.begins(job.road, job.whole, job.start_offset))
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
