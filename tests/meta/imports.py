@@ -121,8 +121,10 @@ def python_graph(package: Sources) -> Graph:
             if isinstance(node, ast.Import):
                 used[module] += [alias.name for alias in node.names]
             else:
+                own = module.split(".")  # `from .` is the package's, of which a module is a part
+                above = own[: len(own) + is_package - node.level] if node.level else []
                 for alias in node.names:
-                    target = f"{node.module}.{alias.name}"
+                    target = ".".join((*above, *filter(None, (node.module,)), alias.name))
                     if is_package and target.startswith(f"{module}."):
                         passed_on[f"{module}.{alias.asname or alias.name}"] = target
                     # `import a as a` passes a name on, to type checkers alone: `popsteer` loads

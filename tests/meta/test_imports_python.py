@@ -139,6 +139,9 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     assert len(graph) > 200
     assert sum(map(len, graph.values())) > 1000
     assert circles(graph) == []
+    node = python_graph(sources(ROOT / "ros2" / "popsteer_ros" / "popsteer_ros", "popsteer_ros"))
+    assert node["popsteer_ros.node"] >= {"popsteer_ros.follow_path", "popsteer_ros.frames"}
+    assert circles(node) == []
 
 
 @looped(

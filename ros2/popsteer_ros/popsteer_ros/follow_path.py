@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from nav2_msgs.action import FollowPath
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -12,21 +12,28 @@ from rclpy.task import Future
 
 from popsteer.adapters.ros2 import State
 
-if TYPE_CHECKING:
-    from .node import Track
-
 _RESULT = FollowPath.Result
 _STANDING = 0.05  # the vehicle has arrived below this [m/s]
+
+
+class Host(Protocol):
+    """The rclpy node that offers the action."""
+
+    def now(self) -> int:
+        """Give the time of the node's clock [ns]."""
+
+    def value(self, name: str) -> Any:
+        """Give a parameter."""
 
 
 class Follow:
     """Drives one goal at a time; a new one takes the place of the old one."""
 
-    def __init__(self, track: Track, core: Any) -> None:
-        self._track, self._core = track, core
+    def __init__(self, host: Host, core: Any) -> None:
+        self._host, self._core = host, core
         self._goal: Any = None
         on = {"goal_callback": self._accept, "cancel_callback": lambda _: CancelResponse.ACCEPT}
-        self._server = ActionServer(track, FollowPath, "follow_path", self._execute, **on)
+        self._server = ActionServer(host, FollowPath, "follow_path", self._execute, **on)
 
     def close(self) -> None:
         """Offer the action no more."""
@@ -42,7 +49,7 @@ class Follow:
         # Nav2 sends each replanned path as another goal: it is one drive, whose progress counts on.
         goes_on = self._goal is not None
         self._end(_RESULT.UNKNOWN, "preempted by another goal")
-        now, intake = 1e-9 * self._track.now(), self._core.intake
+        now, intake = 1e-9 * self._host.now(), self._core.intake
         if not intake.take_course(serialize_message(goal.request.path), now):
             goal.abort()
             said = intake.course_refused
@@ -59,7 +66,7 @@ class Follow:
         """Look after a step whether the goal is reached, cancelled or lost; tell of it."""
         if self._goal is None:
             return
-        core, now = self._core, 1e-9 * self._track.now()
+        core, now = self._core, 1e-9 * self._host.now()
         pilot, measured = core.pilot, core.intake.measured
         if self._goal.is_cancel_requested:
             self._end(_RESULT.NONE, "cancelled")
@@ -75,7 +82,7 @@ class Follow:
 
     def _tell(self, now: float, remaining: float, speed: float) -> None:
         """Give feedback, and look whether the goal is reached or no more come nearer to."""
-        feedback, value = FollowPath.Feedback(), self._track.value
+        feedback, value = FollowPath.Feedback(), self._host.value
         feedback.distance_to_goal, feedback.speed = remaining, speed
         self._goal.publish_feedback(feedback)
         self._nearer += 0.0 if math.isnan(self._last) else self._last - remaining
