@@ -64,39 +64,37 @@ class RewardWeights:
     """What leaving the path costs, once."""
 
 
+@dataclass(eq=False, kw_only=True)
 class Task:
     """What the single environment and the batch share; `TrackEnv` lists the options."""
 
-    def __init__(  # noqa: PLR0913 - the options of the environment
-        self,
-        track: str | Track | Path,
-        plant: Plant,
-        *,
-        actions: Actions,
-        constant_speed: float | None,
-        longitudinal: SpeedPid | CoupledLongitudinal | None,
-        vehicle_ranges: Mapping[str, tuple[float, float]] | None,
-        random_start: bool,
-        start_offset: tuple[float, float],
-        start_yaw: tuple[float, float],
-        start_speed: float | None,
-        preview: Sequence[float],
-        reward: RewardWeights | Mapping[str, float] | None,
-        off_path_distance: float,
-        time_limit: float,
-        stall_time: float | None,
-        dt: float,
-        substeps: int,
-    ) -> None:
-        path = _path_of(track)
-        check_known("actions", actions, get_args(Actions))
-        self.actions = actions
+    track: str | Track | Path
+    plant: Plant
+    actions: Actions
+    constant_speed: float | None
+    longitudinal: SpeedPid | CoupledLongitudinal | None
+    vehicle_ranges: Mapping[str, tuple[float, float]] | None
+    random_start: bool
+    start_offset: tuple[float, float]
+    start_yaw: tuple[float, float]
+    start_speed: float | None
+    preview: Sequence[float]
+    reward: RewardWeights | Mapping[str, float] | None
+    off_path_distance: float
+    time_limit: float
+    stall_time: float | None
+    dt: float
+    substeps: int
+
+    def __post_init__(self) -> None:
+        path = _path_of(self.track)
+        check_known("actions", self.actions, get_args(Actions))
         keeping: SpeedPid | CoupledLongitudinal = SpeedPid(KEEPING)
-        if constant_speed is not None:
-            path, keeping = at_constant_speed(path, constant_speed)
-        if longitudinal is not None:
-            keeping = longitudinal
-        if actions == "steer" and path.speed is None and isinstance(keeping, SpeedPid):
+        if self.constant_speed is not None:
+            path, keeping = at_constant_speed(path, self.constant_speed)
+        if self.longitudinal is not None:
+            keeping = self.longitudinal
+        if self.actions == "steer" and path.speed is None and isinstance(keeping, SpeedPid):
             raise PathError("the path has no reference speeds: give it some, or a constant_speed")
         self.path = path
         # An episode begins in a few microseconds; attributes of the path are arrays, made anew.
@@ -104,31 +102,27 @@ class Task:
         self._speeds = None if path.speed is None else path.speed.tolist()
         self._reverse = None if path.reverse is None else path.reverse.tolist()
         self._drawn_from = path.length if path.closed else _START_SHARE * path.length
-        self.longitudinal = keeping if actions == "steer" else None
-        self.name = plant_name(plant)  # refuses what is no plant
+        self.longitudinal = keeping if self.actions == "steer" else None
+        self.name = plant_name(self.plant)  # refuses what is no plant
         # A name of the core's is looked up once, not at each episode.
-        self.plant = (
-            CORE_PLANTS[plant]() if isinstance(plant, str) and plant in CORE_PLANTS else plant
-        )
-        self.ranges = self._checked_ranges(vehicle_ranges)
-        self.random_start = bool(random_start)
-        self.start_offset = _range("start_offset", start_offset, 1e3)
-        self.start_yaw = _range("start_yaw", start_yaw, math.pi)
-        if start_speed is not None:
-            check_in_range("start_speed", start_speed, 0.0, 100.0)
-        self.start_speed = start_speed
-        self.preview = [float(distance) for distance in preview]
+        if isinstance(self.plant, str) and self.plant in CORE_PLANTS:
+            self.plant = CORE_PLANTS[self.plant]()
+        self.ranges = self._checked_ranges(self.vehicle_ranges)
+        self.start_offset = _range("start_offset", self.start_offset, 1e3)
+        self.start_yaw = _range("start_yaw", self.start_yaw, math.pi)
+        if self.start_speed is not None:
+            check_in_range("start_speed", self.start_speed, 0.0, 100.0)
+        self.preview = [float(distance) for distance in self.preview]
         for distance in self.preview:
             check_in_range("preview", distance, 0.0, 1e3)
-        self.reward = _reward_of(reward)
-        if stall_time is not None:
-            check_in_range("stall_time", stall_time, 0.0, 1e6, above=True)
-        self.stall_time = stall_time
+        self._weights = astuple(_reward_of(self.reward))
+        if self.stall_time is not None:
+            check_in_range("stall_time", self.stall_time, 0.0, 1e6, above=True)
         self.settings = Settings(
-            dt=dt,
-            substeps=substeps,
-            give_up_distance=off_path_distance,
-            time_limit=time_limit,
+            dt=self.dt,
+            substeps=self.substeps,
+            give_up_distance=self.off_path_distance,
+            time_limit=self.time_limit,
             keep_records=False,
         )
         # What is refused of plant and start is refused here.
@@ -168,7 +162,7 @@ class Task:
         return Episodes(
             count,
             self.preview,
-            astuple(self.reward),
+            self._weights,
             longitudinal=self.longitudinal,
             settings=self.settings,
             stall_time=self.stall_time,
