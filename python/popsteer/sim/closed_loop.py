@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -281,29 +282,19 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     vehicle = plant.vehicle
     check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
-    if start is None:
-        start = default_start(path, vehicle=vehicle)
-    else:
-        start = pose_of(start, start_at, vehicle)
+    usual = default_start(path, vehicle=vehicle)
+    start = usual if start is None else pose_of(start, start_at, vehicle)
+    begun = 0.0 if speed is None else speed
+    tracked = getattr(controller, "tracked_point", None)
     simulation = Simulation(
-        path,
-        plant,
-        start=start,
-        speed=0.0 if speed is None else speed,
-        tracked_point=getattr(controller, "tracked_point", None),
-        settings=settings,
+        path, plant, start=start, speed=begun, tracked_point=tracked, settings=settings
     )
-    ending = trace = ""
-    try:
-        simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed, pedals=pedals)
-    except (ConfigError, PathError):
-        raise
-    except Exception as error:
-        core = isinstance(plant, CarlaIdentified | KinematicBicycle)
-        if not keep_going or (core and isinstance(controller, controllers.CONTROLLERS)):
-            raise
-        ending = " ".join(f"raised {type(error).__name__}: {error}".split())
-        trace = own.raised(error)
+    drive = partial(
+        simulation.drive, controller, longitudinal, progress, noise=noise, seed=seed, pedals=pedals
+    )
+    in_core = isinstance(plant, CarlaIdentified | KinematicBicycle)
+    in_core = in_core and isinstance(controller, controllers.CONTROLLERS)
+    ending, trace = _raised(drive, goes_on=keep_going and not in_core)
     return Run(
         law=_name(controller),
         plant=simulation.plant,
@@ -318,6 +309,19 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         ending=ending or simulation.ending or "stopped",
         traceback=trace,
     )
+
+
+def _raised(drive: Callable[[], object], *, goes_on: bool) -> tuple[str, str]:
+    """Drive; give how what code of the user's own raised ended it, and its traceback."""
+    try:
+        drive()
+    except (ConfigError, PathError):
+        raise
+    except Exception as error:
+        if not goes_on:
+            raise
+        return " ".join(f"raised {type(error).__name__}: {error}".split()), own.raised(error)
+    return "", ""
 
 
 def start_speed(path: Path, constant_speed: float | None) -> float:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    _Driver = tuple[controllers.Controller, Vehicle, Pose]
 
 _PLANTS = (str, CarlaIdentified, KinematicBicycle)
 _MAX_THREADS = 1024
@@ -148,23 +149,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         check_count("threads", threads, 1, _MAX_THREADS)
 
     each_plant, each_drive = each("plant", plant), each("longitudinal", longitudinal)
-    # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
-    known: dict[tuple[int, ...], tuple[controllers.Controller, Vehicle, Pose]] = {}
-    drivers = []
-    for index, own in enumerate(
-        zip(each("controller", controller), each_plant, each_drive, strict=True)
-    ):
-        key = tuple(map(id, own))
-        if key not in known:
-            known[key] = _prepared(index, *own)
-        drivers.append(known[key])
-    poses = [begin for _, _, begin in drivers]
-    if starts is not None:
-        given_poses = np.broadcast_to(starts, (count, 3)).tolist()
-        poses = [
-            pose_of(tuple(pose), start_at, vehicle)
-            for pose, (_, vehicle, _) in zip(given_poses, drivers, strict=True)
-        ]
+    drivers = _drivers(each("controller", controller), each_plant, each_drive)
+    poses = _poses(starts, start_at, drivers)
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
     # Of one seed for all, each run has a stream of its own.
     streams = zip(seeds, range(count) if several["seed"] is None else [0] * count, strict=True)
@@ -204,9 +190,32 @@ def _common_length(several: dict[str, Any]) -> int:
     return next(iter(lengths.values()), 1)
 
 
+def _drivers(*each: list[Any]) -> list[_Driver]:
+    """Prepare controllers for plants and pedals; what is the same for several runs, once."""
+    known: dict[tuple[int, ...], _Driver] = {}
+    drivers = []
+    for index, own in enumerate(zip(*each, strict=True)):
+        key = tuple(map(id, own))  # it stays, as the lists hold the objects
+        if key not in known:
+            known[key] = _prepared(index, *own)
+        drivers.append(known[key])
+    return drivers
+
+
+def _poses(starts: NDArray[Any] | None, start_at: StartAt, drivers: list[_Driver]) -> list[Pose]:
+    """Give the poses of the vehicles' points at the start: those given, or by default."""
+    if starts is None:
+        return [begin for _, _, begin in drivers]
+    given = np.broadcast_to(starts, (len(drivers), 3)).tolist()
+    return [
+        pose_of(tuple(pose), start_at, vehicle)
+        for pose, (_, vehicle, _) in zip(given, drivers, strict=True)
+    ]
+
+
 def _prepared(
     index: int, controller: object, plant: CorePlant, longitudinal: Longitudinal | None
-) -> tuple[controllers.Controller, Vehicle, Pose]:
+) -> _Driver:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
         kind = type(controller).__name__
