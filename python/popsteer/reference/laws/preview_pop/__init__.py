@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,10 +25,12 @@ from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from popsteer.reference.laws.preview_pop.horizon import Array
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimate import Estimate
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
 
@@ -82,6 +84,27 @@ class PreviewPopState:
     starts from them; the plan here does not need them."""
 
 
+class Prediction(NamedTuple):
+    """The prediction of one control step, for the mirrored vehicle: one that drives forward."""
+
+    horizon: Horizon
+    path_yaw: float  # beside the vehicle [rad]
+    length: float  # turning length over the estimated gain [m]: angle = atan(curvature * length)
+    period: float  # of a step of the horizon [s]
+    pace: float  # that is predicted with [m/s]: the vehicle's, but at least `min_speed`
+    lag: float  # the steering lag, as a distance [m]
+    ahead: Status  # TOO_FAST before a bend that is too sharp for the speed
+
+
+class Neighbourhood(NamedTuple):
+    """The angles that can be commanded in this control period."""
+
+    low: float  # the smallest [rad]
+    high: float  # the largest [rad]
+    rate: float  # that the wheels plan with [rad/s]
+    share: float  # control period as a share of a step of the horizon, at most 1
+
+
 class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
     """Preview POP.
 
@@ -121,88 +144,57 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         """Note the angle; the next neighbourhood is its own."""
         state.previous_steer = steer
 
+    @property
+    def _approach(self) -> Approach:
+        return Approach.of(self.vehicle, self.resolved)
+
     def _choose(
         self, path: PathView, state: PreviewPopState, at: Located, belief: Belief
     ) -> tuple[float, Status]:
         """Find the best angle in the neighbourhood, of the mirrored vehicle."""
+        prediction = self._predict(path, at, belief)
         previous_steer = at.mirror(state.previous_steer)
-        vehicle, estimate = self.vehicle, belief.estimate
-        approach = Approach.of(vehicle, self.resolved)
-        speed, min_speed = at.vehicle.forward_speed(), self.resolved.min_speed
-        pace = speed if speed > min_speed else min_speed
-        length = vehicle.turning_length(speed) / estimate.gain
-        sharp, ahead = self._sharp_bend_ahead(path, at, estimate, pace, length)
-        count, period = steps(approach.horizon_at(pace) * sharp, at.dt)
-        horizon, path_yaw = self._predict(path, at, belief, pace * period, count, length / period)
-
-        rate, span = approach.rate_and_span(speed, at.dt)
-        tangent = tan(previous_steer)
-        commanded = tangent / length
-        wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
-        # That of the direction in which the vehicle moves.
-        heading_error = wrap(at.vehicle.yaw + estimate.slip - path_yaw)
-        # A large error counts as the one whose pull is that of the approach angle, or of the
-        # steepest heading that the vehicle can still straighten before the path.
-        by_error, by_heading = horizon.best.cost[COMMANDED, :2].tolist()
-        error = at.closest.cross_track_error()
-        straightening = Straightening(
-            curvature=approach.widest(pace, length),
-            rate=rate / (length * pace),
-            lag=vehicle.steer_lag * speed,
-            unlimited=divide(by_heading, by_error),
-        )
-        pull = approach.angle_at(error, straightening) * by_heading
-        largest = divide(pull if pull > 0.0 else 0.0, abs(by_error))
-        driven = tan(at.mirror(wheel)) / length
-        start = np.array(
-            [saturate(error, -largest, largest), heading_error, driven, commanded, 1.0]
-        )
-
-        # The plan has a move for each whole step of the horizon. A control period may be shorter;
-        # it makes its share of the move.
-        share = at.dt / period
-        low, high = previous_steer - span, previous_steer + span
-
-        def first(angle: float) -> float:
-            return (tan(angle) / length - commanded) / share
-
-        # At a constant rate of the angle, its tangent changes faster at large angles. A plan at the
-        # vehicle's own rate does not count on that: on their way back to straight the wheels lose
-        # it, and would be late.
-        steepness = 1.0 if approach.rate_is_the_vehicles else 1.0 + tangent * tangent
-        most_later = rate * period * steepness / length
-        least, greatest = self._curvatures(at, belief, length)
+        rate, span = self._approach.rate_and_span(at.vehicle.forward_speed(), at.dt)
         if span <= 0.0:
-            return previous_steer, ahead  # at rest the wheels do not turn
-        # An angle beyond `max_steer` is excluded by the limits of the curvature already.
-        ends = (
-            first(low) if low > -vehicle.max_steer else -inf,
-            first(high) if high < vehicle.max_steer else inf,
-        )
-        plan = plan_within(horizon, start, PlanLimits(ends, most_later, least, greatest))
-        kept = plan.reached[1:] if share > 0.5 else plan.reached
-        state.reached_limits = sum(limit << 3 * k for k, limit in enumerate(kept))
-        # A move that ends at a limit of the curvature is commanded at once: with only a share of it
-        # in each control period, the wheels would get there too late.
-        reached = plan.reached[0]
-        made = 1.0 if reached.of_curvature() else share
-        angle = atan((commanded + (plan.curvature - commanded) * made) * length)
-        # SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
-        # counts; being held back by `steer_span_rate`, which is a choice, does not.
-        arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
-        is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
-        status = ahead
-        if reached.of_curvature() and (arrives or is_the_vehicles):
-            most, steered = vehicle.max_lateral_acceleration, tan(vehicle.max_steer) / length
-            is_lateral = most is not None and most <= steered * (speed * speed)
-            limit = Status.LATERAL_LIMIT if is_lateral else Status.STEER_LIMIT
-            status |= Status.SATURATED | limit
-        elif reached is not MoveLimit.NOTHING and is_the_vehicles:
-            status |= Status.SATURATED | Status.RATE_LIMIT
-        return saturate(angle, low, high), status
+            return previous_steer, prediction.ahead  # at rest the wheels do not turn
+        share = at.dt / prediction.period
+        around = Neighbourhood(previous_steer - span, previous_steer + span, rate, share)
+        tangent = tan(previous_steer)
+        start = self._start(prediction, around, tangent, at, belief)
+        later = rate * prediction.period * self._tangent_slope(tangent) / prediction.length
+        curvatures = self._curvatures(at, belief, prediction.length)
+        limits = PlanLimits((-later, later), later, *curvatures)
+        return self._best_within(prediction, start, limits, around, state, at)
+
+    def _predict(self, path: PathView, at: Located, belief: Belief) -> Prediction:
+        """Set the planning problem up: the model over a step of travel, its cost, the path."""
+        vehicle, estimate, params = self.vehicle, belief.estimate, self.resolved
+        speed = at.vehicle.forward_speed()
+        pace = speed if speed > params.min_speed else params.min_speed
+        length = vehicle.turning_length(speed) / estimate.gain
+        longer, ahead = self._sharp_bend_ahead(path, at, pace, length, estimate.acceleration)
+        count, period = steps(self._approach.horizon_at(pace) * longer, at.dt)
+        # The model runs over distance: that of a step, and that travelled in the lag.
+        step, lag = pace * period, vehicle.steer_lag * speed
+        # A slip of `slip_length` times the curvature acts as if the tracked point lay
+        # `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
+        offset = at.mirror(estimate.slip_length)
+        move_cost = params.steer_rate_cost * length / period
+        path_yaw, turns = self._turns(path, at, step, count)
+        models = [transition(step, lag, decay(step, lag), offset, turn) for turn in turns]
+        best = regulator(models, stage(params.heading_cost, offset), move_cost * move_cost)
+        return Prediction(Horizon(models, best), path_yaw, length, period, pace, lag, ahead)
+
+    def _turns(
+        self, path: PathView, at: Located, step: float, count: int
+    ) -> tuple[float, Sequence[float]]:
+        """Return the path's heading here, and its turns over the next steps of `step` [m]."""
+        arc, smoothing = at.closest.arc_length(path), self.resolved.smoothing_length
+        preview = Preview(path, smoothing, at.closest.segment, arc, count * step)
+        return preview.turns(arc, step, count)
 
     def _sharp_bend_ahead(
-        self, path: PathView, at: Located, estimate: Estimate, pace: float, length: float
+        self, path: PathView, at: Located, pace: float, length: float, acceleration: float
     ) -> tuple[float, Status]:
         """Return how many times as far as usual to look ahead: past a bend sharper than allowed.
 
@@ -212,12 +204,8 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         braking, limit = self.vehicle.comfort_braking, self.vehicle.max_lateral_acceleration
         if limit is None:
             return 1.0, Status.OK
-        approach = Approach.of(self.vehicle, self.resolved)
         stretch = pace * self.resolved.horizon
-        here = at.closest.arc_length(path)
-        smoothing, distance = self.resolved.smoothing_length, FARTHEST * stretch
-        preview = Preview(path, smoothing, at.closest.segment, here, distance)
-        _, turns = preview.turns(here, stretch, FARTHEST)
+        _, turns = self._turns(path, at, stretch, FARTHEST)
         slowest = self.resolved.min_speed * self.resolved.min_speed
         speed = at.vehicle.forward_speed()
         squared, driven = pace * pace, speed * speed - 0.5 * braking * stretch
@@ -225,43 +213,91 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         for stretches, turn in enumerate(turns):
             if abs(turn) * driven > stretch * limit:
                 ahead = Status.TOO_FAST
-            if abs(turn) > stretch * approach.widest(sqrt(squared), length):
+            if abs(turn) > stretch * self._approach.widest(sqrt(squared), length):
                 longer = float(min(stretches + 2, FARTHEST))
                 break
             squared -= 2.0 * braking * stretch
             if squared < slowest:
                 squared = slowest
             driven -= 2.0 * braking * stretch
-        if estimate.acceleration < -BRAKING * braking:
+        if acceleration < -BRAKING * braking:
             longer = 1.0  # it slows for the bend
         return longer, ahead
 
-    def _predict(
+    def _start(
         self,
-        path: PathView,
+        prediction: Prediction,
+        around: Neighbourhood,
+        tangent: float,
         at: Located,
         belief: Belief,
-        step: float,
-        count: int,
-        length_per_time: float,
-    ) -> tuple[Horizon, float]:
-        """Return the prediction over `count` steps of `step` [m], and the path's heading here.
+    ) -> Array:
+        """Return the state that the plan starts from.
 
-        `length_per_time` is the turning length over the time of a step [m/s].
+        A large error counts as the one whose pull is that of the approach angle, or of the steepest
+        heading that the vehicle can still straighten before the path.
         """
-        lag = self.vehicle.steer_lag * at.vehicle.forward_speed()
-        kept = decay(step, lag)
-        # A slip of `slip_length` times the curvature acts as if the tracked point lay
-        # `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
-        offset = at.mirror(belief.estimate.slip_length)
-        here = at.closest.arc_length(path)
-        segment, smoothing = at.closest.segment, self.resolved.smoothing_length
-        preview = Preview(path, smoothing, segment, here, count * step)
-        path_yaw, turns = preview.turns(here, step, count)
-        models = [transition(step, lag, kept, offset, turn) for turn in turns]
-        move_cost = (self.resolved.steer_rate_cost * length_per_time) ** 2
-        best = regulator(models, stage(self.resolved.heading_cost, offset), move_cost)
-        return Horizon(models, best), path_yaw
+        length, pace, estimate = prediction.length, prediction.pace, belief.estimate
+        by_error, by_heading = prediction.horizon.best.cost[COMMANDED, :2].tolist()
+        error = at.closest.cross_track_error()
+        straightening = Straightening(
+            curvature=self._approach.widest(pace, length),
+            rate=around.rate / (length * pace),
+            lag=prediction.lag,
+            unlimited=divide(by_heading, by_error),
+        )
+        pull = self._approach.angle_at(error, straightening) * by_heading
+        largest = divide(pull if pull > 0.0 else 0.0, abs(by_error))
+        # That of the direction in which the vehicle moves.
+        heading_error = wrap(at.vehicle.yaw + estimate.slip - prediction.path_yaw)
+        wheel = self.vehicle.at_wheels(belief.wheel + estimate.steer_offset)
+        driven, commanded = tan(at.mirror(wheel)) / length, tangent / length
+        error = saturate(error, -largest, largest)
+        return np.array([error, heading_error, driven, commanded, 1.0])
+
+    def _best_within(
+        self,
+        prediction: Prediction,
+        start: Array,
+        limits: PlanLimits,
+        around: Neighbourhood,
+        state: PreviewPopState,
+        at: Located,
+    ) -> tuple[float, Status]:
+        """Return the angle of the best plan within `limits` and the neighbourhood."""
+        vehicle, pace, length = self.vehicle, at.vehicle.speed, prediction.length
+        (low, high, _, share), commanded = around, float(start[COMMANDED])
+
+        def move_to(angle: float) -> float:
+            return (tan(angle) / length - commanded) / share
+
+        # An angle beyond `max_steer` is excluded by the limits of the curvature already.
+        first = (
+            move_to(low) if low > -vehicle.max_steer else -inf,
+            move_to(high) if high < vehicle.max_steer else inf,
+        )
+        plan = plan_within(prediction.horizon, start, limits._replace(first=first))
+        kept = plan.reached[1:] if share > 0.5 else plan.reached
+        state.reached_limits = sum(limit << 3 * k for k, limit in enumerate(kept))
+        # A move that ends at a limit of the curvature is commanded at once: with only a share of it
+        # in each control period, the wheels would get there too late.
+        reached = plan.reached[0]
+        made = 1.0 if reached.of_curvature() else share
+        angle = atan((commanded + (plan.curvature - commanded) * made) * length)
+        # SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
+        # counts; being held back by `steer_span_rate`, which is a choice, does not.
+        arrives = low - 1e-10 <= angle <= high + 1e-10
+        fast = at.vehicle.forward_speed() >= FULL_RATE * self.resolved.min_speed
+        rate_is_the_vehicles = self._approach.rate_is_the_vehicles and fast
+        status = prediction.ahead
+        if reached.of_curvature() and (arrives or rate_is_the_vehicles):
+            most, steered = vehicle.max_lateral_acceleration, tan(vehicle.max_steer) / length
+            is_lateral = most is not None and most <= steered * (pace * pace)
+            limit = Status.LATERAL_LIMIT if is_lateral else Status.STEER_LIMIT
+            status |= Status.SATURATED | limit
+        elif reached is not MoveLimit.NOTHING and rate_is_the_vehicles:
+            status |= Status.SATURATED | Status.RATE_LIMIT
+        return saturate(angle, low, high), status
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the least and the greatest curvature that may be commanded [1/m].
@@ -279,3 +315,11 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         speed = at.vehicle.speed
         widest = divide(most, speed * speed)
         return saturate(low, -widest, widest), saturate(high, -widest, widest)
+
+    def _tangent_slope(self, tangent: float) -> float:
+        """Return the slope d(tan δ)/dδ used for the rate limit, at the `tangent` of the wheels.
+
+        A plan at the vehicle's own rate does not count on the larger slope at large angles: on
+        their way back to straight the wheels lose it, and would be late.
+        """
+        return 1.0 if self._approach.rate_is_the_vehicles else 1.0 + tangent * tangent
