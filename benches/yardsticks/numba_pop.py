@@ -109,12 +109,9 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
         return steer
 
     def make() -> Driver:
-        state = np.array([-1.0, 0.0, 0.0])  # last segment, -1 for none yet; last angle; speed
-
-        def reset() -> None:
-            state[:] = -1.0, 0.0, 0.0
-
-        return Driver(partial(step, state, columns), reset)
+        begun = np.array([-1.0, 0.0, 0.0])  # last segment, -1 for none yet; last angle; speed
+        state = begun.copy()
+        return Driver(partial(step, state, columns), partial(np.copyto, state, begun))
 
     make().call(*drive.states[0], 0.05)  # numba compiles at the first call
     return make
