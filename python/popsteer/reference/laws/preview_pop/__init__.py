@@ -101,7 +101,6 @@ class Neighbourhood(NamedTuple):
 
     low: float  # the smallest [rad]
     high: float  # the largest [rad]
-    rate: float  # that the wheels plan with [rad/s]
     share: float  # control period as a share of a step of the horizon, at most 1
 
 
@@ -146,7 +145,10 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
 
     @property
     def _approach(self) -> Approach:
-        return Approach.of(self.vehicle, self.resolved)
+        span_rate, rate = self.resolved.steer_span_rate, self.vehicle.max_steer_rate
+        least = span_rate if rate is None or span_rate < rate else rate
+        is_the_vehicles = rate is not None and rate <= span_rate
+        return Approach(self.vehicle, self.resolved, least, is_the_vehicles)
 
     def _choose(
         self, path: PathView, state: PreviewPopState, at: Located, belief: Belief
@@ -158,10 +160,14 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         if span <= 0.0:
             return previous_steer, prediction.ahead  # at rest the wheels do not turn
         share = at.dt / prediction.period
-        around = Neighbourhood(previous_steer - span, previous_steer + span, rate, share)
+        around = Neighbourhood(previous_steer - span, previous_steer + span, share)
         tangent = tan(previous_steer)
-        start = self._start(prediction, around, tangent, at, belief)
-        later = rate * prediction.period * self._tangent_slope(tangent) / prediction.length
+        start = self._start(prediction, rate, tangent, at, belief)
+        # At a constant rate of the angle, its tangent changes faster at large angles. A plan at the
+        # vehicle's own rate does not count on that: on their way back to straight the wheels lose
+        # it, and would be late.
+        slope = 1.0 if self._approach.rate_is_the_vehicles else 1.0 + tangent * tangent
+        later = rate * prediction.period * slope / prediction.length
         curvatures = self._curvatures(at, belief, prediction.length)
         limits = PlanLimits((-later, later), later, *curvatures)
         return self._best_within(prediction, start, limits, around, state, at)
@@ -225,12 +231,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         return longer, ahead
 
     def _start(
-        self,
-        prediction: Prediction,
-        around: Neighbourhood,
-        tangent: float,
-        at: Located,
-        belief: Belief,
+        self, prediction: Prediction, rate: float, tangent: float, at: Located, belief: Belief
     ) -> Array:
         """Return the state that the plan starts from.
 
@@ -242,7 +243,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         error = at.closest.cross_track_error()
         straightening = Straightening(
             curvature=self._approach.widest(pace, length),
-            rate=around.rate / (length * pace),
+            rate=rate / (length * pace),
             lag=prediction.lag,
             unlimited=divide(by_heading, by_error),
         )
@@ -266,7 +267,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
     ) -> tuple[float, Status]:
         """Return the angle of the best plan within `limits` and the neighbourhood."""
         vehicle, pace, length = self.vehicle, at.vehicle.speed, prediction.length
-        (low, high, _, share), commanded = around, float(start[COMMANDED])
+        (low, high, share), commanded = around, float(start[COMMANDED])
 
         def move_to(angle: float) -> float:
             return (tan(angle) / length - commanded) / share
@@ -315,11 +316,3 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         speed = at.vehicle.speed
         widest = divide(most, speed * speed)
         return saturate(low, -widest, widest), saturate(high, -widest, widest)
-
-    def _tangent_slope(self, tangent: float) -> float:
-        """Return the slope d(tan δ)/dδ used for the rate limit, at the `tangent` of the wheels.
-
-        A plan at the vehicle's own rate does not count on the larger slope at large angles: on
-        their way back to straight the wheels lose it, and would be late.
-        """
-        return 1.0 if self._approach.rate_is_the_vehicles else 1.0 + tangent * tangent

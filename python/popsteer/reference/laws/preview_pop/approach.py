@@ -66,13 +66,6 @@ class Approach(NamedTuple):
     rate: float  # largest of the commanded angle [rad/s]: the lesser of parameter's and vehicle's
     rate_is_the_vehicles: bool  # whether the vehicle's `max_steer_rate` bounds it
 
-    @classmethod
-    def of(cls, vehicle: Vehicle, params: SimpleNamespace) -> Approach:
-        """Take it from a vehicle and resolved parameters."""
-        span_rate, rate = params.steer_span_rate, vehicle.max_steer_rate
-        least = span_rate if rate is None or span_rate < rate else rate
-        return cls(vehicle, params, least, rate is not None and rate <= span_rate)
-
     def horizon_at(self, pace: float) -> float:
         """Return the horizon at a speed [s].
 
