@@ -383,7 +383,9 @@ def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() ->
     ready, yaw = _positions(-1.3, 0.002, 0.01)
     assert _starts(ready) == [0, 20, 220, 420]
     log: Any = SimpleNamespace(t=ready.t, x=ready.x, y=ready.y)
-    records = compared(log, ready, yaw, 0.5, (-1.3, 0.002, 0.01))
+    values = {"rear_axle": -1.3, "slip": 0.002, "heading_bias": 0.01}
+    point: Any = SimpleNamespace(values=values)
+    records = compared(log, ready, yaw, 0.5, point)
     assert records["simulated_x"] == pytest.approx(ready.x, abs=1e-9)
     assert records["simulated_y"] == pytest.approx(ready.y, abs=1e-9)
     assert records["position_error"] == pytest.approx(np.zeros(600), abs=1e-9)
@@ -395,7 +397,7 @@ def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() ->
     late = np.arange(600) >= 300
     ready.x = ready.x - 0.3 * late * np.sin(yaw)
     ready.y = ready.y + 0.3 * late * np.cos(yaw)
-    off = compared(log, ready, yaw, 0.5, (-1.3, 0.002, 0.01))["position_error"]
+    off = compared(log, ready, yaw, 0.5, point)["position_error"]
     assert off[300:420] == pytest.approx(0.3, abs=1e-6)
     assert off[:300] == pytest.approx(0.0, abs=1e-6)
 

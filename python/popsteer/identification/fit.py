@@ -99,12 +99,8 @@ class Fit:
 
     def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
         """Widen the errors by how far others lie off, that explain the log as well."""
-        off = np.array(
-            [
-                [other.get(k, self.values[k]) - self.values[k] for k in self.names]
-                for other in others
-            ]
-        )
+        mine = self.values
+        off = np.array([[each.get(k, mine[k]) - mine[k] for k in self.names] for each in others])
         # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
         wider = self.known.covariance + (off.T @ off) / max(len(others), 1)
         return replace(self, known=self.known._replace(covariance=wider))

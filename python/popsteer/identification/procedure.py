@@ -123,13 +123,7 @@ def identify(
             "yaw_drift": (1.0 - found.theta) * found.noise / math.sqrt(drive.usual_step),
             "position": point.noise,
         },
-        records=compared(
-            log,
-            drive,
-            found.yaw,
-            found.theta,
-            (point.values["rear_axle"], point.values["slip"], point.values["heading_bias"]),
-        ),
+        records=compared(log, drive, found.yaw, found.theta, point),
         log=log,
     )
 
@@ -235,11 +229,7 @@ def _vehicle(
 
 
 def _place(
-    given: Vehicle | None,
-    point: Point,
-    drive: PreparedLog,
-    length: float,
-    unknown: dict[str, str],
+    given: Vehicle | None, point: Point, drive: PreparedLog, length: float, unknown: dict[str, str]
 ) -> tuple[dict[str, float], dict[str, Error]]:
     """Say where the pose's point and the no-slip point lie, and how well that is known."""
     size = size_of(length)

@@ -176,17 +176,16 @@ AFRESH = 10.0
 
 
 def compared(
-    log: Log, drive: PreparedLog, yaw: Array, theta: float, point: tuple[float, float, float]
+    log: Log, drive: PreparedLog, yaw: Array, theta: float, point: Point
 ) -> dict[str, NDArray[Any]]:
     """Set the simulated motion beside the measured one: the records of an `Identification`.
 
-    `yaw` is the simulated heading [rad], `theta` as `fit` gives it; `point` is rear axle [m], slip
-    [s²/m] and heading bias [rad], as `fit_point` gives them.
+    `yaw` is the simulated heading [rad], `theta` and `point` are as the fits give them.
     """
     from popsteer.identification.point import smooth
 
     heading = smooth(drive.yaw - yaw, theta, drive)  # what the measured heading is ahead
-    rear, slip, bias = point
+    rear, slip, bias = (point.values[name] for name in ("rear_axle", "slip", "heading_bias"))
     starts = _starts(drive)
     x, y, off = np.empty_like(yaw), np.empty_like(yaw), np.zeros_like(yaw)
     for start, end in zip(starts, [*starts[1:], len(yaw)], strict=True):
