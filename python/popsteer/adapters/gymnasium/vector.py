@@ -185,7 +185,10 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         rest = self._none
         if self._mode is AutoresetMode.NEXT_STEP and self._over.any():
             rest = self._over
-            _refuse_wild(given, rest)
+            # What the step would refuse is refused before an episode begins.
+            if len(wild := np.argwhere(~np.isfinite(given) & ~rest[:, None])):
+                vehicle, part = wild[0].tolist()
+                raise InputError(f"action[{vehicle}]", float(given[vehicle, part]), "finite")
             for vehicle in np.flatnonzero(rest).tolist():
                 self._begin(vehicle)
         observations, rewards, ended, truncated, info = self._episodes.step(given, rest)
@@ -258,12 +261,3 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
             required = f"an array of bool of shape ({self.num_envs},)"
             raise ConfigError("reset_mask", f"{mask.dtype} of shape {mask.shape}", required)
         return mask
-
-
-def _refuse_wild(actions: NDArray[np.float64], rest: NDArray[np.bool_]) -> None:
-    """Refuse what the step would, before an episode begins."""
-    wild = ~np.isfinite(actions).all(axis=1) & ~rest
-    if wild.any():
-        vehicle = int(np.flatnonzero(wild)[0])
-        number = float(actions[vehicle][~np.isfinite(actions[vehicle])][0])
-        raise InputError(f"action[{vehicle}]", number, "finite")
