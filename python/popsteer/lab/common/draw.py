@@ -86,13 +86,14 @@ def headline(figure: Figure, text: str, theme: Theme) -> None:
     figure.suptitle(text, fontsize=_HEAD, color=theme.faint)
 
 
-def logarithmic(panel: Axes) -> None:
-    """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
-    panel.set_yscale("log")
-    axis = panel.yaxis
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
+def logarithmic(panel: Axes, names: str = "y") -> None:
+    """Make axes logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
+    for name in names:
+        panel.set(**{f"{name}scale": "log"})
+        axis = getattr(panel, f"{name}axis")
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def limit(run: Run, record: str) -> float:

@@ -137,7 +137,8 @@ def time_calls(
     """
     blocks = _blocks(drive.states)
     rows = {name: _Row(make, _batch, _one_by_one, blocks, dt) for name, make in makers.items()}
-    nothing = _Row(_idle, _no_batch, _no_call, blocks, dt)
+    idle = Driver(lambda *_: None, lambda: None)
+    nothing = _Row(lambda: idle, _no_batch, _no_call, blocks, dt)
     turns = {name: -(-calls[name] * len(blocks) // len(drive.states)) for name in rows}
     most = max(turns.values())
     order = [*((rows[name], turns[name]) for name in rows), (nothing, most)]
@@ -257,10 +258,6 @@ def _no_call(_call: _Call, block: _Block, _dt: float, clock: _Clock, record: _Re
     for _x, _y, _yaw, _speed in block:
         begin = clock()
         record(clock() - begin)
-
-
-def _idle() -> Driver:
-    return Driver(lambda *_: None, lambda: None)
 
 
 def _own(function: Any) -> Any:  # noqa: ANN401 - a function, of any signature

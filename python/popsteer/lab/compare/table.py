@@ -121,10 +121,8 @@ def _of_paper(name: str) -> Callable[[Run], float | None]:
 
 
 def _ratio(run: Run) -> float | None:
-    paper = PAPER.get(run.law)
-    if paper is None:
-        return None
-    return run.metrics.mean_abs_cross_track_error / paper.mean_abs_cross_track_error
+    paper = _of_paper(_CROSS)(run)
+    return None if paper is None else run.metrics.mean_abs_cross_track_error / paper
 
 
 _CROSS, _HEADING = "mean_abs_cross_track_error", "mean_abs_heading_error"

@@ -71,18 +71,12 @@ def no_slip(vehicle: Vehicle) -> float:
 
 def lookahead(params: Params, vehicle: Vehicle, speed: float) -> float | None:
     """Give a controller's lookahead distance [m] at a speed [m/s]; None where it has none."""
+    found: Any = params.resolved(vehicle)
     if isinstance(params, PopParams):
-        pop = params.resolved(vehicle)
-        return _given(pop.min_lookahead) + pop.lookahead_gain * speed
+        return float(found.min_lookahead + found.lookahead_gain * speed)
     if isinstance(params, PurePursuitParams):
-        pursuit = params.resolved(vehicle)
-        return max(_given(pursuit.min_lookahead), pursuit.lookahead_gain * speed)
+        return float(max(found.min_lookahead, found.lookahead_gain * speed))
     return None
-
-
-def _given(value: float | None) -> float:
-    """Give a number that `resolved` has filled in."""
-    return math.nan if value is None else value
 
 
 def _pop(params: PopParams, vehicle: Vehicle, speed: float, _dt: float) -> _Weights:
@@ -101,21 +95,19 @@ def _pure_pursuit(
 
 def _stanley(params: StanleyParams, vehicle: Vehicle, speed: float, _dt: float) -> _Weights:
     """δ = -(ψ + atan(k e / (k_s + k_v v)))."""
-    softening = _given(params.resolved(vehicle).softening)
-    pull = params.cross_track_gain / (softening + params.speed_gain * speed)
-    return [pull], [1.0]
+    found: Any = params.resolved(vehicle)
+    return [found.cross_track_gain / (found.softening + found.speed_gain * speed)], [1.0]
 
 
 def _pid(params: PidParams, vehicle: Vehicle, _speed: float, dt: float) -> _Weights:
     """δ = -(k_P e + k_I Σ e Δt + k_D Δe / Δt), the sum over the buffer."""
-    params = params.resolved(vehicle)
-    kp, ki, kd = map(_given, (params.kp, params.ki, params.kd))
-    term = ki * (dt if params.integral_with_dt else 1.0)
+    found: Any = params.resolved(vehicle)
+    term = found.ki * (dt if params.integral_with_dt else 1.0)
     weights = [term] * max(params.buffer_length, 2)
     if params.buffer_length == 1:
         weights[1] = 0.0
-    weights[0] += kp + kd / dt
-    weights[1] -= kd / dt
+    weights[0] += found.kp + found.kd / dt
+    weights[1] -= found.kd / dt
     return weights, [0.0]
 
 
@@ -200,16 +192,13 @@ def preview_gains(
     params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
 ) -> PreviewGains:
     """Carry the cost back over the horizon on a straight; speed in [m/s], period in [s]."""
-    params = params.resolved(vehicle)
-    heading_cost, rate_cost, pace = map(
-        _given, (params.heading_cost, params.steer_rate_cost, params.min_speed)
-    )
+    found: Any = params.resolved(vehicle)
     count = int(min(max(params.horizon / dt + 1e-6, 1.0), _MAX_STEPS))
     period = max(params.horizon / count, dt)
-    step = max(speed, pace) * period
-    move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
+    step = max(speed, found.min_speed) * period
+    move_cost = (found.steer_rate_cost * vehicle.turning_length(speed) / period) ** 2
     lag = vehicle.steer_lag * speed
-    gains = _first_gains(_straight(step, lag), heading_cost, move_cost, count)
+    gains = _first_gains(_straight(step, lag), found.heading_cost, move_cost, count)
     error, heading, driven, commanded = (dt / period * gains).tolist()
     return PreviewGains(
         # An error counts as far as a heading does, so not at all where that does not.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
+from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import Suite, mean_error, rows
 
@@ -57,13 +57,8 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
         scatter.annotate(
             title, (effort, mean_error(own)), xytext=(6, 4), textcoords="offset points", fontsize=8
         )
-    scatter.set_xscale("log")
-    scatter.set_yscale("log")
+    logarithmic(scatter, "xy")
     scatter.margins(0.25)
-    for axis in (scatter.xaxis, scatter.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
     scatter.set_xlabel("rate of the command, rms [rad/s]")
     scatter.set_ylabel("mean |cross-track error| [m]")
     scatter.set_title("error over steering effort, all runs", fontsize=10.5)

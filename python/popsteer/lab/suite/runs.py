@@ -6,10 +6,11 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from popsteer import controllers
-from popsteer._core import KinematicBicycle, Path, Vehicle
+from popsteer._core import KinematicBicycle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import controller_names
@@ -108,7 +109,7 @@ def run(
     """
     roads = _chosen("scenario", scenarios, SCENARIOS)
     under = _chosen("condition", conditions, CONDITIONS)
-    kinds = {name: _known(name) for name in names}
+    kinds: dict[str, Any] = {name: _known(name) for name in names}  # with its own parameters
     given = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
     parts = {"controllers": kinds, "plants": movers, "scenarios": roads, "conditions": under}
@@ -118,7 +119,7 @@ def run(
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
     }
-    makers = {name: _maker(kind.controller, given[name]) for name, kind in kinds.items()}
+    makers = {k: partial(kind.controller, params=given[k]) for k, kind in kinds.items()}
     # A plant that does not reverse has no cells where the path is driven backwards.
     places = [
         (road, condition, plant)
@@ -161,10 +162,6 @@ def _known(name: str) -> controllers.Law | baselines.Baseline:
     if not baselines.is_known(name):
         check_known("controller", name, controller_names())
     return baselines.get(name)
-
-
-def _maker(make: Any, params: Any) -> Callable[[Path, Vehicle], Any]:  # noqa: ANN401 - any law's
-    return lambda path, vehicle: make(path, vehicle, params)
 
 
 def _cell(scenario: str, condition: str, plant: str, name: str, found: Driven) -> Cell:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import asdict, fields
 from functools import partial
@@ -16,6 +15,7 @@ from popsteer.lab.common.layout import (
     blank_table,
     csv_text,
     figure_names,
+    finite,
     json_text,
 )
 from popsteer.lab.common.machine import describe
@@ -23,7 +23,7 @@ from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import Cell, Suite, grouped, mean_error, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from rich.table import Table
 
@@ -120,17 +120,12 @@ def suite_files(found: Suite) -> dict[str, bytes]:
         "version": __version__,
         "suite": found.name,
         "machine": describe(),
-        "step_times": _finite(found.step_times),
-        "cells": [_finite(asdict(each)) for each in found.cells],
+        "step_times": finite(dict(found.step_times)),
+        "cells": [finite(asdict(each)) for each in found.cells],
     }
     content["suite.json"] = json_text(document).encode()
     content["suite.md"] = ("\n".join(suite_lines(found)) + "\n").encode()
     return content
-
-
-def _finite(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Give null for what nothing was measured of, which JSON has no number for."""
-    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in values.items()}
 
 
 def suite_lines(found: Suite) -> list[str]:

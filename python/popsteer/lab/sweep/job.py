@@ -199,6 +199,10 @@ def from_text(text: str) -> Job:
     return Job(**(document | made))
 
 
+# A worker keeps the jobs that it got last: the draws of all runs take time to make.
+_last_jobs = lru_cache(maxsize=2)(from_text)
+
+
 def drive(
     job: Job,
     runs: Sequence[int],
@@ -240,7 +244,7 @@ def drive(
 
 def drive_text(text: str, runs: Sequence[int]) -> list[dict[str, Any]]:
     """Drive some runs as `drive`, on one thread of a process that has `Job.text` alone."""
-    return drive(_job(text), runs, threads=1)
+    return drive(_last_jobs(text), runs, threads=1)
 
 
 def repeat(
@@ -277,12 +281,6 @@ def repeat(
         keep_going=True,
         progress=progress,
     )
-
-
-@lru_cache(maxsize=2)
-def _job(text: str) -> Job:
-    """Keep the jobs that a worker got last: the draws of all runs take time to make."""
-    return from_text(text)
 
 
 def _row(job: Job, run: int, figures: dict[str, Any]) -> dict[str, Any]:

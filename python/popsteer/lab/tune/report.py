@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
@@ -78,9 +79,9 @@ def tables(judged: list[Judged]) -> list[Table]:
             table.add_row(
                 name,
                 "yes" if part.seen else "cars no" if name in judged[0].problem.paths else "no",
-                *(_number(_mean(each)) for each in (old, new)),
+                *(_number(fmean(each)) for each in (old, new)),
                 *(_number(max(each)) for each in (old, new)),
-                *(_number(_mean(each)) for each in efforts),
+                *(_number(fmean(each)) for each in efforts),
             )
     return [table]
 
@@ -91,10 +92,10 @@ def losses(judged: list[Judged]) -> list[str]:
     for part in judged:
         for name in part.problem.paths:
             where = f"{name}{'' if part.seen else ' (not seen)'}"
-            before, after = _mean(part.usual.errors[name]), _mean(part.tuned.errors[name])
+            before, after = fmean(part.usual.errors[name]), fmean(part.tuned.errors[name])
             if after > 1.02 * before and after - before > 1e-3:
                 error.append(f"{where} {before:.4f} → {after:.4f} m")
-            before, after = _mean(part.usual.efforts[name]), _mean(part.tuned.efforts[name])
+            before, after = fmean(part.usual.efforts[name]), fmean(part.tuned.efforts[name])
             if after > 1.1 * before:
                 effort.append(f"{where} {before:.3f} → {after:.3f} rad/s")
     said = []
@@ -134,10 +135,3 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
 def _number(value: float) -> str:
     """At most six characters up to 9999."""
     return f"{value:.4f}" if value < 10.0 else f"{value:.1f}"
-
-
-def _mean(values: tuple[float, ...]) -> float:
-    total = 0.0
-    for value in values:
-        total += value
-    return total / len(values)
