@@ -35,6 +35,13 @@ NUMBERS = st.one_of(
 )
 
 
+@pytest.fixture
+def library(monkeypatch: pytest.MonkeyPatch) -> str:
+    """A library in place of plotly's, which has megabytes."""
+    monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "the library")
+    return "the library"
+
+
 @pytest.fixture(scope="module")
 def comparison() -> compare.Comparison:
     track = tracks.get("slalom")
@@ -71,14 +78,15 @@ def test_packed_numbers_of_a_car_are_rounded_to_what_the_page_says(
     assert np.array_equal(found["status"], records["status"])
 
 
+@pytest.mark.usefixtures("library")
 def test_page_of_too_many_samples_leaves_some_out_and_says_so(
     comparison: compare.Comparison, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scene_of(comparison)
     page = Page("t", "l", "", "", [scene])
-    whole = page.content(lambda: "")
+    whole = page.content()
     monkeypatch.setattr(page_module, "LARGEST", len(whole) - 1)
-    part = page.content(lambda: "")
+    part = page.content()
     assert len(part) < len(whole)
     found = Html(part.decode())
     said = f"Of {scene.samples} samples one in 2 is drawn"
@@ -107,27 +115,29 @@ def test_samples_that_tell_most_are_never_left_out(comparison: compare.Compariso
         assert wanted <= set(found.tolist()), actor["name"]
 
 
+@pytest.mark.usefixtures("library")
 def test_page_that_cannot_be_small_enough_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page_module, "LARGEST", 1000)
     with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 1000"):
-        Page("t", "l", "", "", []).content(lambda: "")
+        Page("t", "l", "", "", []).content()
 
 
+@pytest.mark.usefixtures("library")
 def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
     comparison: compare.Comparison, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scene_of(comparison)
     monkeypatch.setattr(page_module, "_MOST_POINTS", scene.points // 3)
-    text = Page("t", "l", "", "", [scene]).content(lambda: "").decode()
+    text = Page("t", "l", "", "", [scene]).content().decode()
     assert "one in 4 is drawn" in text
 
 
-def test_markup_of_a_name_ends_nothing() -> None:
+def test_markup_of_a_name_ends_nothing(library: str) -> None:
     evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028 {{plotly}}'
     assert json.loads(json_for_script({"name": evil})) == {"name": evil}
     assert not set("<>&\u2028") & set(json_for_script({"name": evil}))
-    text = Page(evil, evil, evil, "", []).content(lambda: "the library").decode()
-    assert text.count(deflated(b"the library")) == 1
+    text = Page(evil, evil, evil, "", []).content().decode()
+    assert text.count(deflated(library.encode())) == 1
     found = Html(text)
     assert not [name for name, _ in found.elements if name == "img"]
     assert evil in found.texts["h1"]

@@ -14,7 +14,7 @@ from popsteer.lab.report.markup import block, escape, json_for_script
 from popsteer.lab.report.scene import Pack, Scene, deflated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
 
 LARGEST = 2_500_000
@@ -69,9 +69,11 @@ class Page:
     choice: str = "Run"
     """What the scenes are."""
 
-    def content(self, library: Callable[[], str] | None = None) -> bytes:
+    def content(self) -> bytes:
         """Put the page together, HTML in UTF-8; samples are thinned to fit `LARGEST` bytes."""
-        plotly = deflated((_plotly if library is None else library)().encode())
+        from plotly.offline import get_plotlyjs
+
+        plotly = deflated(str(get_plotlyjs()).encode())
         points = max((scene.points for scene in self.scenes), default=0)
         for stride in _STRIDES:
             if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
@@ -81,12 +83,6 @@ class Page:
             if len(made) <= LARGEST:
                 return made
         raise PopsteerError(f"a report of {len(made)} bytes, where at most {LARGEST} are allowed")
-
-
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return str(get_plotlyjs())
 
 
 def _assembled(page: Page, plotly: str, stride: int) -> str:
