@@ -282,6 +282,23 @@ def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
     assert "jerk" in profile.shares()
 
 
+def test_plan_within_a_jerk_asks_for_what_a_slope_leaves() -> None:
+    pytest.importorskip("scipy")
+    xy = [(float(x), 0.0) for x in range(301)]
+    brakes = {"max_deceleration": 2.0, "brake_deceleration": 2.5}
+    for grade, car in (
+        (0.1, Vehicle(max_speed=15.0)),
+        (-0.15, Vehicle(max_speed=15.0, **brakes)),
+        (-0.4, Vehicle(max_speed=15.0)),
+        (0.4, Vehicle(max_speed=3.0)),  # no drive left: a tenth of it is planned with
+    ):
+        path = Path(xy, grade=[grade] * 301)
+        most = speed_profile(path, vehicle=car).acceleration
+        found = speed_profile(path, SpeedLimits(max_jerk=0.5), car).acceleration
+        assert found.max() <= most.max() + 1e-6, grade
+        assert found.min() >= most.min() - 1e-6, grade
+
+
 def test_limits_of_neither_plan_nor_vehicle_are_the_documented_ones() -> None:
     bare = Vehicle(max_lateral_acceleration=None)
     straight = speeds_along([0.0] * 2001, 1.0, None, bare, start_speed=0.0, end_speed=0.0)

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from popsteer._core import _speed_defaults
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.planning.limits import table_of
-from popsteer.planning.profile import LIMITS
+from popsteer.planning.profile import LIMITS, spacing_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from popsteer._core import Path, Vehicle
 
     Floats = NDArray[np.float64]
 
@@ -28,13 +31,12 @@ _KEPT = 1.0 - 1e-5
 
 
 def within_jerk(
+    path: Path,
     speed: Floats,
     limit: NDArray[np.uint8],
     curvature: Floats,
-    spacing: Floats,
     limits: Any,  # noqa: ANN401 - a SpeedLimits with all of them filled in
-    *,
-    closed: bool,
+    vehicle: Vehicle,
 ) -> tuple[Floats, NDArray[np.uint8]]:
     """Lower the speeds of a plan until their acceleration changes slowly enough.
 
@@ -45,14 +47,14 @@ def within_jerk(
     whatever w it finds. The start of an open path outweighs all other waypoints. Four programs in
     succession tighten the bound.
 
-    `spacing` is the length of each segment [m], `limits` are as resolved. Raises ConfigError where
-    the limit does not allow the start speed, PopsteerError where the extra ``lab`` is missing.
+    `limits` are as resolved. Raises ConfigError where the limit does not allow the start speed,
+    PopsteerError where the extra ``lab`` is missing.
     """
     require("a limit of the jerk", "lab", "scipy")
     from scipy import sparse
     from scipy.optimize import linprog
 
-    squared = speed * speed
+    squared, spacing, closed = speed * speed, spacing_of(path), path.closed
     count, segments = speed.size, spacing.size
     after = (np.arange(segments) + 1) % count
     rows = np.arange(segments)
@@ -64,8 +66,15 @@ def within_jerk(
     )
     inner = np.arange(count) if closed else np.arange(1, count - 1)
     jump = along[inner % segments] - along[inner - 1]
-    driving = _ends(limits.max_acceleration, squared, curvature, limits, after)
-    braking = _ends(limits.max_deceleration, squared, curvature, limits, after)
+    grade = np.zeros(count) if path.grade is None else path.grade
+    uphill = _speed_defaults["gravity"] * grade / np.hypot(1.0, grade)
+    # What gravity takes of driving, and of the brakes downhill: at the steeper end of a segment.
+    lost, pushed = (np.maximum(np.maximum(up[rows], up[after]), 0.0) for up in (uphill, -uphill))
+    assumed = _speed_defaults["brake_deceleration"], vehicle.max_deceleration or 0.0
+    strongest = vehicle.brake_deceleration or max(*assumed, *table_of(limits.max_deceleration)[1])
+    at = squared, curvature, limits, after
+    driving = _ends(limits.max_acceleration, lost, math.inf, *at)
+    braking = _ends(limits.max_deceleration, 0.0, strongest - pushed, *at)
     # From rest the acceleration a builds up over half a segment, in the time √(spacing / a).
     first = (limits.max_jerk**2 * spacing) ** (1.0 / 3.0)
     driving = np.where(squared[:segments] > 0.0, driving, np.minimum(driving, first))
@@ -101,24 +110,27 @@ def within_jerk(
 
 def _ends(
     limit: Any,  # noqa: ANN401 - a number or a table
+    lost: Floats | float,
+    left: Floats | float,
     squared: Floats,
     curvature: Floats,
     limits: Any,  # noqa: ANN401 - as above
     after: NDArray[np.intp],
 ) -> Floats:
-    """Bound the acceleration of each segment by both of its ends, at any lower speed."""
+    """Bound the acceleration of each segment by both of its ends, at any lower speed.
+
+    Gravity takes `lost` of the limit and leaves `left` at the most.
+    """
     used = np.clip(squared * np.abs(curvature) / limits.max_lateral_acceleration, 0.0, 1.0)
-    if math.isinf(limits.exponent):
-        share = np.ones_like(used)
-    else:
-        share = (1.0 - used**limits.exponent) ** (1.0 / limits.exponent)
+    share = (1.0 - used**limits.exponent) ** (1.0 / limits.exponent)
     knots, values = table_of(limit)
     # A table may have less to give at a lower speed.
     least = np.minimum.accumulate(values)
-    most = np.minimum(np.interp(np.sqrt(squared), knots, values), least[0])
     place = np.searchsorted(knots, np.sqrt(squared), side="right") - 1
-    most = np.minimum(most, least[np.maximum(place, 0)])
-    held = share * (most if limits.longitudinal_grip is None else limits.longitudinal_grip)
-    both = np.minimum(most, held)
-    bounded: Floats = np.minimum(both[: after.size], both[after])
+    level = np.minimum(np.interp(np.sqrt(squared), knots, values), least[np.maximum(place, 0)])
+    ends = np.stack((np.arange(after.size), after))
+    most = np.minimum(level[ends] - lost, left)
+    most = np.maximum(most, _speed_defaults["least_on_slopes"] * level[ends])
+    held = share[ends] * (most if limits.longitudinal_grip is None else limits.longitudinal_grip)
+    bounded: Floats = np.minimum(most, held).min(axis=0)
     return bounded

@@ -118,7 +118,7 @@ def speed_profile(
     if limits.max_jerk is not None:
         from popsteer.planning.jerk import within_jerk
 
-        speed, by = within_jerk(speed, by, bends, spacing, limits, closed=path.closed)
+        speed, by = within_jerk(path, speed, by, bends, limits, vehicle)
     return SpeedProfile.of(path, speed, bends, by, limits, vehicle)
 
 

@@ -25,8 +25,10 @@ pub const SMOOTHING: f64 = 2.0 / 3.0;
 /// The same for jumps of the curvature, where a vehicle parks.
 pub const SHARP: f64 = 1.0 / 6.0;
 
+/// Share of a limit of the acceleration that any slope leaves: a path that is too steep is driven slowly.
+pub const LEAST_ON_SLOPES: f64 = 0.1;
 /// Standard gravity [m/s²].
-const GRAVITY: f64 = 9.806_65;
+pub const GRAVITY: f64 = 9.806_65;
 
 /// The acceleration along a path by gravity [m/s²], negative uphill: `-g sin(atan(grade))`.
 #[inline]

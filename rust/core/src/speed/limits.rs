@@ -4,6 +4,7 @@ use core::slice;
 
 use crate::error::{ConfigError, config_in_range};
 use crate::math::{larger, powf, smaller, sqrt};
+use crate::speed::defaults::LEAST_ON_SLOPES;
 use crate::vehicle::Vehicle;
 
 /// The most steps towards a root; a double has no more digits after a dozen.
@@ -83,13 +84,13 @@ pub(super) struct Over<'a> {
 }
 
 impl Over<'_> {
-    /// Share of the limit that any slope leaves: a path that is too steep is driven slowly.
-    const LEAST: f64 = 0.1;
-
     #[inline]
     fn at(&self, squared: f64) -> f64 {
         let level = self.table.at(squared);
-        larger(smaller(level - self.lost, self.most), Self::LEAST * level)
+        larger(
+            smaller(level - self.lost, self.most),
+            LEAST_ON_SLOPES * level,
+        )
     }
 }
 
