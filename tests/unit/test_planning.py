@@ -285,10 +285,10 @@ def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
 def test_plan_within_a_jerk_asks_for_what_a_slope_leaves() -> None:
     pytest.importorskip("scipy")
     xy = [(float(x), 0.0) for x in range(301)]
-    brakes = {"max_deceleration": 2.0, "brake_deceleration": 2.5}
+    weak = Vehicle(max_speed=15.0, max_deceleration=2.0, brake_deceleration=2.5)
     for grade, car in (
         (0.1, Vehicle(max_speed=15.0)),
-        (-0.15, Vehicle(max_speed=15.0, **brakes)),
+        (-0.15, weak),
         (-0.4, Vehicle(max_speed=15.0)),
         (0.4, Vehicle(max_speed=3.0)),  # no drive left: a tenth of it is planned with
     ):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer._core import _speed_defaults
+from popsteer._core import Path, Vehicle, _speed_defaults
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.planning.limits import table_of
@@ -15,8 +15,6 @@ from popsteer.planning.profile import LIMITS, spacing_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from popsteer._core import Path, Vehicle
 
     Floats = NDArray[np.float64]
 
@@ -66,15 +64,7 @@ def within_jerk(
     )
     inner = np.arange(count) if closed else np.arange(1, count - 1)
     jump = along[inner % segments] - along[inner - 1]
-    grade = np.zeros(count) if path.grade is None else path.grade
-    uphill = _speed_defaults["gravity"] * grade / np.hypot(1.0, grade)
-    # What gravity takes of driving, and of the brakes downhill: at the steeper end of a segment.
-    lost, pushed = (np.maximum(np.maximum(up[rows], up[after]), 0.0) for up in (uphill, -uphill))
-    assumed = _speed_defaults["brake_deceleration"], vehicle.max_deceleration or 0.0
-    strongest = vehicle.brake_deceleration or max(*assumed, *table_of(limits.max_deceleration)[1])
-    at = squared, curvature, limits, after
-    driving = _ends(limits.max_acceleration, lost, math.inf, *at)
-    braking = _ends(limits.max_deceleration, 0.0, strongest - pushed, *at)
+    driving, braking = _bounds(path, squared, curvature, limits, vehicle)
     # From rest the acceleration a builds up over half a segment, in the time √(spacing / a).
     first = (limits.max_jerk**2 * spacing) ** (1.0 / 3.0)
     driving = np.where(squared[:segments] > 0.0, driving, np.minimum(driving, first))
@@ -108,29 +98,36 @@ def within_jerk(
     return np.sqrt(result), np.where(lowered, np.uint8(LIMITS.index("jerk")), limit)
 
 
-def _ends(
-    limit: Any,  # noqa: ANN401 - a number or a table
-    lost: Floats | float,
-    left: Floats | float,
+def _bounds(
+    path: Path,
     squared: Floats,
     curvature: Floats,
     limits: Any,  # noqa: ANN401 - as above
-    after: NDArray[np.intp],
-) -> Floats:
-    """Bound the acceleration of each segment by both of its ends, at any lower speed.
-
-    Gravity takes `lost` of the limit and leaves `left` at the most.
-    """
+    vehicle: Vehicle,
+) -> list[Floats]:
+    """Bound driving and braking of each segment by both of its ends, at any lower speed."""
     used = np.clip(squared * np.abs(curvature) / limits.max_lateral_acceleration, 0.0, 1.0)
     share = (1.0 - used**limits.exponent) ** (1.0 / limits.exponent)
-    knots, values = table_of(limit)
-    # A table may have less to give at a lower speed.
-    least = np.minimum.accumulate(values)
-    place = np.searchsorted(knots, np.sqrt(squared), side="right") - 1
-    level = np.minimum(np.interp(np.sqrt(squared), knots, values), least[np.maximum(place, 0)])
-    ends = np.stack((np.arange(after.size), after))
-    most = np.minimum(level[ends] - lost, left)
-    most = np.maximum(most, _speed_defaults["least_on_slopes"] * level[ends])
-    held = share[ends] * (most if limits.longitudinal_grip is None else limits.longitudinal_grip)
-    bounded: Floats = np.minimum(most, held).min(axis=0)
-    return bounded
+    start = np.arange(squared.size if path.closed else squared.size - 1)
+    ends = np.stack((start, (start + 1) % squared.size))
+    grade = np.zeros(squared.size) if path.grade is None else path.grade
+    uphill = (_speed_defaults["gravity"] * grade / np.hypot(1.0, grade))[ends]
+    brakes = max(_speed_defaults["brake_deceleration"], vehicle.max_deceleration or 0.0)
+    brakes = vehicle.brake_deceleration or max(brakes, *table_of(limits.max_deceleration)[1])
+    # Gravity takes a part of driving uphill, and of the brakes downhill, at the steeper end.
+    lost, left = np.maximum(uphill.max(axis=0), 0.0), brakes + np.minimum(uphill.min(axis=0), 0.0)
+    found = []
+    for limit, less, most in (
+        (limits.max_acceleration, lost, math.inf),
+        (limits.max_deceleration, 0.0, left),
+    ):
+        knots, values = table_of(limit)
+        # A table may have less to give at a lower speed.
+        least = np.minimum.accumulate(values)
+        place = np.searchsorted(knots, np.sqrt(squared), side="right") - 1
+        level = np.minimum(np.interp(np.sqrt(squared), knots, values), least[np.maximum(place, 0)])
+        given = np.minimum(level[ends] - less, most)
+        given = np.maximum(given, _speed_defaults["least_on_slopes"] * level[ends])
+        grip = given if limits.longitudinal_grip is None else limits.longitudinal_grip
+        found.append(np.minimum(given, share[ends] * grip).min(axis=0))
+    return found

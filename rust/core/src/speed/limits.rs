@@ -87,10 +87,8 @@ impl Over<'_> {
     #[inline]
     fn at(&self, squared: f64) -> f64 {
         let level = self.table.at(squared);
-        larger(
-            smaller(level - self.lost, self.most),
-            LEAST_ON_SLOPES * level,
-        )
+        let least = LEAST_ON_SLOPES * level;
+        larger(smaller(level - self.lost, self.most), least)
     }
 }
 

@@ -134,10 +134,6 @@ impl Course<'_> {
         self.curvature.get(index).copied().unwrap_or(0.0)
     }
 
-    fn spacing_at(&self, index: usize) -> f64 {
-        self.spacing.get(index).copied().unwrap_or(1.0)
-    }
-
     /// How much gravity hinders along the segment that starts at waypoint `index` [m/s²]: driving
     /// uphill with `sign` 1, braking downhill with -1. The stronger of its ends; 0 if it helps.
     fn hinders(&self, index: usize, sign: f64) -> f64 {
@@ -150,8 +146,7 @@ impl Course<'_> {
 
     fn is_cusp(&self, index: usize) -> bool {
         self.cusps
-            .and_then(|cusps| cusps.get(index).copied())
-            .unwrap_or(false)
+            .is_some_and(|cusps| cusps.get(index) == Some(&true))
     }
 
     /// The curvature `sharp` at most `reach` [m] `ahead` of waypoint `index`, or behind it, in its
@@ -263,7 +258,8 @@ fn lower(
     if end.squared <= start.squared {
         return false;
     }
-    let reached = limits.reach(over, start, end, course.spacing_at(segment));
+    let length = course.spacing.get(segment).copied().unwrap_or(1.0);
+    let reached = limits.reach(over, start, end, length);
     if reached >= end.squared {
         return false;
     }

@@ -107,11 +107,8 @@ impl Planned<'_, '_> {
                 (index, lap) = (0, path.length());
             }
             let place = path.arc(index) + lap;
-            if place >= end {
-                break;
-            }
-            if self.is_stop(index) {
-                return place;
+            if place >= end || self.is_stop(index) {
+                return smaller(place, end);
             }
         }
         end
@@ -131,7 +128,7 @@ pub(super) fn bounds_of(
 ) -> Option<alloc::vec::Vec<f64>> {
     let mut bounds: alloc::vec::Vec<f64> = path.speed()?.iter().map(|v| v.abs()).collect();
     let count = bounds.len();
-    let is_rest = |index: usize| index == 0 || cusps.get(index).copied().unwrap_or(false);
+    let is_rest = |index: usize| index == 0 || cusps.get(index) == Some(&true);
     let mut start = 0;
     while start < count {
         let zeros = bounds.iter().skip(start).take_while(|&&v| v <= 0.0).count();

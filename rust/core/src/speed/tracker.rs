@@ -36,8 +36,8 @@
 //! `wanted` is kept within the vehicle's accelerations, extended by `reserve`. Only where the vehicle
 //! would overrun its stop it brakes harder, up to what its brakes can do, and `cannot_stop` says when
 //! even that is not enough. The command changes by at most `max_jerk * dt`: braking that grows to `b`
-//! acts as if it came whole after half of that time. `R` adds what this takes beyond the default of
-//! `max_jerk`, with which the constants below were found.
+//! acts as if it came whole after half of that time. `R` has what that exceeds the default jerk's by:
+//! the constants below were found with that.
 //!
 //! A vehicle that has arrived stands, until the stop is farther off than noise can explain.
 //!
@@ -250,7 +250,6 @@ impl SpeedTracker {
         use alloc::vec;
         use alloc::vec::Vec;
 
-        let segments = path.segments();
         let cusps = path.cusps();
         let bounds = bounds_of(path, &cusps, CREEP * self.vehicle.wheelbase);
         let car = self.vehicle;
@@ -261,6 +260,7 @@ impl SpeedTracker {
         let sharp = car
             .steers_at_rest
             .then(|| path_curvature(path, defaults::SHARP * car.wheelbase));
+        let segments = path.segments();
         let spacing: Vec<f64> = (0..segments).map(|k| path.segment_length(k)).collect();
         let course = Course {
             curvature: &curvature,
@@ -350,9 +350,8 @@ impl SpeedTracker {
             } else {
                 EARLY_STOP_SHARE
             };
-            let near = braking.needed >= share * self.braking;
             let tracking = now.planned + self.params.kp * (now.target - now.speed);
-            let wanted = if near && braking.needed > 0.0 {
+            let wanted = if braking.needed >= share * self.braking {
                 smaller(-braking.needed, tracking)
             } else {
                 tracking
