@@ -335,6 +335,11 @@ fn test_turn_of_a_period_counts_up_to_three_tenths_of_a_second() {
 /// Straight on at 8 m/s, `aside(k)` to the left of the path at step `k`, while the speed signal says
 /// `said`: status and cross-track error of each step.
 fn straight_on(said: f64, aside: impl Fn(u32) -> f64) -> Vec<(Status, f64)> {
+    straight_on_by(DT, said, |k| (aside(k), 0.0))
+}
+
+/// The same in periods of `dt`; `late(k)` is how far aside a pose is, and its age.
+fn straight_on_by(dt: f64, said: f64, late: impl Fn(u32) -> (f64, f64)) -> Vec<(Status, f64)> {
     let car = Vehicle {
         dead_time: 0.1,
         ..Vehicle::PAPER
@@ -343,13 +348,18 @@ fn straight_on(said: f64, aside: impl Fn(u32) -> f64) -> Vec<(Status, f64)> {
     let path = straight(0.0);
     let mut state = tracker.initial_state();
     let step = |k: u32| {
+        let (y, pose_age) = late(k);
         let vehicle = VehicleState {
-            x: 0.4 * f64::from(k),
-            y: aside(k),
+            x: 8.0 * (dt * f64::from(k) - pose_age),
+            y,
             yaw: 0.0,
             speed: said,
         };
-        let command = tracker.step(&path.view(), &mut state, vehicle, DT, Reported::NOTHING);
+        let reported = Reported {
+            pose_age,
+            ..Reported::NOTHING
+        };
+        let command = tracker.step(&path.view(), &mut state, vehicle, dt, reported);
         let command = command.unwrap();
         (command.status, command.cross_track_error)
     };
@@ -412,6 +422,31 @@ fn test_jump_of_the_position_that_lasts_is_believed_after_its_time() {
             assert!(!(is_outlier && is_fault), "{jump}: {k}");
             let there = if since > patience + 1e-9 { jump } else { 0.0 };
             assert!((error - there).abs() < 0.01, "{jump}: {k}: {error}");
+        }
+    }
+}
+
+#[test]
+fn test_one_outlier_alone_is_believed_in_no_period() {
+    for dt in [0.05, 0.4, 0.7, 1.0] {
+        let found = straight_on_by(dt, 8.0, |k| (if k == 20 { 6.0 } else { 0.0 }, 0.0));
+        for (k, (status, error)) in (0_u32..).zip(found) {
+            assert_eq!(status.contains(Status::OUTLIER), k == 20, "{dt}: {k}");
+            assert!(error.abs() < 0.01, "{dt}: {k}: {error}");
+        }
+        let found = straight_on_by(dt, 8.0, |k| (if k < 20 { 0.0 } else { 6.0 }, 0.0));
+        let believed = found.iter().position(|(_, error)| *error > 5.99);
+        assert!((21..40).contains(&believed.unwrap()), "{dt}");
+    }
+}
+
+/// The next pose in order lies a period after the last one in order.
+#[test]
+fn test_poses_after_one_out_of_order_are_believed() {
+    for (dt, late) in [(0.05, 0.3), (0.05, 1.0), (0.1, 0.4)] {
+        let found = straight_on_by(dt, 8.0, |k| (0.0, if k == 20 { late } else { 0.0 }));
+        for (k, (status, _)) in found.iter().enumerate() {
+            assert_eq!(*status, Status::OK, "{dt} {late}: {k}");
         }
     }
 }

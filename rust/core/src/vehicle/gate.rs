@@ -48,7 +48,7 @@ pub struct Gate {
     pub differing: f64,
     /// Variances of the noise: of the position aside [m^2] and of the yaw [rad^2].
     pub noise: (f64, f64),
-    /// Age of the last pose [s].
+    /// Age of the newest pose at the last step [s].
     pub age: f64,
 }
 
@@ -116,8 +116,10 @@ impl Gate {
         dt: f64,
         age: f64,
     ) -> (Status, bool) {
-        let elapsed = dt + self.age - age;
-        self.age = age;
+        let last_age = dt + self.age;
+        let elapsed = last_age - age;
+        // A pose that comes out of order is not the last one.
+        self.age = smaller(age, last_age);
         if !(MIN_DT..=Self::GAP).contains(&elapsed) {
             return (self.pass_time(car, vehicle, elapsed), false);
         }
@@ -187,7 +189,8 @@ impl Gate {
         self.jump = (off, turned);
         let wheelbases = sqrt(off.dot(&off)) / car.wheelbase;
         let patience = Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases;
-        let jumped = self.agreed > smaller(patience, Self::AGREE_MOST);
+        // One alone agrees with none, however long its period.
+        let jumped = agrees && self.agreed > smaller(patience, Self::AGREE_MOST);
         let mut status = Status::OUTLIER;
         if jumped {
             self.restart(car, vehicle);
