@@ -5,7 +5,7 @@ use popsteer_core::laws::{PreviewPop, PreviewPopParams, Stanley, StanleyParams};
 use popsteer_core::tracker::{Predicted, Reported};
 use popsteer_core::vehicle::bicycle::{Rollout, advance};
 use popsteer_core::vehicle::{Estimate, Past};
-use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
 /// Control period [s].
 const DT: f64 = 0.05;
@@ -197,6 +197,52 @@ fn test_late_pose_is_rolled_to_the_present_and_on_to_where_the_vehicle_will_be()
             assert!(off < 5e-3, "{instant:?}, not {then:?}");
             assert!((there.yaw - then.yaw).abs() < 3e-3, "{instant:?} {then:?}");
             assert!((instant.steer - command.steer).abs() < 3e-3, "{instant:?}");
+        }
+    }
+}
+
+/// A small vehicle turns by a right angle in one period, in which its wheels go from side to side.
+#[test]
+fn test_poses_of_a_quick_vehicle_are_believed_in_long_periods() {
+    let car = Vehicle {
+        wheelbase: 0.1,
+        steer_lag: 0.02,
+        dead_time: 0.05,
+        max_steer: 0.6,
+        ..Vehicle::PAPER
+    };
+    let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+    let tracker = Tracker::of(law);
+    for periods in [1_usize, 2, 4, 6, 10] {
+        for age in [0.0, 0.1] {
+            let mut state = tracker.initial_state();
+            let start = VehicleState {
+                speed: 1.0,
+                ..VehicleState::ORIGIN
+            };
+            let mut truth = Truth::new(car, start);
+            let mut applied = 0.0;
+            for k in 0..200 / periods {
+                let reported = Reported {
+                    applied_steer: Some(applied),
+                    pose_age: age,
+                    ..Reported::NOTHING
+                };
+                let (pose, view) = (truth.ago(age), straight());
+                let dt = DT * f64::from(u32::try_from(periods).unwrap());
+                let command = tracker.step(&view.view(), &mut state, pose, dt, reported);
+                let status = command.unwrap().status;
+                assert!(
+                    !status.contains(Status::OUTLIER),
+                    "{periods} {age}: {k}: {status}"
+                );
+                applied = if k * periods / 40 % 2 > 0 {
+                    0.38
+                } else {
+                    -0.38
+                };
+                (0..periods).for_each(|_| truth.drive(applied));
+            }
         }
     }
 }

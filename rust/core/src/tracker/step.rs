@@ -4,7 +4,7 @@
 //! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
 //! driver without a jump of the angle, and answers every input.
 
-use crate::bounds::{MAX_DT, MIN_DT};
+use crate::bounds::MAX_DT;
 use crate::error::{ConfigError, InputError, input_in_range};
 use crate::geometry::{Point, get_distance};
 use crate::laws::law::check_steer;
@@ -18,6 +18,7 @@ use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::Command;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams, MonitorState};
+use crate::tracker::perceive::Reached;
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
     Answer, Deviation, HANDOVER_TIME, Handover, Model, Place, TrackerState, Tracking, widest_offset,
@@ -298,9 +299,10 @@ impl<L: LateralLaw> Tracker<L> {
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        let bend = self.bend(state.steer, model, vehicle.speed);
-        let (vehicle, pose) = self.believe(state, model, vehicle, bend, dt, reported.pose_age);
-        let perception = self.perceive(state.steer, model, vehicle, bend, dt, reported);
+        let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
+        let known = model.estimator.estimate;
+        let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
+        let perception = self.perceive((state.steer, dt), model, vehicle, &reached, reported);
         let mut belief = perception.belief;
 
         let follow = self.law.follow();
@@ -322,14 +324,15 @@ impl<L: LateralLaw> Tracker<L> {
         let located = measured.as_ref().unwrap_or(&at);
         if let Some(adapt) = &self.adapt {
             // A pose that was given before carries no new information.
-            if perception.observed >= MIN_DT {
-                let since = (perception.observed, perception.bend);
+            if reached.wheels.is_some() {
+                let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
+                let since = (reached.time, bend);
                 self.observe_slip(&mut model.estimator, adapt, located, vehicle, since);
             }
             belief.estimate = model.estimator.estimate;
         }
 
-        let fault = self.find_faults(state, model, located, here, dt);
+        let fault = self.find_faults(state, model, located, here, lately);
         if fault.contains(Status::IMPLAUSIBLE) {
             // Wheels that do not obey are no late wheels: nothing is learnt from them.
             model.estimator.last_measured = None;
@@ -452,14 +455,14 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
-    /// where nothing of the vehicle is modelled. The wheels gave it the curvature `bend` [1/m].
+    /// where nothing of the vehicle is modelled. Since the last one the wheels did what they `reached`.
     #[inline]
     fn believe(
         &self,
         state: &mut Tracking<L::State>,
         model: &mut Model,
         vehicle: VehicleState,
-        bend: f64,
+        reached: &Reached,
         dt: f64,
         age: f64,
     ) -> (VehicleState, Status) {
@@ -471,6 +474,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.gate = Some(Gate::new(vehicle, car, age));
             return (vehicle, Status::OK);
         };
+        let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
         let (status, jumped) = gate.pass(car, vehicle, bend, dt, age);
         if status == Status::OK {
             return (vehicle, status);
@@ -494,19 +498,17 @@ impl<L: LateralLaw> Tracker<L> {
         model: &Model,
         here: &Located,
         vehicle: VehicleState,
-        dt: f64,
+        lately: Reached,
     ) -> Status {
         let Some(monitor) = &self.monitor else {
             return Status::OK;
         };
-        // A tracker that models nothing ignores what a state of another vehicle holds.
-        let in_flight = model.in_flight.as_ref().filter(|_| self.models);
         let now = Measured {
             here,
             vehicle,
-            wheel: in_flight.map(InFlight::wheel),
+            reached: lately.wheels,
             estimator: self.adapt.as_ref().map(|_| &model.estimator),
-            dt,
+            dt: lately.time,
         };
         let answer = state.answer.as_ref();
         let last_error = answer.map(|answer| answer.measured.cross_track_error);

@@ -102,7 +102,7 @@ impl Gate {
     }
 
     /// What is believed of a pose `dt` [s] after the last one, which is `age` [s] old. The wheels
-    /// give the vehicle the `curvature` [1/m] meanwhile.
+    /// give the vehicle the mean `curvature` [1/m] meanwhile.
     ///
     /// The pose itself is believed where the status is [`Status::OK`], else
     /// [`believed`](Self::believed). The flag says that the localisation has jumped: the motion

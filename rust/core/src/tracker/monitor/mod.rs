@@ -15,6 +15,7 @@ use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
+use crate::vehicle::wheels::WheelIntegrals;
 use crate::vehicle::{Estimator, Vehicle, VehicleState};
 
 params! {
@@ -42,8 +43,8 @@ pub(super) struct Measured<'a> {
     pub(super) here: &'a Located,
     /// The vehicle by the pose of its own point.
     pub(super) vehicle: VehicleState,
-    /// Angle of the modelled wheels [rad]; None if they are not modelled.
-    pub(super) wheel: Option<f64>,
+    /// What the modelled wheels did in the period; None if they are not modelled.
+    pub(super) reached: Option<WheelIntegrals>,
     /// Which gains the turns have shown; None if none are estimated.
     pub(super) estimator: Option<&'a Estimator>,
     /// Control period [s].
@@ -129,14 +130,15 @@ impl Monitor {
         now: &Measured<'_>,
     ) -> bool {
         let (speed, dt) = (now.vehicle.speed, now.dt);
-        let (wheel, mean) = if let Some(wheel) = now.wheel {
-            (wheel, 0.5 * (monitored.wheel + wheel))
+        let tangent = if let Some(reached) = now.reached {
+            reached.turn / dt
         } else {
-            respond(car, monitored.wheel, last, dt)
+            let (wheel, mean) = respond(car, monitored.wheel, last, dt);
+            monitored.wheel = wheel;
+            rough_tangent(mean)
         };
-        monitored.wheel = wheel;
         let share = speed / car.turning_length(speed);
-        let rate = share * rough_tangent(mean);
+        let rate = share * tangent;
         let excess = share * (rough_tangent(last) - last);
 
         if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {

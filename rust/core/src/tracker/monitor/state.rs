@@ -11,7 +11,7 @@ use crate::vehicle::estimator::Estimator;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MonitorState {
-    /// Angle of the wheels by the vehicle's parameters [rad].
+    /// Angle of the wheels by the vehicle's parameters [rad], where nothing else models them.
     pub wheel: f64,
     /// The yaw last measured [rad]; None if the motion since shows nothing.
     pub yaw: Option<f64>,
