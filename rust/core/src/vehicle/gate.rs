@@ -59,6 +59,8 @@ impl Gate {
     /// Besides, this share of the distance and of the turn since the last pose: what the speed
     /// signal and the vehicle's parameters may be wrong by.
     const SHARE: f64 = 0.35;
+    /// Besides, the turn by so large a steering offset, which nobody told [rad].
+    const OFFSET: f64 = 0.03;
     /// Besides, so many standard deviations of the noise.
     const DEVIATIONS: f64 = 6.0;
     /// Outliers that agree for so long are believed [s], and so much longer for each wheelbase that
@@ -231,7 +233,9 @@ impl Gate {
             return true;
         }
         let far = far + Self::SHARE * travel.abs() + Self::DEVIATIONS * sqrt(self.noise.0);
-        let askew = askew + Self::SHARE * turn.abs() + Self::DEVIATIONS * sqrt(self.noise.1);
+        let by_offset = Self::OFFSET * (travel / car.wheelbase).abs();
+        let by_noise = Self::DEVIATIONS * sqrt(self.noise.1);
+        let askew = askew + Self::SHARE * turn.abs() + by_offset + by_noise;
         square <= far * far && turned.abs() <= askew
     }
 
