@@ -11,7 +11,8 @@ use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Estimator, VehicleState};
 
 /// Longest period whose motion is used for estimates [s]: what happened within a longer one is not
-/// known well enough. Larger values allow slower loops, and let gaps disturb the estimates.
+/// known well enough. Larger values allow slower loops, and let gaps disturb the estimates. Poses that
+/// tell their age may lie farther apart: what the wheels did between them is remembered.
 pub const ESTIMATION_GAP: f64 = 0.25;
 
 impl<L: LateralLaw> Tracker<L> {

@@ -503,14 +503,15 @@ impl<L: LateralLaw> Tracker<L> {
         let Some(monitor) = &self.monitor else {
             return Status::OK;
         };
+        let answer = state.answer.as_ref();
         let now = Measured {
             here,
             vehicle,
+            last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
             reached: lately.wheels,
             estimator: self.adapt.as_ref().map(|_| &model.estimator),
             dt: lately.time,
         };
-        let answer = state.answer.as_ref();
         let last_error = answer.map(|answer| answer.measured.cross_track_error);
         let (car, remembered) = (self.law.vehicle(), &mut state.monitor);
         monitor.check(car, remembered, state.steer, last_error, &now)

@@ -108,7 +108,7 @@ impl Estimator {
     const FIRST_YAW_NOISE: f64 = 2.5e-5;
     const FIRST_POSITION_NOISE: f64 = 1.4e-5;
     /// Below so many wheelbases a second a vehicle forgets more slowly, at rest not at all.
-    const SLOW: f64 = 0.2;
+    pub(crate) const SLOW: f64 = 0.2;
     /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
     /// Weights of the gain 1 [rad^2 s], of the given steering offset [s] and of the given dead time

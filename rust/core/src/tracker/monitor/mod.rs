@@ -11,7 +11,7 @@ pub mod state;
 
 pub use state::MonitorState;
 
-use crate::math::{rough_tangent, saturate, wrap};
+use crate::math::{larger, rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
@@ -43,6 +43,8 @@ pub(super) struct Measured<'a> {
     pub(super) here: &'a Located,
     /// The vehicle by the pose of its own point.
     pub(super) vehicle: VehicleState,
+    /// Its speed at the last step [m/s].
+    pub(super) last_speed: f64,
     /// What the modelled wheels did in the period; None if they are not modelled.
     pub(super) reached: Option<WheelIntegrals>,
     /// Which gains the turns have shown; None if none are estimated.
@@ -129,7 +131,7 @@ impl Monitor {
         last: f64,
         now: &Measured<'_>,
     ) -> bool {
-        let (speed, dt) = (now.vehicle.speed, now.dt);
+        let (speed, dt) = (0.5 * (now.last_speed + now.vehicle.speed), now.dt);
         let tangent = if let Some(reached) = now.reached {
             reached.turn / dt
         } else {
@@ -149,7 +151,8 @@ impl Monitor {
             let turn = wrap(now.vehicle.yaw - yaw);
             monitored.observe(turn, rate, excess, share, dt);
             let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share, now.estimator);
-            if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
+            let least = larger(MonitorState::LEAST_TIME, MonitorState::LEAST_TURNS * dt);
+            if is_beyond && monitored.time >= least {
                 monitored.alarm = MonitorState::ALARM_TIME;
             }
         } else {

@@ -33,7 +33,8 @@ pub struct MonitorState {
     /// how much more than in proportion large angles turn the vehicle, and a part of the turn
     /// against that of the window [rad].
     pub excess: f64,
-    /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME) [s].
+    /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME), or 40 periods
+    /// [s].
     pub time: f64,
     /// Variance of the noise of the measured yaw [rad^2].
     pub noise: f64,
@@ -73,8 +74,10 @@ impl MonitorState {
     /// How far the wheels may go from a known offset, by play [rad]; half of it once the offset has
     /// been seen for `OFFSET_TIME`.
     const PLAY: f64 = 0.016;
-    /// Time over which the noise is measured [s].
+    /// Time over which the noise is measured [s], and the least number of turns: with fewer, in
+    /// periods over 50 ms, the turns of a fault would pass as noise.
     pub const NOISE_TIME: f64 = 2.0;
+    const NOISE_TURNS: f64 = 40.0;
     /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
     const NOISE_PRIOR: (f64, f64) = (0.005, 0.05);
     /// Tolerance for large angles, as a share of `excess`: at commands that oscillate from lock to
@@ -86,10 +89,11 @@ impl MonitorState {
     const AGAINST: f64 = 0.12;
     /// Noise tolerance, in standard deviations.
     const DEVIATIONS: f64 = 5.0;
-    /// Nothing is concluded before the noise was measured for so long [s].
+    /// Nothing is concluded before the noise was measured for so long [s], and in so many turns.
     pub(super) const LEAST_TIME: f64 = 0.2;
+    pub(super) const LEAST_TURNS: f64 = 4.0;
     /// Nothing is concluded from a longer period [s]: too much happens in it.
-    pub(super) const MAX_PERIOD: f64 = 0.3;
+    pub(super) const MAX_PERIOD: f64 = 1.0;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
     /// Bound that no valid input reaches.
@@ -225,7 +229,8 @@ impl MonitorState {
     /// A yaw with white noise of variance `s` makes turns whose differences have `6 s`.
     #[inline]
     fn observe_noise(&mut self, residual: f64, dt: f64) {
-        self.time = saturate(self.time + dt, 0.0, Self::NOISE_TIME);
+        let most = larger(Self::NOISE_TIME, Self::NOISE_TURNS * dt);
+        self.time = saturate(self.time + dt, 0.0, most);
         if let Some(last) = self.residual {
             let change = residual - last;
             let weight = if dt < self.time { dt / self.time } else { 1.0 };
@@ -234,10 +239,12 @@ impl MonitorState {
         self.residual = Some(residual);
     }
 
-    /// Least squares that forget, for the steering offset.
+    /// Least squares that forget, for the steering offset: more slowly below the speed where the
+    /// estimator does, and not at rest, where nothing is learnt.
     #[inline]
     fn observe_offset(&mut self, residual: f64, share: f64, dt: f64) {
-        let kept = Self::OFFSET_TIME / (Self::OFFSET_TIME + dt);
+        let moving = smaller(share.abs() / Estimator::SLOW, 1.0);
+        let kept = Self::OFFSET_TIME / (Self::OFFSET_TIME + moving * dt);
         self.offset_square = self.offset_square * kept + share * share * dt;
         self.offset_sum = self.offset_sum * kept + share * residual;
     }
@@ -260,7 +267,7 @@ impl MonitorState {
             (self.yaw_rate, -Self::MAX, Self::MAX),
             (self.reach, -Self::MAX, Self::MAX),
             (self.excess, 0.0, Self::MAX),
-            (self.time, 0.0, Self::NOISE_TIME),
+            (self.time, 0.0, Self::NOISE_TURNS * Self::MAX_PERIOD),
             (self.noise, 0.0, Self::MAX),
             (self.offset_square, 0.0, Self::MAX),
             (self.offset_sum, -Self::MAX, Self::MAX),

@@ -245,6 +245,20 @@ fn test_what_is_unexplained_is_beyond_an_unknown_offset_and_a_known_gain() {
     assert!((found.unexplained(SHARE, UNKNOWN, (0.8, 1.2)) - 0.3 + 1.2 * 0.2).abs() < 1e-12);
 }
 
+/// At rest nothing is learnt of the offset, and nothing forgotten.
+#[test]
+fn test_what_is_known_of_the_offset_outlasts_a_rest() {
+    let mut state = MonitorState::settled(0.0);
+    for _ in 0..400 {
+        state.observe(0.01, 0.1, 0.0, 3.0, 0.05);
+    }
+    let before = (state.offset_square, state.offset_sum);
+    for _ in 0..2400 {
+        state.observe(0.0, 0.0, 0.0, 0.0, 0.05);
+    }
+    assert_eq!((state.offset_square, state.offset_sum), before);
+}
+
 #[test]
 fn test_an_interrupted_second_counts_no_more() {
     let mut state = MonitorState::settled(0.0);
