@@ -138,7 +138,7 @@ impl PathView<'_> {
         let Some(ends) = self.ends else {
             return self.section_by_scan(index);
         };
-        let (before, after) = ends.split_at(ends.partition_point(|&end| end < index));
+        let (before, after) = ends.split_at_checked(ends.partition_point(|&end| end < index))?;
         let (before, after) = (before.last(), after.first());
         if self.is_closed() {
             let before = before.or(ends.last())?;

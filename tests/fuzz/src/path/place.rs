@@ -157,30 +157,23 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     assert_eq!(at.mirror(at.mirror(0.3)).to_bits(), 0.3_f64.to_bits());
 }
 
-/// The segment of the closest point, or the last one that ends near enough ahead of it to be where
-/// the vehicle turns round.
-fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
+/// The last segment before the vehicle turns round, where it ends near enough ahead of the closest
+/// point.
+fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> Option<usize> {
     let sign = if at.reverse { -1.0 } else { 1.0 };
     let behind = sign * (follow.rear_axle - follow.base) - follow.reference_offset;
-    let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
-    let mut last = at.closest.segment;
-    let mut rest = (1.0 - at.closest.fraction) * length(view, last);
+    let first = at.closest.segment;
+    let mut last = first;
     for _ in 0..view.segments() {
         let Some(next) = following(view, last) else {
             break;
         };
-        rest += length(view, next);
-        if rest > near {
-            break;
-        }
         last = next;
     }
-    last
-}
-
-fn length(view: &PathView<'_>, segment: usize) -> f64 {
-    let end = view.s().get(segment + 1).copied();
-    end.unwrap_or(view.length()) - view.s()[segment]
+    let seam = if last < first { view.length() } else { 0.0 };
+    let end = view.s().get(last + 1).copied().unwrap_or(view.length()) + seam;
+    let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
+    (end - at.closest.arc_length(view) <= near).then_some(last)
 }
 
 fn follow_plainly(
@@ -235,15 +228,16 @@ fn follow_plainly(
     let start = last.map_or_else(first, |last| last.min(view.segments() - 1));
     let mut at = from(start);
     // At the place where it has to turn round, the vehicle goes on with the next section.
-    let last_leg = last_segment_near(follow, view, &at);
-    let next = (last_leg + 1) % view.len();
-    let goes_on = view.is_closed() || last_leg + 1 < view.segments();
-    if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
-        let along = along(view, last_leg);
-        let to = waypoint(view, next) - vehicle.point_ahead(follow.rear_axle);
-        let length = (along.x * along.x + along.y * along.y).sqrt();
-        if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
-            at = from(next);
+    if let Some(last_leg) = last_segment_near(follow, view, &at) {
+        let next = (last_leg + 1) % view.len();
+        let goes_on = view.is_closed() || last_leg + 1 < view.segments();
+        if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
+            let along = along(view, last_leg);
+            let to = waypoint(view, next) - vehicle.point_ahead(follow.rear_axle);
+            let length = (along.x * along.x + along.y * along.y).sqrt();
+            if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
+                at = from(next);
+            }
         }
     }
     if at.closest.squared_distance > follow.lost_distance * follow.lost_distance {
