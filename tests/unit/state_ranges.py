@@ -120,7 +120,7 @@ RANGES: list[tuple[str, float, float, str]] = [
                 (name, -1e100, 1e100)
                 for name in ("measured", "expected", "delayed", "rate", "yaw_rate")
             ),
-            *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 40.0)),
+            *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 28.0)),
             *(("noise", 0.0, 1e100), ("offset_square", 0.0, 1e100), ("offset_sum", -1e100, 1e100)),
             ("alarm", 0.0, 2.0),
         )

@@ -97,8 +97,8 @@ fn test_wheels_that_stick_are_implausible_and_straight_driving_is_not() {
             assert!(said.iter().skip(20).all(|&said| said), "{said:?}");
         }
     }
-    // In long periods too, but for those over a second: too much happens in them.
-    for (dt, is_found) in [(0.3, true), (0.4, true), (1.1, false)] {
+    // In long periods too, but for those over 0.7 s: too much happens in them.
+    for (dt, is_found) in [(0.3, true), (0.4, true), (0.8, false)] {
         assert!(!implausible(0.0, 0.0, dt, 20, None).contains(&true), "{dt}");
         let said = implausible(0.0, 0.5, dt, 20, None);
         assert_eq!(said.contains(&true), is_found, "{dt}");
@@ -310,10 +310,10 @@ fn test_vehicle_that_turns_round_beyond_the_limit_does_not_deviate() {
     }
 }
 
-/// Up to a second a period counts, beyond it nothing is concluded of it.
+/// Up to 0.7 s a period counts, beyond it nothing is concluded of it.
 #[test]
-fn test_turn_of_a_period_counts_up_to_a_second() {
-    for (dt, counts) in [(1.0, true), (1.01, false)] {
+fn test_turn_of_a_period_counts_up_to_seven_tenths_of_a_second() {
+    for (dt, counts) in [(0.7, true), (0.71, false)] {
         let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
         let path = straight(0.0);
         let mut state = tracker.initial_state();

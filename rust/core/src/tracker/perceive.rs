@@ -2,13 +2,13 @@
 
 use crate::bounds::MIN_DT;
 use crate::laws::{Belief, LateralLaw};
-use crate::math::{larger, rough_tangent, saturate, tan};
+use crate::math::{larger, saturate};
 use crate::path::follow::Located;
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{Model, Tracking};
 use crate::tracker::step::Tracker;
 use crate::vehicle::past::Past;
-use crate::vehicle::wheels::WheelIntegrals;
+use crate::vehicle::wheels::Reached;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// The vehicle at a step: as it is measured, and as it is predicted for the controller.
@@ -18,38 +18,6 @@ pub(super) struct Perception {
     /// The vehicle when the next command reaches the wheels.
     pub(super) predicted: VehicleState,
     pub(super) belief: Belief,
-}
-
-/// What the wheels did in a period.
-#[derive(Clone, Copy)]
-pub(super) struct Reached {
-    /// None if they are not modelled, or the period ends with a pose that was given before.
-    pub(super) wheels: Option<WheelIntegrals>,
-    /// Length of the period [s].
-    pub(super) time: f64,
-    /// Angle of the wheels when it began [rad].
-    first: f64,
-}
-
-impl Reached {
-    /// Mean curvature [1/m] of the vehicle.
-    #[inline]
-    pub(super) fn bend(&self, car: &Vehicle, speed: f64, estimate: &Estimate) -> f64 {
-        let tangent = match self.wheels {
-            Some(wheels) => {
-                estimate.gain * (wheels.turn + estimate.steer_offset * wheels.slope) / self.time
-            }
-            None => rough_tangent(self.first),
-        };
-        tangent / car.turning_length(speed)
-    }
-
-    /// Curvature [1/m] of the vehicle when the period began.
-    #[inline]
-    pub(super) fn first_bend(&self, car: &Vehicle, speed: f64, estimate: &Estimate) -> f64 {
-        let angle = car.at_wheels(self.first + estimate.steer_offset);
-        estimate.gain * tan(angle) / car.turning_length(speed)
-    }
 }
 
 impl<L: LateralLaw> Tracker<L> {

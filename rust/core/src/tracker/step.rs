@@ -18,7 +18,6 @@ use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::Command;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams, MonitorState};
-use crate::tracker::perceive::Reached;
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
     Answer, Deviation, HANDOVER_TIME, Handover, Model, Place, TrackerState, Tracking, widest_offset,
@@ -26,6 +25,7 @@ use crate::tracker::state::{
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
 use crate::vehicle::state::{check_count, checked_dt};
+use crate::vehicle::wheels::Reached;
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;

@@ -1,7 +1,7 @@
 //! The wheels: their response to a command, and the turn of the vehicle by them.
 
-use super::Vehicle;
-use crate::math::{decay, tan};
+use super::{Estimate, Vehicle};
+use crate::math::{decay, rough_tangent, tan};
 
 /// The wheels' angle after a move, and their mean angle during it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,5 +80,37 @@ impl WheelIntegrals {
         let tangent = tan(wheel);
         self.turn += time * tangent;
         self.slope += time * (1.0 + tangent * tangent);
+    }
+}
+
+/// What the wheels did in the period that a pose ends.
+#[derive(Clone, Copy)]
+pub struct Reached {
+    /// None if they are not modelled, or the period ends with a pose that was given before.
+    pub wheels: Option<WheelIntegrals>,
+    /// Length of the period [s].
+    pub time: f64,
+    /// Angle of the wheels when it began [rad].
+    pub first: f64,
+}
+
+impl Reached {
+    /// Mean curvature [1/m] of the vehicle.
+    #[inline]
+    pub fn bend(&self, car: &Vehicle, speed: f64, estimate: &Estimate) -> f64 {
+        let tangent = match self.wheels {
+            Some(wheels) => {
+                estimate.gain * (wheels.turn + estimate.steer_offset * wheels.slope) / self.time
+            }
+            None => rough_tangent(self.first),
+        };
+        tangent / car.turning_length(speed)
+    }
+
+    /// Curvature [1/m] of the vehicle when the period began.
+    #[inline]
+    pub fn first_bend(&self, car: &Vehicle, speed: f64, estimate: &Estimate) -> f64 {
+        let angle = car.at_wheels(self.first + estimate.steer_offset);
+        estimate.gain * tan(angle) / car.turning_length(speed)
     }
 }

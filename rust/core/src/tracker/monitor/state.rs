@@ -93,7 +93,7 @@ impl MonitorState {
     pub(super) const LEAST_TIME: f64 = 0.2;
     pub(super) const LEAST_TURNS: f64 = 4.0;
     /// Nothing is concluded from a longer period [s]: too much happens in it.
-    pub(super) const MAX_PERIOD: f64 = 1.0;
+    pub(super) const MAX_PERIOD: f64 = 0.7;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
     /// Bound that no valid input reaches.
