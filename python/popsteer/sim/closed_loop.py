@@ -282,8 +282,10 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     vehicle = plant.vehicle
     check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
-    usual = default_start(path, vehicle=vehicle)
-    start = usual if start is None else pose_of(start, start_at, vehicle)
+    if start is None:
+        start = default_start(path, vehicle=vehicle)
+    else:
+        start = pose_of(start, start_at, vehicle)
     begun = 0.0 if speed is None else speed
     tracked = getattr(controller, "tracked_point", None)
     simulation = Simulation(

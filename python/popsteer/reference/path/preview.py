@@ -69,10 +69,10 @@ class Preview:
     ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
     segments are longer than half a base, the chord reaches one segment's length either way instead,
     up to five bases, so coarse waypoints turn as evenly as fine ones, but not past the next segment
-    where that is shorter. Where the path doubles back
-    within the chord, the direction is that of the segment. Before an open path's start and where
-    the vehicle turns round to go on the other way, it goes straight on, and so it does beyond its
-    end, but for a bend there, which goes on for a chord's reach; a closed path wraps.
+    where that is shorter. Where the path doubles back within the chord, the direction is that of
+    the segment. Before an open path's start and where the vehicle turns round to go on the other
+    way, it goes straight on, and so it does beyond its end, but for a bend there, which goes on for
+    a chord's reach; a closed path wraps.
 
     What is looked at begins at `arc_length` [m], on `segment`, and goes on for `distance` [m] at
     most; `reach` [m] is the farthest that a chord reaches either way, five bases by default.

@@ -11,10 +11,10 @@ use crate::vehicle::Vehicle;
 /// ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
 /// segments are longer than half a base, the chord reaches one segment's length either way instead,
 /// up to five bases, so coarse waypoints turn as evenly as fine ones, but not past the next segment
-/// where that is shorter. Where the path doubles back
-/// within the chord, the direction is that of the segment. Before an open path's start and where the
-/// vehicle turns round to go on the other way, it goes straight on, and so it does beyond its end,
-/// but for a [bend](EndBend) there, which goes on for a chord's reach; a closed path wraps.
+/// where that is shorter. Where the path doubles back within the chord, the direction is that of the
+/// segment. Before an open path's start and where the vehicle turns round to go on the other way, it
+/// goes straight on, and so it does beyond its end, but for a [bend](EndBend) there, which goes on for
+/// a chord's reach; a closed path wraps.
 ///
 /// A query costs a bisection at worst, and next to nothing on the segment of the last query or the
 /// next one.

@@ -20,8 +20,8 @@ popsteer_core::MonitorParams! { params {
     /// the gain is from 0.4 to 2.5, and the offset the one that the motion has shown. A steering
     /// offset of more than some 1.5 degrees that the vehicle's parameters lack is implausible until
     /// the motion has shown it, and so is a localisation whose yaw jumps. Nothing is concluded
-    /// across inputs that were refused, periods longer than 1 s, changes of the direction of
-    /// driving, and `relocalise`; the longer a period is, the fewer faults stand out, from 0.7 s on
+    /// across inputs that were refused, periods longer than 0.7 s, changes of the direction of
+    /// driving, and `relocalise`; the longer a period is, the fewer faults stand out, from 0.5 s on
     /// only the large ones.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer";
     @examples {
