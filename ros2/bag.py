@@ -23,11 +23,11 @@ import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
 from builtin_interfaces.msg import Time
 from lap import Steering, World
+from popsteer_ros.transport import get_message
 from rclpy.duration import Duration
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
-from rosidl_runtime_py.utilities import get_message
 
 from popsteer.logs.messages import typestore
 

@@ -36,7 +36,7 @@ float32 speed
 float32 acceleration
 float32 jerk
 """
-_DEFINITIONS = {
+DEFINITIONS = {
     "ackermann_msgs/msg/AckermannDrive": _ACKERMANN,
     "ackermann_msgs/msg/AckermannDriveStamped": (
         "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n"
@@ -77,6 +77,6 @@ def typestore() -> Any:  # noqa: ANN401 - rosbags is an extra
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
-    for name, text in _DEFINITIONS.items():
+    for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
     return store

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from contextlib import ExitStack
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos import QoSPolicyKind as Kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from rosidl_runtime_py.utilities import get_message
 from std_srvs.srv import Trigger
 
 from popsteer.adapters.ros2.messages import ODOMETRY
@@ -20,7 +21,14 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 _DEPTH = 10
+_HEARD = Duration(seconds=0.3)  # how long a subscriber may take to acknowledge the last command
 _OVERRIDES = QoSOverridingOptions((Kind.HISTORY, Kind.DEPTH, Kind.RELIABILITY, Kind.DURABILITY))
+
+
+def get_message(kind: str) -> Any:
+    """Give the class of messages of a type, such as ``nav_msgs/msg/Path``."""
+    package, part, name = kind.split("/")
+    return getattr(import_module(f"{package}.{part}"), name)
 
 
 class Reader(deque[bytes]):
@@ -90,6 +98,7 @@ class Transport(ExitStack):
             get_message(kind), topic, profile, qos_overriding_options=_OVERRIDES
         )
         self.callback(self._node.destroy_publisher, found)
+        self.callback(found.wait_for_all_acked, _HEARD)  # or Fast DDS would lose the last message
         self._published.add(topic)
         return Writer(found)
 

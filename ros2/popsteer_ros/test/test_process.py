@@ -1,4 +1,4 @@
-"""The node as a process of its own, from its launch file: how it ends, and names in a namespace."""
+"""The node as a process of its own: how it ends, its services, and names in a namespace."""
 
 from __future__ import annotations
 
@@ -6,41 +6,49 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
-from pathlib import Path
+from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import rclpy
+
+pytest.importorskip("ready")  # before all that is ROS's
+
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy
 from std_srvs.srv import Trigger
-
-sys.path.insert(0, str(Path(__file__).parent))
-from test_track import Car, path
+from world import Car, path
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
+    from pathlib import Path
 
 ARGUMENTS = ["vehicle:=paper", "max_speed:=4.0"]
+NODE = [sys.executable, "-c", "from popsteer_ros.node import main; main()", "--ros-args"]
 
 
-@pytest.fixture
-def launched(request: Any) -> Iterator[Any]:
-    rclpy.init()
-    arguments = getattr(request, "param", ARGUMENTS)
-    command = ["ros2", "launch", "popsteer_ros", "track.launch.py", *arguments]
+@contextmanager
+def started(command: list[str]) -> Iterator[Any]:
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
     ) as process:
         yield process
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
-    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def node() -> Iterator[Any]:
+    """The node of `ARGUMENTS`, configured and active."""
+    with started([*NODE, *(word for each in ARGUMENTS for word in ("-p", each))]) as process:
+        car = Car(outside=True)
+        for each in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            assert call(car, ChangeState, "change_state", transition=Transition(id=each)).success
+        car.close()
+        yield process
 
 
 def driving() -> Car:
@@ -52,28 +60,26 @@ def driving() -> Car:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_node_that_is_ended_in_mid_drive_commands_to_stand(launched: Any, number: int) -> None:
+def test_node_that_is_ended_in_mid_drive_commands_to_stand(node: Any, number: int) -> None:
     car = driving()
-    children = Path(f"/proc/{launched.pid}/task/{launched.pid}/children")
-    node = int(children.read_text(encoding="utf-8").split()[0])  # the launch file starts it
-    os.kill(node, number)
-    os.kill(node, number)  # a terminal and `ros2 launch` may both send it
+    node.send_signal(number)
+    node.send_signal(number)  # a terminal and `ros2 launch` may both send it
     assert car.until(lambda: car.commands[-1].drive.speed == 0.0, 5.0)
-    said, _ = launched.communicate(timeout=20.0)
-    assert "finished cleanly" in said
+    said, _ = node.communicate(timeout=20.0)
+    assert node.returncode == 0, said
     assert "Traceback" not in said
     car.close()
 
 
-def call(car: Car, kind: Any, name: str, **values: Any) -> Any:
-    client = car.node.create_client(kind, f"/popsteer/{name}")
+def call(car: Car, kind: Any, name: str, of: str = "/popsteer", **values: Any) -> Any:
+    client = car.node.create_client(kind, f"{of}/{name}")
     assert car.until(client.service_is_ready)
     answer = client.call_async(kind.Request(**values))
     assert car.until(answer.done)
     return answer.result()
 
 
-def test_services_change_states_and_parameters_of_the_process(launched: Any) -> None:
+def test_services_change_states_and_parameters_of_the_process(node: Any) -> None:
     car = driving()
     hold = Parameter("hold", value=0.4).to_parameter_msg()
     assert call(car, SetParameters, "set_parameters", parameters=[hold]).results[0].successful
@@ -88,13 +94,11 @@ def test_services_change_states_and_parameters_of_the_process(launched: Any) -> 
     assert car.until(lambda: car.paths.get_subscription_count() > 0)
     car.paths.publish(path(car.x, 400.0))
     assert car.until(lambda: car.speed > 3.0)
-    assert launched.poll() is None
+    assert node.poll() is None
     car.close()
 
 
-FILE = Path(tempfile.gettempdir()) / "popsteer-launch.yaml"
-FILE.write_text(
-    """/**:
+FILE = """/**:
   ros__parameters:
     hold: 0.1
     keep_path: 2.0
@@ -102,32 +106,26 @@ FILE.write_text(
       /path:
         subscription:
           durability: transient_local
-""",
-    encoding="utf-8",
-)
-GIVEN = [*ARGUMENTS, f"params_file:={FILE}", "namespace:=ego", "odom:=/odom", "closed:=true"]
+"""
 
 
-@pytest.mark.parametrize(
-    "launched", [[*GIVEN, "hold:=0.4", "path:=/path", "drive:=/drive"]], indirect=True
-)
-def test_launch_file_takes_parameters_a_file_of_them_and_topics(launched: Any) -> None:
+@pytest.mark.skipif(find_spec("launch_ros") is None, reason="launch_ros has no wheel")
+def test_launch_file_takes_parameters_a_file_of_them_and_topics(tmp_path: Path) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text(FILE, encoding="utf-8")
+    given = [*ARGUMENTS, f"params_file:={file}", "namespace:=ego", "odom:=/odom", "closed:=true"]
+    given += ["hold:=0.4", "path:=/path", "drive:=/drive"]
     car = Car(outside=True)
-    assert car.until(lambda: car.node.count_subscribers("/path") > 0)
-    wanted = ["hold", "keep_path", "max_speed", "closed", "stale"]
-    request = GetParameters.Request(names=wanted)
-    client = car.node.create_client(GetParameters, "/ego/popsteer/get_parameters")
-    assert car.until(client.service_is_ready)
-    answer = client.call_async(request)
-    assert car.until(answer.done)
-    hold, keep, fastest, closed, stale = answer.result().values
-    assert (hold.double_value, keep.double_value, fastest.double_value) == (0.4, 2.0, 4.0)
-    assert (closed.bool_value, stale.double_value) == (True, 0.3)
-    there = lambda: car.node.get_subscriptions_info_by_topic("/path")  # noqa: E731
-    durabilities = lambda: {each.qos_profile.durability for each in there()}  # noqa: E731
-    # Until those of the test before are forgotten.
-    assert car.until(lambda: durabilities() == {DurabilityPolicy.TRANSIENT_LOCAL})
-    assert car.node.count_subscribers("/odom") > 0
-    assert car.until(lambda: car.node.count_publishers("/drive") == 1)
-    assert launched.poll() is None
+    with started(["ros2", "launch", "popsteer_ros", "track.launch.py", *given]) as launched:
+        assert car.until(lambda: car.node.count_subscribers("/path") > 0)
+        wanted = ["hold", "keep_path", "max_speed", "closed", "stale"]
+        values = call(car, GetParameters, "get_parameters", "/ego/popsteer", names=wanted).values
+        hold, keep, fastest, closed, stale = values
+        assert (hold.double_value, keep.double_value, fastest.double_value) == (0.4, 2.0, 4.0)
+        assert (closed.bool_value, stale.double_value) == (True, 0.3)
+        there = car.node.get_subscriptions_info_by_topic("/path")
+        assert {each.qos_profile.durability for each in there} == {DurabilityPolicy.TRANSIENT_LOCAL}
+        assert car.node.count_subscribers("/odom") > 0
+        assert car.until(lambda: car.node.count_publishers("/drive") == 1)
+        assert launched.poll() is None
     car.close()

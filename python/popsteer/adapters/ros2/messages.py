@@ -32,7 +32,7 @@ TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, CONTROL_MODE, DIAGNOSTI
 """Every type that the node receives or sends."""
 
 # Those that neither rosbags nor `popsteer.logs` brings.
-_DEFINITIONS = {
+DEFINITIONS = {
     "autoware_planning_msgs/msg/TrajectoryPoint": """\
 builtin_interfaces/Duration time_from_start
 geometry_msgs/Pose pose
@@ -61,7 +61,7 @@ def store() -> Any:  # noqa: ANN401 - rosbags is an extra
     from rosbags.typesys import get_types_from_msg
 
     found = logs.messages.typestore()
-    for name, text in _DEFINITIONS.items():
+    for name, text in DEFINITIONS.items():
         found.register(get_types_from_msg(text, name))
     for name, text in _SERVICE.items():
         (definition,) = get_types_from_msg(text, "std_srvs/msg/Trigger").values()
