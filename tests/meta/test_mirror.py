@@ -66,6 +66,7 @@ HELD = {
     "tracker/replan.rs": f"{_RUST}new_path.rs",
     "tracker/reported.rs": "tests/unit/test_refused.py",
     "tracker/state.rs": "tests/unit/test_api_state.py",
+    "vehicle/fault.rs": f"{_RUST}faults.rs",
     "vehicle/past.rs": f"{_RUST}late_poses.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/tests.rs",
     # The textbook's solution, by numpy.

@@ -44,6 +44,24 @@ def test_frozen_pose_is_rolled_forward_and_then_a_fault(course: NDArray[np.float
     assert long.error_at(long.first_fault()) < 0.5
 
 
+@pytest.mark.parametrize(("rate", "poses"), [(50, 40), (100, 25), (200, 10)])
+def test_frozen_pose_is_never_believed_in_a_loop_faster_than_the_poses(
+    rate: int, poses: int
+) -> None:
+    """The last pose is given again with its age; from 1.6 s on the localisation repeats itself."""
+    steering = popsteer.PreviewPop(popsteer.Path(straight()), TOLD)
+    for k in range(int(2.6 * rate)):
+        time = k / rate
+        stamp = int(time * poses + 1e-9) / poses
+        x = 10.0 * min(stamp, 1.6)
+        command = steering.step(x, 0.0, 0.0, 10.0, 1 / rate, pose_age=time - stamp)
+        if time > 1.6 + 1.5 / poses:
+            assert STALE in command.status
+            assert command.distance_to_stop == pytest.approx(300.35 - 10.0 * time, abs=0.02)
+        if not 2.1 < time < 2.5:
+            assert steering.fault == (None if time < 2.2 else "position"), time
+
+
 def test_glitches_are_outliers_and_no_faults() -> None:
     healthy = drive(fresh=True)
     for times, aside, turned in (

@@ -46,6 +46,7 @@ WHOLE["gate"] = State(
     **dict.fromkeys(("believed", "measured"), POSE),
     **dict.fromkeys(("since", "stale", "agreed", "ahead", "gone", "differing", "age"), 0.0),
     jump=((0.0, 0.0), 0.0),
+    drift=(0.0, 0.0),
     noise=(1e-4, 1e-6),
 )
 QUARTER = 0.5 * math.pi
@@ -100,7 +101,7 @@ RANGES: list[tuple[str, float, float, str]] = [
         for name, most in (("x", 1e9), ("y", 1e9), ("yaw", 1e6), ("speed", 1e4))
     ),
     *((f"gate.{name}.x", -1e20, 1e20, "gate") for name in ("believed", "measured")),
-    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("ahead", "jump.0.0", "jump.1")),
+    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("ahead", "jump.0.0", "jump.1", "drift.0")),
     *(
         (f"gate.{name}", 0.0, 1e20, "gate")
         for name in (

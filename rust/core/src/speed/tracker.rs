@@ -57,7 +57,7 @@ use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
 use crate::speed::stops::Planned;
 use crate::status::Status;
 use crate::vehicle::gate::rolled;
-use crate::vehicle::past::MAX_POSE_AGE;
+use crate::vehicle::past::checked_age;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Gate, Vehicle, VehicleState};
 
@@ -306,7 +306,7 @@ impl SpeedTracker {
     }
 
     /// [`step`](Self::step) for a pose that was measured `pose_age` [s] before, from 0 to
-    /// [`MAX_POSE_AGE`].
+    /// [`MAX_POSE_AGE`](crate::vehicle::past::MAX_POSE_AGE).
     ///
     /// # Errors
     ///
@@ -322,7 +322,7 @@ impl SpeedTracker {
     ) -> Result<SpeedCommand, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let pose_age = input_in_range("pose_age", pose_age, 0.0, MAX_POSE_AGE)?;
+        let pose_age = checked_age(pose_age)?;
         let mut next = *state;
         let vehicle = self.believe(&mut next, vehicle, dt, pose_age);
         let at = self.follow.locate(path, state.waypoint, vehicle, dt);

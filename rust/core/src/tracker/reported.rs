@@ -1,9 +1,9 @@
 //! Optional inputs of a step: the command that was really applied, the measured angle of the wheels,
 //! and the age of the pose.
 
-use crate::error::{InputError, input_in_range, input_within};
+use crate::error::{InputError, input_within};
 use crate::vehicle::Vehicle;
-use crate::vehicle::past::MAX_POSE_AGE;
+use crate::vehicle::past::checked_age;
 
 /// The optional inputs of a step, besides pose and speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,7 +17,9 @@ pub struct Reported {
     /// `steer_offset` is not in it. Dead time and lag are behind it: the prediction starts from it
     /// in place of the modelled angle, and nothing else changes. Range as `applied_steer`.
     pub measured_steer: Option<f64>,
-    /// How long before the step pose and speed were measured [s], from 0 to [`MAX_POSE_AGE`].
+    /// How long before the step pose and speed were measured [s], from 0 to
+    /// [`MAX_POSE_AGE`](crate::vehicle::past::MAX_POSE_AGE). A difference of two stamps that rounding
+    /// makes negative, by less than the shortest period, is 0.
     pub pose_age: f64,
 }
 
@@ -47,7 +49,7 @@ impl Reported {
         Ok(Self {
             applied_steer: checked("applied_steer", self.applied_steer)?,
             measured_steer: checked("measured_steer", self.measured_steer)?,
-            pose_age: input_in_range("pose_age", self.pose_age, 0.0, MAX_POSE_AGE)?,
+            pose_age: checked_age(self.pose_age)?,
         })
     }
 }

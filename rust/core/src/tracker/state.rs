@@ -11,7 +11,7 @@ use crate::path::follow::Located;
 use crate::path::stop::Ahead;
 use crate::tracker::monitor::state::MonitorState;
 use crate::vehicle::past::Past;
-use crate::vehicle::{Estimator, Gate, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{Estimator, Fault, Gate, InFlight, Vehicle, VehicleState};
 
 /// Time in which the difference to a driver's angle fades [s].
 pub const HANDOVER_TIME: f64 = 1.0;
@@ -302,6 +302,16 @@ impl<S: LateralState> TrackerState<S> {
             monitor.interrupt();
             monitor.within = false;
         }
+    }
+}
+
+impl<S> Tracking<S> {
+    /// What is not believed, by the last step of the vehicle `car`; None if nothing is wrong. Where
+    /// there is one, the status of that step has [`IMPLAUSIBLE`](crate::Status::IMPLAUSIBLE).
+    pub fn fault(&self, car: &Vehicle) -> Option<Fault> {
+        let gate = self.gate.as_ref().and_then(|gate| gate.fault(car));
+        let turning = self.monitor.as_ref().and_then(MonitorState::fault);
+        gate.or(turning)
     }
 }
 

@@ -22,6 +22,7 @@ use crate::geometry::Point;
 use crate::math::{larger, rough_direction, smaller, sqrt, wrap};
 use crate::status::Status;
 use crate::vehicle::bicycle::advance;
+use crate::vehicle::fault::Fault;
 use crate::vehicle::{Vehicle, VehicleState};
 
 /// What the gate remembers.
@@ -38,6 +39,9 @@ pub struct Gate {
     pub stale: f64,
     /// How far off the last outlier was [m], [rad].
     pub jump: (Point, f64),
+    /// How far outliers moved from one to the next beyond what is expected, since a pose was last
+    /// believed: along the heading, and in all [m].
+    pub drift: (f64, f64),
     /// For how long outliers have agreed with each other [s]; 0 without one.
     pub agreed: f64,
     /// How far the vehicle went by its poses, less by its speed, over the last second [m].
@@ -72,6 +76,8 @@ impl Gate {
     pub const STALE_LIMIT: f64 = 0.6;
     /// Outliers that do not agree for so long are a fault [s].
     const DOUBT_LIMIT: f64 = 1.0;
+    /// Outliers that move so purely along the heading, as a share, follow another speed.
+    const ALONG: f64 = 0.8;
     /// After a gap as long as this any pose is believed [s].
     const GAP: f64 = 1.0;
     /// Speed below which a repeated pose is no sign of anything, in wheelbases a second.
@@ -94,6 +100,7 @@ impl Gate {
             since: 0.0,
             stale: 0.0,
             jump: (Point::new(0.0, 0.0), 0.0),
+            drift: (0.0, 0.0),
             agreed: 0.0,
             ahead: 0.0,
             gone: 0.0,
@@ -149,19 +156,60 @@ impl Gate {
         let turned = wrap(vehicle.yaw - before.yaw - turn);
         if self.explains(car, (travel, turn), off, turned) {
             self.agreed = 0.0;
+            self.drift = (0.0, 0.0);
             return (self.believe(car, vehicle, (c, s), off, turned), false);
         }
         self.doubt(car, vehicle, (travel, curvature), (off, turned), elapsed)
     }
 
-    /// A pose that is as old as the last one, or older; or one after a gap.
+    /// A pose that is as old as the last one, or older, of which holds what was found of that; or
+    /// one after a gap.
     #[cold]
     fn pass_time(&mut self, car: &Vehicle, vehicle: VehicleState, elapsed: f64) -> Status {
-        let is_held = elapsed < MIN_DT && self.agreed > 0.0;
         if elapsed > Self::GAP {
             self.restart(car, vehicle);
+            return Status::OK;
         }
-        Status::OUTLIER.when(is_held)
+        if self.stale > 0.0 {
+            return self.stale_status();
+        }
+        Status::OUTLIER.when(self.agreed > 0.0)
+    }
+
+    /// The status of a position that repeats itself.
+    fn stale_status(&self) -> Status {
+        Status::POSE_STALE | Status::IMPLAUSIBLE.when(self.stale > Self::STALE_LIMIT)
+    }
+
+    /// What the poses show to be wrong, by the last step. Named by the residuals in which it shows:
+    /// a position that repeats or jumps for long is wrong itself; so is one that rests in its noise
+    /// while the speed signal says that the vehicle drives. Otherwise it is the speed that disagrees
+    /// with the distance between poses.
+    pub(crate) fn fault(&self, car: &Vehicle) -> Option<Fault> {
+        let (off, turned) = self.jump;
+        if self.stale > Self::STALE_LIMIT {
+            Some(Fault::Position)
+        } else if self.agreed > 0.0 && self.since > Self::DOUBT_LIMIT {
+            let askew_alone = sqrt(off.dot(&off)) <= Self::POSITION * car.wheelbase;
+            let (along, apart) = self.drift;
+            Some(if askew_alone && turned.abs() > Self::YAW {
+                Fault::Heading
+            } else if along.abs() > Self::ALONG * apart {
+                Fault::Speed
+            } else {
+                Fault::Position
+            })
+        } else if self.differing > Self::DIFFERING {
+            // By the poses it went `gone + ahead` where those went less.
+            let rests = self.gone + self.ahead <= Self::DISTANCE * car.wheelbase;
+            Some(if rests && self.ahead < 0.0 {
+                Fault::Position
+            } else {
+                Fault::Speed
+            })
+        } else {
+            None
+        }
     }
 
     /// Believes `vehicle` whatever was before, but for the noise.
@@ -189,6 +237,9 @@ impl Gate {
             self.agreed > 0.0 && self.explains(car, (travel, travel * curvature), apart, askew);
         self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
+        let (c, s) = rough_direction(vehicle.yaw);
+        self.drift.0 += apart.x * c + apart.y * s;
+        self.drift.1 += sqrt(apart.dot(&apart));
         let wheelbases = sqrt(off.dot(&off)) / car.wheelbase;
         let patience = Self::AGREE + Self::AGREE_PER_WHEELBASE * wheelbases;
         // One alone agrees with none, however long its period.
@@ -218,8 +269,7 @@ impl Gate {
         }
         self.stale += elapsed;
         self.measured = vehicle;
-        let fault = Status::IMPLAUSIBLE.when(self.stale > Self::STALE_LIMIT);
-        Status::POSE_STALE | fault
+        self.stale_status()
     }
 
     /// Whether a position `off` the expected one, and a yaw `turned` from it, are explained after the
@@ -283,12 +333,14 @@ impl Gate {
                 input_within("gate", number, MOST)?;
             }
         }
-        for number in [self.jump.0.x, self.jump.0.y, self.jump.1, self.ahead] {
+        let (off, turned) = self.jump;
+        for number in [off.x, off.y, turned, self.drift.0, self.ahead] {
             input_within("gate", number, MOST)?;
         }
         for number in [
             self.since,
             self.stale,
+            self.drift.1,
             self.agreed,
             self.gone,
             self.differing,

@@ -7,11 +7,28 @@ use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
 use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
+use crate::bounds::MIN_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{from_count, saturate, tan};
 
 /// The oldest pose that a step takes [s].
 pub const MAX_POSE_AGE: f64 = 1.0;
+
+/// `age` [s] where a step takes a pose of it; 0 for one that the rounding of two stamps makes negative.
+///
+/// # Errors
+///
+/// [`InputError`] for one that is not finite, negative or beyond [`MAX_POSE_AGE`].
+#[inline]
+pub fn checked_age(age: f64) -> Result<f64, InputError> {
+    let is_rounded = age < 0.0 && age > -MIN_DT;
+    input_in_range(
+        "pose_age",
+        if is_rounded { 0.0 } else { age },
+        0.0,
+        MAX_POSE_AGE,
+    )
+}
 
 /// The angles of the wheels by the vehicle's parameters over the last second, oldest first.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -403,6 +403,17 @@ macro_rules! controller {
                 self.monitor.or(py, self.law.monitor().copied().map(PyMonitorParams))
             }
 
+            /// Which signal or actuator the last step does not believe: ``"position"``,
+            /// ``"heading"``, ``"speed"`` or ``"steering"``; None if nothing is wrong.
+            ///
+            /// Where there is one, the status of that step has ``Status.IMPLAUSIBLE``. Of several
+            /// the first in that order is named.
+            #[getter]
+            fn fault(&self) -> Option<&'static str> {
+                let fault = self.state.fault(self.law.vehicle());
+                fault.map(popsteer_core::vehicle::Fault::name)
+            }
+
             /// The present estimate of the controller's vehicle.
             #[getter]
             fn estimate(&self) -> PyEstimate {

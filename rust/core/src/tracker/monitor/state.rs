@@ -4,8 +4,8 @@
 use crate::bounds::MAX_YAW;
 use crate::error::{InputError, input_in_range};
 use crate::math::{larger, saturate, smaller, sqrt};
-use crate::vehicle::Vehicle;
 use crate::vehicle::estimator::Estimator;
+use crate::vehicle::{Fault, Vehicle};
 
 /// The monitor's state; the turns are sums with exponential forgetting.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -247,6 +247,11 @@ impl MonitorState {
         let kept = Self::OFFSET_TIME / (Self::OFFSET_TIME + moving * dt);
         self.offset_square = self.offset_square * kept + share * share * dt;
         self.offset_sum = self.offset_sum * kept + share * residual;
+    }
+
+    /// What the turns show to be wrong.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        (self.alarm > 0.0).then_some(Fault::Steering)
     }
 
     /// The state itself, where a vehicle could have shown it.
