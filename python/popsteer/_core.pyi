@@ -370,6 +370,7 @@ class SpeedPid(_Stateful[SpeedPidParams]):
 @final
 class SpeedCommand(_Answer):
     acceleration: float
+    speed: float
     reference_speed: float
     distance_to_stop: float
     reverse: bool
@@ -511,7 +512,9 @@ class Vehicle(_Vehicle):
     max_acceleration: float | None = None
     max_deceleration: float | None = None
     brake_deceleration: float | None = None
+    drive_delay: float = 0.1
     drive_lag: float = 0.0
+    stop_point: float | None = None
     steers_at_rest: bool = False
 
 @final
@@ -602,7 +605,6 @@ class SpeedTrackerParams(_Params):
     disturbance_time: float = 1.0
     max_jerk: float = 20.0
     reserve: float = 0.4
-    drive_delay: float = 0.1
 
 @final
 class CarlaIdentified(_CorePlant):

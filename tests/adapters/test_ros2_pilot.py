@@ -116,7 +116,8 @@ def test_drive_that_does_not_move_is_not_told_ever_more() -> None:
     pilot = ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60)))
     here = ros2.Measured(0.0, 0.0, 0.0, 0.0, 0, "map", "base_link")
     told = [pilot.step(here, 0.0, DT).speed for _ in range(500)]
-    assert told[-1] == max(told) == 1.0
+    # As much as 2 m/s² give in the drive's delay of 0.1 s and half a second.
+    assert told[-1] == max(told) == pytest.approx(1.2)
 
 
 def here(x: float, speed: float) -> ros2.Measured:

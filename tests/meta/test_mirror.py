@@ -55,6 +55,7 @@ HELD = {
     "path/stop.rs": f"{_RUST}laps.rs",
     "speed/tracker.rs": f"{_RUST}speed_equations.rs",
     "speed/disturbance.rs": f"{_RUST}speed_equations.rs",
+    "speed/servo.rs": "tests/closed_loop/test_speed_servo.py",
     "speed/stops.rs": f"{_RUST}stopping.rs",
     "path/carry.rs": f"{_RUST}new_path.rs",
     "path/shape.rs": f"{_RUST}shape.rs",

@@ -261,12 +261,14 @@ VEHICLE_RANGES: Ranges = {
     "max_acceleration": ((1e-3, 1e3), (1.0, 5.0)),
     "max_deceleration": ((1e-3, 1e3), (1.0, 9.0)),
     "brake_deceleration": ((1e-3, 1e3), (1.0, 9.0)),
+    "drive_delay": ((0.0, 10.0), (0.0, 0.5)),
     "drive_lag": ((0.0, 10.0), (0.0, 1.0)),
+    "stop_point": ((-1e3, 1e3), (-3.0, 6.0)),
 }
 """The fields of a vehicle: the range of each, and where it usually is."""
 VEHICLE_OPTIONAL = (
     *("no_slip_point", "turning_wheelbase", "max_steer_rate", "max_lateral_acceleration"),
-    *("max_speed", "max_acceleration", "max_deceleration", "brake_deceleration"),
+    *("max_speed", "max_acceleration", "max_deceleration", "brake_deceleration", "stop_point"),
 )
 ADAPT_RANGES: Ranges = {
     "turn_time": ((0.0, 1e6), (0.05, 20.0)),

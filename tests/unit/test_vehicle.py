@@ -36,7 +36,9 @@ FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "max_acceleration": ((1e-3, 1e3), None, True),
     "max_deceleration": ((1e-3, 1e3), None, True),
     "brake_deceleration": ((1e-3, 1e3), None, True),
+    "drive_delay": ((0.0, 10.0), 0.1, False),
     "drive_lag": ((0.0, 10.0), 0.0, False),
+    "stop_point": ((-1e3, 1e3), None, True),
 }
 DEFAULTS = {name: default for name, (_, default, _) in FIELDS.items()} | {"steers_at_rest": False}
 # A value for every field that is not its default.

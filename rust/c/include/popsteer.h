@@ -23,7 +23,7 @@
  * The version of this binary interface: it rises with every change that a program compiled
  * against an older header would not survive. Compare it with `popsteer_abi_version()`.
  */
-#define POPSTEER_ABI_VERSION 2
+#define POPSTEER_ABI_VERSION 3
 
 /**
  * Of `popsteer_options.adapt` and `.monitor`: as controllers of this kind do; the default.
@@ -413,10 +413,20 @@ typedef struct popsteer_vehicle {
      */
     double brake_deceleration;
     /**
+     * Time from a command to its first effect on the drive [s]. Default 0.1, in [0.0, 10.0].
+     */
+    double drive_delay;
+    /**
      * Time constant of the drive's first-order response to the pedals [s]. Default 0, in [0.0,
      * 10.0].
      */
     double drive_lag;
+    /**
+     * How far ahead of the pose's point lies the point that stops at a stop line and at the
+     * end of a path that is driven forwards [m]; absent if it is the rear axle. NAN: absent,
+     * in [-1000.0, 1000.0].
+     */
+    double stop_point;
     /**
      * Whether the wheels turn while the vehicle stands: then they do so at a start and at a
      * cusp, and the speed waits for them. 0 is false. Default 0.
@@ -752,10 +762,6 @@ typedef struct popsteer_speed_tracker_params {
      * [0.0, 1000.0].
      */
     double reserve;
-    /**
-     * Time from a command to its first effect on the drive [s]. Default 0.1, in [0.0, 10.0].
-     */
-    double drive_delay;
 } popsteer_speed_tracker_params;
 
 /**
@@ -766,6 +772,11 @@ typedef struct popsteer_speed_command {
      * Acceleration in the direction of driving [m/s^2]; negative brakes.
      */
     double acceleration;
+    /**
+     * Speed to command in the direction of driving [m/s], for a vehicle that takes a speed: never
+     * above the top speed; negative only while it still rolls the other way.
+     */
+    double speed;
     /**
      * Speed that the path allows beside the rear axle [m/s], never negative.
      */

@@ -33,7 +33,7 @@ use core::ffi::c_char;
 
 /// The version of this binary interface: it rises with every change that a program compiled
 /// against an older header would not survive. Compare it with `popsteer_abi_version()`.
-pub const POPSTEER_ABI_VERSION: u32 = 2;
+pub const POPSTEER_ABI_VERSION: u32 = 3;
 
 /// The `POPSTEER_ABI_VERSION` of the library that is linked, for comparison with the header's.
 #[unsafe(no_mangle)]

@@ -23,6 +23,9 @@ popsteer_core::SpeedTrackerParams! { params {
 pub struct CSpeedCommand {
     /// Acceleration in the direction of driving [m/s^2]; negative brakes.
     pub acceleration: f64,
+    /// Speed to command in the direction of driving [m/s], for a vehicle that takes a speed: never
+    /// above the top speed; negative only while it still rolls the other way.
+    pub speed: f64,
     /// Speed that the path allows beside the rear axle [m/s], never negative.
     pub reference_speed: f64,
     /// Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; INFINITY where
@@ -37,7 +40,7 @@ pub struct CSpeedCommand {
 }
 
 answer_fields!(CSpeedCommand, SpeedCommand, {
-    acceleration, reference_speed, distance_to_stop, reverse, standing, cannot_stop
+    acceleration, speed, reference_speed, distance_to_stop, reverse, standing, cannot_stop
 });
 
 /// A speed tracker: the speeds planned along a path, and what keeps them. One thread at a time may

@@ -91,11 +91,11 @@ fn car(comfort: f64, lag: f64) -> Vehicle {
 }
 
 fn drive(vehicle: Vehicle, path: &Path, mut car: Car, time: f64) -> Driven {
-    let params = SpeedTrackerParams {
-        drive_delay: SpeedTrackerParams::DEFAULT.drive_delay + from_count(car.flight.len()) * DT,
-        ..SpeedTrackerParams::DEFAULT
+    let vehicle = Vehicle {
+        drive_delay: vehicle.drive_delay + from_count(car.flight.len()) * DT,
+        ..vehicle
     };
-    let tracker = SpeedTracker::new(vehicle, params).unwrap();
+    let tracker = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
     let plan = tracker.plan(&path.view()).unwrap();
     let mut state = SpeedTrackerState::default();
     let mut driven = Driven::default();

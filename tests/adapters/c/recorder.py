@@ -14,7 +14,7 @@ FIELDS = (
     *("wheelbase", "rear_axle", "no_slip_point", "turning_wheelbase", "understeer"),
     *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate"),
     *("max_lateral_acceleration", "max_speed", "max_acceleration", "max_deceleration"),
-    *("brake_deceleration", "drive_lag", "steers_at_rest"),
+    *("brake_deceleration", "drive_delay", "drive_lag", "stop_point", "steers_at_rest"),
 )
 """The fields of `popsteer_vehicle`: the numbers in order, then the flag."""
 

@@ -182,7 +182,7 @@ int main(int argc, char **argv) {
         &car.steer_lag,       &car.dead_time,    &car.max_steer,
         &car.max_steer_rate,  &car.max_lateral_acceleration, &car.max_speed,
         &car.max_acceleration, &car.max_deceleration, &car.brake_deceleration,
-        &car.drive_lag,
+        &car.drive_delay,     &car.drive_lag,    &car.stop_point,
     };
     for (size_t k = 0; k < sizeof fields / sizeof *fields; ++k) {
         *fields[k] = number(script);

@@ -195,7 +195,9 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
                 max_acceleration: bytes.optional([0.1, 5.0], [1e-3, 1e3]),
                 max_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
                 brake_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
+                drive_delay: bytes.parameter(standard.drive_delay, [0.0, 0.5], [0.0, 10.0]),
                 drive_lag: bytes.parameter(0.0, [0.0, 1.0], [0.0, 10.0]),
+                stop_point: bytes.optional([-3.0, 6.0], [-1e3, 1e3]),
                 steers_at_rest: bytes.byte() & 1 == 0,
                 ..standard
             },

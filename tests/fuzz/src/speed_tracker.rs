@@ -27,7 +27,6 @@ pub fn check(data: &[u8]) {
         disturbance_time: bytes.parameter(standard.disturbance_time, [0.1, 5.0], [1e-3, 1e3]),
         max_jerk: bytes.parameter(standard.max_jerk, [1.0, 50.0], [1e-3, 1e6]),
         reserve: bytes.parameter(standard.reserve, [0.0, 2.0], [0.0, 1e3]),
-        drive_delay: bytes.parameter(standard.drive_delay, [0.0, 0.5], [0.0, 10.0]),
     };
     let drawn = car(&mut bytes);
     let tracker = match SpeedTracker::new(drawn, params) {
@@ -44,6 +43,7 @@ pub fn check(data: &[u8]) {
         tracker,
         params,
         most: drawn.max_acceleration.unwrap_or(UNSAID.1) + params.reserve + MAX_DISTURBANCE,
+        top: drawn.max_speed.unwrap_or(UNSAID.0),
         least: -strongest_braking(&drawn),
         on: first,
         other: second,
@@ -102,6 +102,8 @@ fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, V
 struct Life {
     tracker: SpeedTracker,
     params: SpeedTrackerParams,
+    /// Bound of the speed command [m/s].
+    top: f64,
     /// Bounds of the acceleration [m/s^2].
     least: f64,
     most: f64,
@@ -175,12 +177,14 @@ impl Life {
     fn check_command(&self, path: &PathView<'_>, before: f64, command: &SpeedCommand, dt: f64) {
         let SpeedCommand {
             acceleration,
+            speed,
             reference_speed,
             distance_to_stop,
             ..
         } = *command;
         assert!(acceleration.to_bits() == self.state.acceleration.to_bits());
         assert!(reference_speed >= 0.0 && reference_speed.is_finite());
+        assert!((-self.top..=self.top).contains(&speed), "{speed}");
         assert!(!distance_to_stop.is_nan() && distance_to_stop <= f64::INFINITY);
         let segment = self.state.waypoint.expect("a step knows its place");
         assert!(segment < path.segments());

@@ -64,7 +64,9 @@ fn valid(car: &Vehicle) -> bool {
         && optional(car.max_acceleration, 1e-3, 1e3)
         && optional(car.max_deceleration, 1e-3, 1e3)
         && optional(car.brake_deceleration, 1e-3, 1e3)
+        && within(car.drive_delay, 0.0, 10.0)
         && within(car.drive_lag, 0.0, 10.0)
+        && optional(car.stop_point, -1e3, 1e3)
 }
 
 /// No controller takes what is no vehicle.

@@ -21,8 +21,6 @@ _ACCELERATION = _speed_defaults["max_acceleration"]
 _DECELERATION = _speed_defaults["max_deceleration"]
 _STOP_DECELERATION = _speed_defaults["stop_deceleration"]
 _SPEED = SpeedTrackerParams()
-# The commanded speed runs ahead of the measured one by this at most [m/s].
-_LAGGING = 1.0
 # A planner's next path has moved by less than this [m], ...
 _SHIFT = 0.3
 # ... and a vehicle on it is not farther along than this [m].
@@ -92,7 +90,6 @@ class Pilot:
         self.hold = hold
         self._tracker = SpeedTracker(controller.path, controller.vehicle, _SPEED)
         self._speed: float | None = None
-        self._measured_speed = 0.0
         self._steer = 0.0
         self._passed = 0.0
         self._concerned = 0.0
@@ -178,7 +175,7 @@ class Pilot:
         if self.reason or known is None:
             return self._brake(dt)
         self.state = State.DRIVING
-        return self._drive(known, dt)
+        return self._drive(known)
 
     def _steer_along(self, measured: Measured, age: float, dt: float) -> SpeedCommand | None:
         """Steer; what the pedals are to do, None where the input is refused."""
@@ -196,26 +193,14 @@ class Pilot:
         self.command, self._steer = command, command.steer
         if self._speed is None:
             self._speed = measured.speed
-        self._measured_speed = measured.speed
         return speed
 
-    def _drive(self, wanted: SpeedCommand, dt: float) -> DriveCommand:
-        """Integrate the acceleration into a speed command, for vehicles that are given one."""
-        sign = -1.0 if wanted.reverse else 1.0
-        ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
+    def _drive(self, wanted: SpeedCommand) -> DriveCommand:
         limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)
         limit = max(limit, -wanted.acceleration)
         if wanted.cannot_stop:
             self.reason = "it cannot stop in time"
-        if wanted.standing:
-            ahead = max(ahead - limit * dt, 0.0)
-        elif ahead < 0.0:  # it rolls the other way
-            ahead = min(ahead + limit * dt, 0.0)
-        else:
-            # The drive may lag behind what it is given, but not for ever.
-            ahead += wanted.acceleration * dt
-            ahead = max(0.0, measured - _LAGGING, min(ahead, measured + _LAGGING))
-        self._speed = sign * ahead
+        self._speed = -wanted.speed if wanted.reverse else wanted.speed
         return DriveCommand(self._steer, self._speed, wanted.acceleration, limit)
 
     def _brake(self, dt: float) -> DriveCommand:

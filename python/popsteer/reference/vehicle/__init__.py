@@ -69,8 +69,12 @@ class Vehicle(Checked):
     """Largest deceleration of a plan [m/s²], one of comfort; None where it is not known."""
     brake_deceleration: float | None = optional(1e-3, 1e3)
     """What the brakes can do [m/s²]; None where it is not known."""
+    drive_delay: float = number(0.1, 0.0, 10.0)
+    """Time from a command to its first effect on the drive [s]."""
     drive_lag: float = number(0.0, 0.0, 10.0)
-    """Time constant with which the drive answers the pedals [s]."""
+    """Time constant of the drive's first-order response to the pedals [s]."""
+    stop_point: float | None = optional(-1e3, 1e3)
+    """The point that stops at a stop line, ahead of the pose's point [m]; None: the rear axle."""
     steers_at_rest: bool = False
     """Whether the wheels turn while the vehicle stands."""
 

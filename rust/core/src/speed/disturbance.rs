@@ -31,7 +31,8 @@
 //! their force that takes is not known.
 
 use crate::bounds::MAX_SPEED;
-use crate::math::{decay, saturate};
+use crate::math::{decay, larger, saturate, smaller};
+use crate::speed::servo::Servo;
 use crate::vehicle::Gate;
 
 /// Bound of the estimate [m/s²]: a slope of a fifth. More is a fault of the drive or of the speed.
@@ -70,9 +71,27 @@ pub struct SpeedTrackerState {
     pub bend: f64,
     /// Whether the vehicle overruns its stop by the last step.
     pub overruns: bool,
+    /// The last speed signal [m/s], believed or not; None before the first step.
+    pub heard: Option<f64>,
+    /// The speed command, for a vehicle that takes one.
+    pub servo: Servo,
 }
 
 impl SpeedTrackerState {
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the last: at most what accelerations of
+    /// `most` [m/s²] make of the expected speed or of the last signal. So two messages can say
+    /// anything, and one alone can not.
+    pub(super) fn hear(&mut self, speed: f64, most: f64, dt: f64) -> f64 {
+        let Some(last) = self.heard.replace(speed) else {
+            return speed;
+        };
+        let gained = (self.drive + self.disturbance) * dt;
+        let believed = self.gate.map_or(last, |gate| gate.believed.speed);
+        let expected = believed + if believed < 0.0 { -gained } else { gained };
+        let (low, high) = (smaller(last, expected), larger(last, expected));
+        saturate(speed, low - most * dt, high + most * dt)
+    }
+
     /// Moves the model on by `dt` [s] under the last command, with the acceleration `known` [m/s²]
     /// beside it, to the measured `speed` [m/s]. `held`: the vehicle stands on its brakes;
     /// `at_full_drive`: its drive may be at its end.

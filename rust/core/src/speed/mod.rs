@@ -15,6 +15,7 @@ pub mod pedals;
 pub mod pid;
 #[cfg(feature = "alloc")]
 pub mod profile;
+pub mod servo;
 mod stops;
 #[cfg(test)]
 mod tests;
@@ -30,4 +31,5 @@ pub use pedals::Pedals;
 pub use pid::{SpeedPid, SpeedPidParams, SpeedPidState};
 #[cfg(feature = "alloc")]
 pub use profile::{Course, Limit, plan_speeds};
+pub use servo::Servo;
 pub use tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams};

@@ -54,6 +54,7 @@ use crate::path::preview::wheel_at_rest;
 use crate::path::{Follow, PathView, STEP_BUDGET};
 use crate::speed::defaults::{self, gravity_along};
 use crate::speed::disturbance::{MAX_DISTURBANCE, SpeedTrackerState};
+use crate::speed::servo::Wanted;
 use crate::speed::stops::Planned;
 use crate::status::Status;
 use crate::vehicle::gate::rolled;
@@ -130,8 +131,6 @@ params! {
         max_jerk: f64 = 20.0, in [1e-3, 1e6];
         /// Acceleration beyond that of the plan that may correct an error [m/s^2].
         reserve: f64 = 0.4, in [0.0, 1e3];
-        /// Time from a command to its first effect on the drive [s].
-        drive_delay: f64 = 0.1, in [0.0, 10.0];
     }
 }
 
@@ -140,6 +139,9 @@ params! {
 pub struct SpeedCommand {
     /// Acceleration in the direction of driving [m/s^2]; negative brakes.
     pub acceleration: f64,
+    /// Speed to command in the direction of driving [m/s], for a vehicle that takes a speed: never
+    /// above the top speed; negative only while the vehicle still rolls the other way.
+    pub speed: f64,
     /// Speed that the plan has beside the rear axle [m/s]; at least that to creep with, so never negative.
     pub reference_speed: f64,
     /// Distance along the path to the next stop [m]: a cusp, the end, or a speed of 0; infinite where
@@ -332,6 +334,8 @@ impl SpeedTracker {
             next = SpeedTrackerState {
                 waypoint: next.waypoint,
                 gate: next.gate,
+                heard: next.heard,
+                servo: next.servo.turned(),
                 ..SpeedTrackerState::default()
             };
         }
@@ -363,12 +367,14 @@ impl SpeedTracker {
         let change = self.params.max_jerk * dt;
         let command = saturate(larger(command, -self.brakes), last - change, last + change);
         next.acceleration = command;
+        let speed = self.speed(path, plan, &at, (&now, command), &mut next);
         next.overruns = braking.cannot_stop;
         // One speed alone that is wrong is a glitch; a first step has no other to compare it with.
         let cannot_stop = next.overruns && (state.overruns || state.gate.is_none());
         *state = next;
         Ok(SpeedCommand {
             acceleration: command,
+            speed,
             reference_speed: now.reference,
             distance_to_stop: now.measured,
             reverse: at.reverse,
@@ -388,6 +394,10 @@ impl SpeedTracker {
         age: f64,
     ) -> VehicleState {
         let car = &self.vehicle;
+        let vehicle = VehicleState {
+            speed: state.hear(vehicle.speed, self.brakes, dt),
+            ..vehicle
+        };
         let mut believed = vehicle;
         if let Some(gate) = &mut state.gate {
             let (before, since) = (gate.believed, gate.since);
@@ -470,7 +480,7 @@ impl SpeedTracker {
             segment,
             end: path.section_end(segment),
         };
-        let lag = params.drive_delay + self.vehicle.drive_lag;
+        let lag = self.vehicle.drive_delay + self.vehicle.drive_lag;
         let delay = lag + 0.5 * dt;
         let speed = at.vehicle.speed;
         let creep = CREEP * wheelbase;
@@ -562,6 +572,33 @@ impl SpeedTracker {
         }
     }
 
+    /// The speed to command for a vehicle that takes one [m/s], along the path.
+    fn speed(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        at: &Located,
+        (now, acceleration): (&Situation, f64),
+        state: &mut SpeedTrackerState,
+    ) -> f64 {
+        let segment = at.closest.segment;
+        let planned = Planned {
+            path,
+            speeds: plan,
+            segment,
+            end: path.section_end(segment),
+        };
+        let time = self.vehicle.drive_delay + self.vehicle.drive_lag;
+        let ahead = (larger(now.speed, 0.0) + 0.5 * self.driving * time) * time;
+        let (squared, _, _) = planned.at(at.closest.arc_length(path) + ahead);
+        let wanted = Wanted {
+            acceleration,
+            plan: larger(sqrt(squared), now.slowest),
+            standing: now.standing,
+        };
+        state.servo.step(&self.vehicle, now.speed, wanted, at.dt)
+    }
+
     /// What the stop takes, after the `last` command [m/s²].
     fn braking_for(&self, now: &Situation, last: f64) -> Braking {
         let wheelbase = self.vehicle.wheelbase;
@@ -632,6 +669,8 @@ impl SpeedTracker {
         input_in_range("turning", state.turning, 0.0, MAX_DT)?;
         input_within("disturbance", state.disturbance, MAX_DISTURBANCE)?;
         input_within("bend", state.bend, MAX_BEND)?;
+        input_within("heard", state.heard.unwrap_or(0.0), MAX_SPEED)?;
+        state.servo.checked()?;
         state.gate.map_or(Ok(()), |gate| gate.checked().map(|_| ()))
     }
 }

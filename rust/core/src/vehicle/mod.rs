@@ -34,6 +34,7 @@ params! {
     /// wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)
     /// |wheel| <= max_steer
     /// yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed^2)
+    /// a'     = (acceleration(t - drive_delay) - a) / drive_lag,    speed' = a + what else pushes
     /// ```
     ///
     /// and the no-slip point moves along the vehicle's heading.
@@ -74,8 +75,13 @@ params! {
         /// What the brakes can do [m/s^2]: asked of them only where the vehicle would overrun a stop;
         /// absent if it is not known.
         brake_deceleration: Option<f64> = None, in [1e-3, 1e3];
+        /// Time from a command to its first effect on the drive [s].
+        drive_delay: f64 = 0.1, in [0.0, 10.0];
         /// Time constant of the drive's first-order response to the pedals [s].
         drive_lag: f64 = 0.0, in [0.0, 10.0];
+        /// How far ahead of the pose's point lies the point that stops at a stop line and at the end
+        /// of a path that is driven forwards [m]; absent if it is the rear axle.
+        stop_point: Option<f64> = None, in [-1e3, 1e3];
         /// Whether the wheels turn while the vehicle stands: then they do so at a start and at a cusp,
         /// and the speed waits for them.
         steers_at_rest: bool = false;
@@ -99,6 +105,12 @@ impl Vehicle {
     #[inline]
     pub fn no_slip(&self) -> f64 {
         self.no_slip_point.unwrap_or(self.rear_axle)
+    }
+
+    /// How far ahead of the rear axle lies the point that stops [m].
+    #[inline]
+    pub fn stop_offset(&self) -> f64 {
+        self.stop_point.unwrap_or(self.rear_axle) - self.rear_axle
     }
 
     /// The length that turns an angle of the wheels into a curvature at `speed` [m/s]:

@@ -39,6 +39,8 @@ record! {
     PySpeedCommand(SpeedCommand) named "SpeedCommand",
     acceleration: f64, "float",
         "Acceleration in the direction of driving [m/s^2]; negative brakes.";
+    speed: f64, "float",
+        "Speed to command in the direction of driving [m/s], for a vehicle that takes a speed: never above the top speed; negative only while it still rolls the other way.";
     reference_speed: f64, "float",
         "Speed that the path allows beside the rear axle [m/s], never negative.";
     distance_to_stop: f64, "float",
