@@ -262,29 +262,27 @@ def test_mpc_looks_ahead_across_the_seam_of_a_path_with_cusps() -> None:
     pytest.importorskip("osqp")
     from popsteer.lab.baselines.ahead import Ahead
 
-    angle = np.arange(100) * (2.0 * math.pi / 100.0)
+    # To and fro on an arc: forward from waypoint 20 to 60, back across the seam to 20.
+    angle = 0.06 * np.abs((np.arange(80) - 20 + 40) % 80 - 40)
     xy = 20.0 * np.column_stack((np.cos(angle), np.sin(angle)))
-    plain = popsteer.Path(xy, closed=True)
-    backwards = (angle > 2.0) & (angle < 4.0)
-    turning = popsteer.Path(xy, closed=True, reverse=backwards)
-    first, last = np.flatnonzero(backwards)[[0, -1]].tolist()
-    found, whole = Ahead(turning), Ahead(plain)
-    for segment in (last + 1, 80, 99, 0, 7, first - 1):
-        arc = float(plain.s[segment]) + 0.3
-        # As far as the last waypoint before the cusp; beyond that the heading stays.
-        reach = ((first - segment) % 100 - 1) * plain.length / 100.0 - 0.5
-        distances = np.linspace(0.0, max(reach, 0.1), 20)
-        expected = whole.headings(segment, arc, distances)
-        headings = found.headings(segment, arc, distances)
-        if segment not in (last + 1, first - 1):
-            np.testing.assert_allclose(np.diff(headings), np.diff(expected), atol=1e-9)
-            off = math.remainder(headings[0] - expected[0], 2.0 * math.pi)
-            assert off == pytest.approx(0.0, abs=1e-9)
-        beyond = found.headings(segment, arc, np.array([reach + 5.0, reach + 50.0]))
-        assert beyond[0] == beyond[1]
-    assert [found.turning(7, reverse=True), found.turning(last, reverse=False)] == [first, last + 1]
-    assert found.turning(80, reverse=True) == first
-    assert found.turning(80, reverse=False) == 80
+    backwards = ~((np.arange(80) >= 20) & (np.arange(80) < 60))
+    path = popsteer.Path(xy, closed=True, reverse=backwards)
+    step = path.length / 80.0
+    found = Ahead(path, popsteer.Vehicle())
+    for segment in (60, 70, 79, 0, 7, 19, 20, 40, 59):
+        left = 1.0 if 20 <= segment < 60 else -1.0  # in the order of the waypoints
+        reach = ((59 if left > 0 else 19) - segment) % 80 * step + 0.7 * step
+        begin = angle[segment] + 0.3 * 0.06 * left + left * 0.5 * math.pi
+        distances = np.linspace(0.0, reach, 20)
+        headings = found.headings(segment, float(path.s[segment]) + 0.3 * step, distances)
+        np.testing.assert_allclose(np.diff(headings), left * 0.06 / step * np.diff(distances))
+        assert math.remainder(headings[0] - begin, math.tau) == pytest.approx(0.0, abs=1e-9)
+        beyond = reach + np.array([0.0, 5.0, 50.0])
+        assert np.ptp(found.headings(segment, float(path.s[segment]) + 0.3 * step, beyond)) < 1e-9
+    assert [found.turning(7, reverse=False), found.turning(59, reverse=True)] == [20, 60]
+    assert found.turning(70, reverse=False) == 20
+    assert found.turning(70, reverse=True) == 70
+    whole = Ahead(popsteer.Path(xy[:20]), popsteer.Vehicle())
     assert whole.turning(7, reverse=True) == 7
 
 

@@ -32,6 +32,125 @@ def made(name: str, path: popsteer.Path, car: popsteer.Vehicle = CAR) -> Any:
     return kind(path, car, kind.Params())
 
 
+class Line:
+    """A curve of the plane by its heading over the arc length, and waypoints on it."""
+
+    def __init__(self, curvature: float, rate: float, length: float) -> None:
+        self.curvature, self.rate = curvature, rate
+        self.s = np.linspace(0.0, length, 20_001)
+        middle = 0.5 * (self.s[1:] + self.s[:-1])
+        yaw = curvature * middle + 0.5 * rate * middle * middle
+        steps = self.s[1] * np.column_stack((np.cos(yaw), np.sin(yaw)))
+        self.xy = np.vstack(((0.0, 0.0), np.cumsum(steps, axis=0)))
+
+    def at(self, s: Any) -> Any:
+        """Position and direction at an arc length."""
+        x, y = (np.interp(s, self.s, each) for each in self.xy.T)
+        return x, y, self.curvature * s + 0.5 * self.rate * s * s
+
+    def waypoints(self, spacing: float, *, even: bool) -> Any:
+        """Every `spacing`, or at distances of 0.6 to 1.4 of it."""
+        draws = np.random.default_rng(3).uniform(0.6, 1.4, 1000) if not even else np.ones(1000)
+        s = spacing * np.concatenate(([0.0], np.cumsum(draws)))
+        return np.column_stack(self.at(s[s < self.s[-1]])[:2])
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("shape", ["circle", "uneven circle", "clothoid"])
+@looped("wheelbase", (0.16, 0.33, 2.7, 12.0))
+def test_opponents_exactly_on_a_line_see_no_error_and_hold_their_wheels(
+    wheelbase: float, shape: str, reverse: bool
+) -> None:
+    car = popsteer.Vehicle(wheelbase=wheelbase, rear_axle=-0.4 * wheelbase, max_steer=0.6)
+    bend, rate = (0.1, 0.0) if "circle" in shape else (0.0, 0.006)
+    line = Line(bend / wheelbase, rate / wheelbase**2, 30.0 * wheelbase)
+    even = shape != "uneven circle"
+    xy = line.waypoints(0.37 * wheelbase, even=even)
+    path = popsteer.Path(xy, reverse=[reverse] * len(xy))
+    speed, dt, side = 2.0 * wheelbase, 0.05, -1.0 if reverse else 1.0
+    for name in NAMES:
+        wheels = []
+        for s in wheelbase * np.linspace(8.0, 20.0, 24):
+            x, y, yaw = line.at(s)
+            yaw = math.remainder(yaw + math.pi * reverse, math.tau)
+            x, y = (x, y) - car.rear_axle * np.array((math.cos(yaw), math.sin(yaw)))
+            # A fresh one at each place: nothing is estimated of a car that is moved by hand.
+            opponent = made(name, path, car)
+            seen = opponent.observer.see(x, y, yaw, side * speed, dt)
+            assert abs(seen.error) < 2e-5 * wheelbase, (name, s)
+            assert abs(seen.heading) < 3e-4, (name, s)
+            ahead = wheelbase * np.array((0.0, 0.11, 0.9, 2.3))
+            wanted = line.curvature + line.rate * (s + 0.5 * (ahead[1:] + ahead[:-1]))
+            found = wheelbase * opponent.observer.curvature(seen, ahead)
+            assert found == pytest.approx(wheelbase * wanted, abs=1e-3), (name, s)
+            wheels.append(made(name, path, car).step(x, y, yaw, side * speed, dt))
+        if "circle" in shape:
+            assert np.ptp(wheels) < 1e-4, name
+
+
+@looped("name", NAMES)
+def test_opponents_on_a_circle_come_to_hold_their_wheels(name: str) -> None:
+    line = Line(1.0 / 25.0, 0.0, 150.0)
+    path = popsteer.Path(line.waypoints(1.0, even=True))
+    start = line.at(5.0)
+    plant = sim.KinematicBicycle(CAR.replace(rear_axle=0.0))
+    run = sim.run(
+        made(name, path, plant.vehicle), plant, path=path, start=start, constant_speed=5.0
+    )
+    held = run.records["steer"][(run.records["time"] > 10.0) & (run.records["time"] < 20.0)]
+    assert np.ptp(held) < 1e-4
+    assert held[-1] == pytest.approx(math.atan(2.7 / 25.0), abs=2e-4)
+
+
+def test_opponents_see_no_error_on_both_sides_of_a_cusp() -> None:
+    # Forward with the wheels to the left, then backwards with them to the right.
+    first, radius = np.arange(0.0, 15.0, 1.0), 20.0
+    x, y = radius * np.sin(first / radius), radius * (1.0 - np.cos(first / radius))
+    end = float(first[-1] / radius)
+    away = np.arange(1.0, 15.0, 1.0) / radius
+    centre = x[-1] + radius * math.sin(end), y[-1] - radius * math.cos(end)
+    back = centre + radius * np.column_stack((-np.sin(end + away), np.cos(end + away)))
+    xy = np.vstack((np.column_stack((x, y)), back))
+    path = popsteer.Path(xy, reverse=np.arange(len(xy)) >= len(first) - 1)
+    car = popsteer.Vehicle(wheelbase=2.7, max_steer=0.6)
+    opponent, legs = made(NAMES[1], path, car), set()
+    for k in range(130):
+        s = 4.0 + 0.16 * k
+        if s <= first[-1]:
+            speed, yaw = 3.2, float(s / radius)
+            at = radius * math.sin(yaw), radius * (1.0 - math.cos(yaw))
+        else:
+            speed, yaw = -3.2, float(end + (s - first[-1]) / radius)
+            at = centre[0] - radius * math.sin(yaw), centre[1] + radius * math.cos(yaw)
+        seen = opponent.observer.see(*at, yaw, speed, 0.05)
+        if abs(s - first[-1]) > 0.3:
+            assert opponent.observer.reverse is (speed < 0.0)
+            assert abs(seen.error) < 1e-4, s
+            assert abs(seen.heading) < 1e-4, s
+            # Over a tenth of the wheelbase, which begins or ends at the car.
+            bend = opponent.observer.bend(seen, -0.27 * (speed > 0.0))
+            assert bend == pytest.approx(1.0 / radius, abs=1e-3), s
+            legs.add(opponent.observer.reverse)
+    assert legs == {False, True}
+
+
+def test_opponent_keeps_its_place_when_the_path_is_sent_anew() -> None:
+    # Two laps, the second half a metre outside of the first: after a while the car is nearer to it.
+    angle = np.arange(0.0, 4.0 * math.pi, 0.05)
+    radius = 20.0 + 0.5 * (angle > 2.0 * math.pi)
+    xy = np.column_stack((radius * np.sin(angle), 20.0 - radius * np.cos(angle)))
+    arcs = popsteer.Path(xy).s
+    for name in NAMES:
+        opponent = made(name, popsteer.Path(xy))
+        for k in range(200):
+            yaw = 1.0 + 0.02 * k
+            out = 20.0 + min(0.01 * k, 0.4)
+            opponent.set_path(popsteer.Path(xy))
+            opponent.step(out * math.sin(yaw), 20.0 - out * math.cos(yaw), yaw, 8.0, 0.05)
+            found = opponent.observer._segment
+            assert abs(arcs[found] - 20.0 * yaw) < 3.0, (name, k)
+
+
 def straight() -> popsteer.Path:
     return popsteer.Path([(float(x), 0.0) for x in range(0, 201, 2)])
 

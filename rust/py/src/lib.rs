@@ -51,7 +51,7 @@ mod _core {
             PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
         many::run_many,
-        path::PyPath,
+        path::{PyPath, path_headings},
         plants::{PyCarlaIdentified, PyKinematicBicycle},
         projection::{PyLookahead, PyProjection},
         sim::{PyNoise, PySettings, PySimulation},

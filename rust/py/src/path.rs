@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_YAW};
 use popsteer_core::error::{InputError, input_in_range as checked};
 use popsteer_core::path::lookahead;
+use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{ClosestPoint, Path, PathView, locate, projection};
@@ -668,6 +669,32 @@ impl PyPath {
 }
 
 /// A position whose coordinates are within the bounds.
+/// The path's direction at `distances` [m] ahead of `arc_length` [m] on segment `segment`, as preview
+/// POP takes it: that of the path's own headings, or else smoothed over `base` [m]. Each is counted on
+/// from the one before, so that none wraps.
+#[pyfunction(name = "_path_headings")]
+pub(crate) fn path_headings<'py>(
+    py: Python<'py>,
+    path: &PyPath,
+    base: f64,
+    segment: Count,
+    arc_length: f64,
+    distances: PyReadonlyArray1<'_, f64>,
+) -> Raises<Bound<'py, PyArray1<f64>>> {
+    let segment = path.index("segment", segment)?;
+    let distances = distances.as_slice()?;
+    let far = distances.last().copied().unwrap_or(0.0);
+    let view = path.view();
+    let mut preview = Preview::new(&view, base, segment, arc_length, far);
+    let mut heading = preview.path_yaw(arc_length);
+    let headings = distances.iter().map(|distance| {
+        heading += math::wrap(preview.path_yaw(arc_length + distance) - heading);
+        heading
+    });
+    let headings = headings.collect();
+    Ok(PyArray1::from_vec(py, headings))
+}
+
 fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
     checked("x", x, -MAX_COORDINATE, MAX_COORDINATE)?;
     checked("y", y, -MAX_COORDINATE, MAX_COORDINATE)?;

@@ -61,7 +61,7 @@ class Mpc:
         resolved = self.params.resolved(vehicle)
         point = vehicle.no_slip_point
         self._no_slip = vehicle.rear_axle if point is None else point
-        self._ahead = Ahead(path)
+        self._ahead = Ahead(path, vehicle)
         self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
         self._problem = Problem(vehicle, resolved)
         self.reset()
@@ -134,7 +134,7 @@ class Mpc:
                 curvature=np.diff(heading) / (speed * self.params.stage_time),
                 speed=speed,
                 ahead=ahead,
-                cross_track=within(projection.cross_track_error, -far, far),
+                cross_track=within(self._ahead.cross_track(projection), -far, far),
                 heading=within(error, -_MOST_HEADING, _MOST_HEADING),
                 wheel=self._mirror(wheel - offset),
                 offset=self._mirror(offset),

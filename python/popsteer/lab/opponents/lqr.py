@@ -96,11 +96,7 @@ class Lqr(Opponent):
             self._gain = np.linalg.solve(r + b.T @ p @ b, b.T @ p @ a)[0]
         here = 0.5 * seen.speed * seen.dt
         ahead = here + seen.speed * self.vehicle.steer_lag
-        step = 0.1 * length
-        now, then = (
-            float(self.observer.curvature(seen, np.array([at, at + step]))[0])
-            for at in (here, ahead)
-        )
+        now, then = (self.observer.bend(seen, at) for at in (here, ahead))
         feed = math.atan(seen.length * then)
         before = self.observer.steer + self.observer.eye.estimate.steer_offset
         before = -before if self.observer.reverse else before

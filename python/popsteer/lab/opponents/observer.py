@@ -55,35 +55,32 @@ class Observer:
 
     def __init__(self, path: Path, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
-        self.set_path(path)
-        self.eye = PreviewPop(path, vehicle)
+        self._ahead = Ahead(path, vehicle)
+        self.eye = PreviewPop(self._ahead.path, vehicle)
         point = vehicle.no_slip_point
         self._point = vehicle.rear_axle if point is None else point
+        self._segment = -1
         self.steer, self.wheel, self.reverse = 0.0, 0.0, False
 
     def set_path(self, path: Path) -> None:
-        """Follow another path from the next step on."""
-        self.path, self._ahead, self._segment = path, Ahead(path), -1
-        xy = np.column_stack((path.x, path.y))
-        self._xy = np.vstack((xy, xy[:1])) if path.closed else xy
-        self._s = np.append(path.s, path.length) if path.closed else np.array(path.s)
-        if hasattr(self, "eye"):
-            self.eye.set_path(path)
+        """Follow another path from the next step on, from the place where the vehicle is."""
+        self._ahead, self._segment = Ahead(path, self.vehicle), -1
+        self.eye.set_path(self._ahead.path)
 
     def see(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Seen:
         """Take a pose [m, m, rad], a speed [m/s] and the time since the last one [s]."""
         command = self.eye.step(x, y, yaw, speed, dt, applied_steer=self.steer)
-        estimate, car = self.eye.estimate, self.vehicle
+        estimate, car, path = self.eye.estimate, self.vehicle, self._ahead.path
         self._move_wheels(dt)
+        if self._segment < 0:
+            state = self.eye.state
+            self._segment = state.waypoint if (at := state.measured_waypoint) is None else at
         if command.reverse is not self.reverse:
             self.reverse = command.reverse
-            if self._segment >= 0:
-                self._segment = self._ahead.turning(self._segment, reverse=self.reverse)
+            self._segment = self._ahead.turning(self._segment, reverse=self.reverse)
         x, y = x + self._point * math.cos(yaw), y + self._point * math.sin(yaw)
-        if self._segment < 0:
-            self._segment = self.path.relocalise(x, y, yaw)
         reach = 2.0 * car.wheelbase + abs(speed) * dt
-        found = self.path.locate(x, y, yaw, self._segment, reach)
+        found = path.locate(x, y, yaw, self._segment, reach)
         self._segment = found.segment
         speed = max(abs(speed), _LEAST_SPEED * car.wheelbase)
         side = -1.0 if self.reverse else 1.0
@@ -105,14 +102,20 @@ class Observer:
         headings = self._ahead.headings(seen.segment, seen.arc, distances)
         return np.diff(headings) / np.diff(distances)
 
+    def bend(self, seen: Seen, ahead: float) -> float:
+        """Give the curve's curvature so far ahead [1/m], over a tenth of the wheelbase."""
+        ends = np.array([ahead, ahead + 0.1 * self.vehicle.wheelbase])
+        return float(self.curvature(seen, ends)[0])
+
     def towards(self, seen: Seen, distance: float) -> tuple[float, float]:
         """Give distance and bearing [m, rad], from the vehicle, of the path's point so far ahead.
 
         Past the next cusp, or the end, the path is taken to go straight on.
         """
         within = min(distance, max(seen.left, 0.0))
-        yaw, far = self._ahead.headings(seen.segment, seen.arc, np.array([0.0, within])).tolist()
-        (x, y), (to_x, to_y) = self._place(seen.arc), self._place(seen.arc + within)
+        ends = np.array([0.0, within])
+        yaw, far = self._ahead.headings(seen.segment, seen.arc, ends).tolist()
+        (x, y), (to_x, to_y) = self._ahead.place(seen.arc), self._ahead.place(seen.arc + within)
         x, y = x - seen.error * math.sin(yaw), y + seen.error * math.cos(yaw)
         to_x += (distance - within) * math.cos(far)
         to_y += (distance - within) * math.sin(far)
@@ -140,11 +143,6 @@ class Observer:
         if car.max_steer_rate is not None:
             turned = min(max(turned, -car.max_steer_rate * dt), car.max_steer_rate * dt)
         self.wheel += turned
-
-    def _place(self, arc: float) -> tuple[float, float]:
-        arc = arc % self.path.length if self.path.closed else arc
-        x, y = (float(np.interp(arc, self._s, each)) for each in self._xy.T)
-        return x, y
 
 
 class Opponent:

@@ -36,9 +36,9 @@ class RearWheelFeedback(Opponent):
 
     def wheels(self, seen: Seen) -> float:
         """Give the angle of the wheels [rad]."""
-        k, length = self.params.decay / self.vehicle.wheelbase, self.vehicle.wheelbase
+        k = self.params.decay / self.vehicle.wheelbase
         ahead = seen.speed * (self.vehicle.steer_lag + 0.5 * seen.dt + self.params.preview)
-        bend = float(self.observer.curvature(seen, np.array([ahead, ahead + 0.1 * length]))[0])
+        bend = self.observer.bend(seen, ahead)
         heading = seen.heading + seen.slope * bend
         denominator = max(1.0 - bend * seen.error, 0.2)
         sinc = float(np.sinc(heading / math.pi))
