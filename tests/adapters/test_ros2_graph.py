@@ -20,11 +20,11 @@ pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import messages
-from popsteer.adapters.ros2.conversions import path_of, path_of_bytes
 from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.discovery import configuration
 from popsteer.adapters.ros2.node import Node, Options
 from popsteer.adapters.ros2.pacing import spin
+from popsteer.adapters.ros2.paths import path_of, points_of_bytes
 from tests.adapters.ros2_domain import domain
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def test_node_is_announced_with_its_readers_and_writers(
     assert namespace == "/car"
     assert who[:16] == member._participant.guid.bytes
     topics = node.options.topics
-    assert len(readers) == 3  # odometry, path, requests of ~/reset
+    assert len(readers) == 5  # odometry, path, ~/release, speed_limit, requests of ~/reset
     there = member.graph.publications
     named = {there[gid[:16]].topic for gid in writers}
     assert named == {
@@ -152,7 +152,7 @@ def test_every_endpoint_tells_its_type_hash_and_the_participant_its_enclave() ->
         there = [each for each in found if each.participant_key == own]
         return [each for each in there if not each.topic_name.startswith("DCPS")]  # DDS's own
 
-    assert until(lambda: len(seen()) == 8)
+    assert until(lambda: len(seen()) == 10)
     for each in seen():
         assert b"typehash=RIHS01_" in _user_data(each.qos), each.topic_name
     (path,) = [each for each in seen() if each.topic_name == "rt/path"]
@@ -300,10 +300,10 @@ def test_points_are_decoded_as_rosbags_does_at_any_alignment() -> None:
                 wanted, frame = path_of(messages.decode(messages.PATH, each))
             except Exception:  # noqa: BLE001 - whatever rosbags stumbles over
                 with pytest.raises(Exception):  # noqa: B017, PT011
-                    path_of_bytes(messages.PATH, each)
+                    points_of_bytes(messages.PATH, each).path()
                 continue
-            found = path_of_bytes(messages.PATH, each)
-            assert (found[0].x.tolist(), found[1]) == (wanted.x.tolist(), frame)
+            found = points_of_bytes(messages.PATH, each)
+            assert (found.path().x.tolist(), found.frame) == (wanted.x.tolist(), frame)
 
 
 def test_path_of_1300_points_takes_less_than_two_milliseconds() -> None:
@@ -311,7 +311,7 @@ def test_path_of_1300_points_takes_less_than_two_milliseconds() -> None:
     times = []
     for _ in range(9):
         begun = time.perf_counter()
-        path_of_bytes(messages.PATH, data)
+        points_of_bytes(messages.PATH, data).path()
         times.append(time.perf_counter() - begun)
     assert statistics.median(times) < 0.002
 

@@ -116,7 +116,7 @@ def test_path_in_another_frame_is_refused_counted_and_stopped_for(bench: Bench) 
         if bench.state == "standing":
             break
     assert bench.state == "standing"
-    said = "frame is 'odom', that of the odometry is 'map'"
+    said = "frame is 'map' of the odometry, 'odom' of the path"
     assert bench.reason == f"path on /path refused: {said}"
     values = bench.report()["values"]
     assert (values["path_refused"], values["path_refused_because"]) == ("1", said)
@@ -128,7 +128,7 @@ def test_path_in_another_frame_is_refused_counted_and_stopped_for(bench: Bench) 
 def test_odometry_in_another_frame_is_refused_and_stopped_for(bench: Bench) -> None:
     bench.run(100, frame="odom")
     assert bench.state == "braking"
-    assert "frame is 'odom', that of the path is 'map'" in bench.reason
+    assert "frame is 'odom' of the odometry, 'map' of the path" in bench.reason
     assert int(bench.report()["values"]["odometry_refused"]) > 50
     bench.run(3)
     assert bench.state == "driving"

@@ -13,7 +13,7 @@ from popsteer.errors import ConfigError
 
 pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 
-from popsteer.adapters.ros2 import conversions, messages
+from popsteer.adapters.ros2 import conversions, messages, paths
 from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.topics import Topics
 
@@ -147,8 +147,8 @@ def test_bytes_of_a_trajectory_give_what_its_message_gives() -> None:
     message = messages.make(messages.TRAJECTORY, points=points)
     data = messages.encode(message)
     for path, _ in (
-        conversions.path_of(message),
-        conversions.path_of_bytes(messages.TRAJECTORY, data),
+        paths.path_of(message),
+        (paths.points_of_bytes(messages.TRAJECTORY, data).path(), ""),
     ):
         assert path.speed is not None
         assert path.speed.tolist() == [2.0, 1.5, 0.0]

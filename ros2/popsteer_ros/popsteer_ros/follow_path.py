@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any, Protocol
 
+import numpy as np
 from nav2_msgs.action import FollowPath
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.serialization import serialize_message
 from rclpy.task import Future
 
-from popsteer.adapters.ros2 import State
+from popsteer.adapters.ros2 import MessageError, State
+from popsteer.adapters.ros2.paths import inverse, placed, points_of_poses
 
-_RESULT = FollowPath.Result
-_STANDING = 0.05  # the vehicle has arrived below this [m/s]
+from .goals import light, poses_of
+
+_KEPT = 10  # for so long a client may ask for a result [s]; each keeps its goal's path
 
 
 class Host(Protocol):
@@ -22,84 +24,158 @@ class Host(Protocol):
     def now(self) -> int:
         """Give the time of the node's clock [ns]."""
 
+    def get_logger(self) -> Any:
+        """Give where the node's log goes."""
+
     def value(self, name: str) -> Any:
         """Give a parameter."""
 
 
 class Follow:
-    """Drives one goal at a time; a new one takes the place of the old one."""
+    """Drives one goal at a time; a new one takes the place of the old one.
 
-    def __init__(self, host: Host, core: Any) -> None:
-        self._host, self._core = host, core
+    It takes goals while it has a `core`, the node that drives. What Nav2's distributions have
+    otherwise is told by the fields of `action`: codes, and the feedback's tracking errors. `open`
+    is the number of goals whose result is still to come.
+    """
+
+    def __init__(self, host: Host, action: Any = FollowPath) -> None:
+        self.core: Any = None
+        self._host, self._action = host, action
         self._goal: Any = None
+        self.open = 0
         on = {"goal_callback": self._accept, "cancel_callback": lambda _: CancelResponse.ACCEPT}
-        self._server = ActionServer(host, FollowPath, "follow_path", self._execute, **on)
+        self._server = ActionServer(
+            host, light(action), "follow_path", self._execute, result_timeout=_KEPT, **on
+        )
+
+    def stop(self, why: str) -> None:
+        """Take no more goals, and end the present one."""
+        self._end("UNKNOWN", why)
+        self.core = None
 
     def close(self) -> None:
         """Offer the action no more."""
-        self._end(_RESULT.UNKNOWN, "the node is deactivated")
         self._server.destroy()
 
-    def _accept(self, goal: Any) -> GoalResponse:
-        """Refuse what is no goal of this controller."""
-        usable = goal.controller_id in ("", "FollowPath", "popsteer")
-        return GoalResponse.ACCEPT if usable else GoalResponse.REJECT
+    def _accept(self, _: Any) -> GoalResponse:
+        return GoalResponse.REJECT if self.core is None else GoalResponse.ACCEPT
 
     async def _execute(self, goal: Any) -> Any:
+        self.open += 1
+        code, said = await self._drive(goal)
+        self.open -= 1
+        return self._result(code, said)
+
+    async def _drive(self, goal: Any) -> tuple[str | None, str]:
         # Nav2 sends each replanned path as another goal: it is one drive, whose progress counts on.
-        goes_on = self._goal is not None
-        self._end(_RESULT.UNKNOWN, "preempted by another goal")
-        now, intake = 1e-9 * self._host.now(), self._core.intake
-        if not intake.take_course(serialize_message(goal.request.path), now):
+        core, goes_on = self.core, self._goal is not None and not self._goal.is_cancel_requested
+        self._end("UNKNOWN", "preempted by another goal", rest=not goes_on)
+        if core is None:
             goal.abort()
-            said = intake.course_refused
-            code = _RESULT.TF_ERROR if "transform" in said else _RESULT.INVALID_PATH
-            return _RESULT(error_code=code, error_msg=said)
+            return "UNKNOWN", "the node is not active"
+        code, said = self._take(goal.request, anew=not goes_on)
+        if said or code is None:
+            core.rest("the goal has ended")
+            (goal.succeed if code is None else goal.abort)()
+            return code, said
         self._goal, self._ended = goal, Future()
-        self._begun, self._last = now, math.nan
+        self._begun, self._last = 1e-9 * self._host.now(), math.nan
         if not goes_on:
-            self._since, self._nearer = now, math.inf
-        code, said = await self._ended
-        return _RESULT(error_code=code, error_msg=said)
+            self._since, self._nearer = self._begun, math.inf
+        return tuple(await self._ended)
+
+    def _take(self, request: Any, *, anew: bool) -> tuple[str | None, str]:
+        """Take the path of a goal; gives a code and what is wrong, no code where it is there."""
+        name, known = request.controller_id, self._host.value("controller_plugins")
+        if name not in known and not (name == "" and len(known) == 1):
+            return "INVALID_CONTROLLER", f"controller {name!r} is none of {', '.join(known)}"
+        intake, now = self.core.intake, 1e-9 * self._host.now()
+        path, intake.goals = request.path, True
+        try:
+            points = points_of_poses(poses_of(path), path.header.frame_id.lstrip("/"))
+            if intake.take_points(points, now, anew=anew):
+                return "NONE", ""
+            here, near = intake.here(points.frame, now), self._host.value("goal_tolerance")
+        except MessageError as error:
+            return "TF_ERROR", str(error)
+        if here is not None and len(points.xy):
+            away = np.hypot(*(points.xy - (here.x, here.y)).T).max()
+            if away < near and not np.ptp(points.xy, axis=0).any():
+                return None, ""
+        said = intake.course_refused
+        return "TF_ERROR" if "transform" in said else "INVALID_PATH", said
 
     def check(self) -> None:
         """Look after a step whether the goal is reached, cancelled or lost; tell of it."""
         if self._goal is None:
             return
-        core, now = self._core, 1e-9 * self._host.now()
+        core, now = self.core, 1e-9 * self._host.now()
         pilot, measured = core.pilot, core.intake.measured
         if self._goal.is_cancel_requested:
-            self._end(_RESULT.NONE, "cancelled")
-        elif core.drive is None:
+            core.rest("the goal is cancelled")
+            if core.stands:
+                self._end("NONE", "cancelled")
+        elif core.waits:
             if now - self._begun > core.options.timeout:
-                self._end(_RESULT.TF_ERROR, core.waits)
+                self._end("TF_ERROR", core.waits)
         elif pilot.state is State.DRIVING:
-            self._tell(now, pilot.command.distance_to_stop, measured.speed)
+            self._tell(now, pilot.command, measured)
         # In other states what it knew of its place may be of another path.
         elif pilot.state is State.STANDING and now - self._begun > core.options.hold:
             lost = "odometry" in pilot.reason
-            self._end(_RESULT.TF_ERROR if lost else _RESULT.NO_VALID_CONTROL, pilot.reason)
+            self._end("TF_ERROR" if lost else "NO_VALID_CONTROL", pilot.reason)
 
-    def _tell(self, now: float, remaining: float, speed: float) -> None:
+    def _tell(self, now: float, command: Any, measured: Any) -> None:
         """Give feedback, and look whether the goal is reached or no more come nearer to."""
-        feedback, value = FollowPath.Feedback(), self._host.value
-        feedback.distance_to_goal, feedback.speed = remaining, speed
+        remaining, value = command.distance_to_stop, self._host.value
+        feedback = self._action.Feedback()
+        told = getattr(feedback, "tracking_feedback", feedback)
+        told.distance_to_goal, told.speed = remaining, measured.speed
+        if told is not feedback:  # from Nav2 1.5 on
+            self._track(told, command, measured)
         self._goal.publish_feedback(feedback)
         self._nearer += 0.0 if math.isnan(self._last) else self._last - remaining
         self._last = remaining
         if self._nearer > value("progress_distance"):
             self._nearer, self._since = 0.0, now
-        if remaining < value("goal_tolerance") and abs(speed) < _STANDING:
+        if remaining < value("goal_tolerance") and self.core.stands:
             self._end(None, "")
         elif now - self._since > value("progress_time"):
-            self._end(_RESULT.FAILED_TO_MAKE_PROGRESS, "no progress along the path")
+            self._end("FAILED_TO_MAKE_PROGRESS", "no progress along the path")
 
-    def _end(self, code: int | None, said: str) -> None:
+    def _track(self, told: Any, command: Any, measured: Any) -> None:
+        """Give a message of tracking errors what is known, in the frame of the path."""
+        intake, pose = self.core.intake, told.robot_pose.pose
+        told.header.frame_id = told.robot_pose.header.frame_id = intake.course.frame
+        told.header.stamp.sec, told.header.stamp.nanosec = divmod(self._host.now(), 10**9)
+        told.robot_pose.header.stamp = told.header.stamp
+        told.position_tracking_error = command.cross_track_error
+        told.heading_tracking_error = command.heading_error
+        told.remaining_path_length = command.distance_to_stop
+        told.current_path_index = self.core.pilot.controller.state.waypoint or 0
+        back = inverse(intake.seen_from or (0.0, 0.0, 0.0))
+        pose.position.x, pose.position.y, yaw = placed(back, measured[:3])
+        pose.orientation.z, pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+
+    def _end(self, code: str | None, said: str, *, rest: bool = True) -> None:
         """End the goal: reached where there is no code, else cancelled or aborted; then stand."""
         if self._goal is None:
             return
         goal, self._goal = self._goal, None
         end = goal.canceled if goal.is_cancel_requested else goal.abort
         (goal.succeed if code is None else end)()
-        self._core.intake.stand("the goal has ended")
-        self._ended.set_result((code or _RESULT.NONE, said))
+        if rest:
+            self.core.rest("the goal has ended")
+        if code not in (None, "NONE"):
+            self._host.get_logger().info(f"goal ended: {said}")
+        self._ended.set_result((code, said))
+
+    def _result(self, code: str | None, said: str) -> Any:
+        """Make a result, of the fields that this distribution has."""
+        found = self._action.Result()
+        if hasattr(found, "error_code"):
+            found.error_code = getattr(self._action.Result, code or "NONE")
+        if hasattr(found, "error_msg"):
+            found.error_msg = said
+        return found

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import gc
-import math
 import signal
 import threading
+import time
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path as FilePath
 from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 
 from popsteer import ConfigError, PopsteerError, Vehicle, controllers, vehicles
-from popsteer.adapters.ros2 import Node, Options, Topics
+from popsteer.adapters.ros2 import Node, Options, Recording, Topics
 from popsteer.adapters.ros2.intake import load_path
 from popsteer.adapters.ros2.node import RANGES
 from popsteer.adapters.ros2.pacing import Pace
 from popsteer.adapters.ros2.topics import COMMANDS
+from popsteer.cli.inputs import tuned
 
 from .frames import Frames
 from .transport import Transport
@@ -37,18 +42,28 @@ PARAMETERS: dict[str, tuple[Any, ...]] = {
     "goal_tolerance": (0.25, "a goal is reached this near to the path's end [m]", 0.001, 100.0),
     "progress_distance": (0.5, "progress is to come nearer to the end by this [m]", 0.0, 100.0),
     "progress_time": (10.0, "a goal without progress is aborted after this [s]", 0.1, 1e6),
+    "controller_plugins": (["FollowPath"], "names of controllers that goals may ask for"),
+    "bond": (True, "whether Nav2's lifecycle manager is told that the node lives"),
     "vehicle": ("", "the vehicle: a file *.toml or a name"),
     "controller": ("preview-pop", "the controller"),
-    "command_type": ("ackermann", f"what is published: {', '.join(COMMANDS)}"),
+    "preset": ("default", "its preset"),
+    "params": ("", "its parameters: a file *.toml as popsteer tune writes it"),
+    "set": ([""], "single parameters of it, and how it adapts: NAME=VALUE each"),
+    "adapt": (True, "whether it adapts to the vehicle"),
+    "monitor": (True, "whether deviating from the path and implausible turns are faults"),
+    "command_type": ("", f"what is published: {', '.join(COMMANDS)}; ackermann if empty"),
     "base_frame": ("", "frame of the vehicle's point; the odometry's child frame if empty"),
     "rear_axle_frame": ("", "frame of the rear axle: its place in base_frame is used"),
     "path_file": ("", "a path as CSV: x, y, speed; or a raceline s; x; y; psi; kappa; vx; ax"),
     "path_frame": ("map", "frame of path_file"),
     "closed": (Options.closed, "whether the last point of a path joins its first"),
+    "steering": (False, "whether the topic steering has the wheels' angle, as it is measured"),
+    "record": ("", "a file *.mcap that all messages are written to while it is active"),
     "autoware": (False, "Autoware's topics and messages"),
 }
 CHANGED = ("stale", "hold", "keep_path")  # of popsteer's options, while it drives
-LIVE = {*CHANGED, "tf_stale", "goal_tolerance", "progress_distance", "progress_time"}
+LIVE = {*CHANGED, "tf_stale", "max_speed", "goal_tolerance", "progress_distance", "progress_time"}
+_LAST = 1.0  # how long the results of goals have to go out when the process ends [s]
 
 
 class Track(LifecycleNode):
@@ -64,11 +79,14 @@ class Track(LifecycleNode):
             self.declare_parameter(name, default, described)
         self.core: Node | None = None
         self.frames: Frames | None = None
-        self._follow: Any = None
+        self.follow: Any = None
         self._link: Transport | None = None
+        self._recording: Recording | None = None
         self._came = False
         self.add_on_set_parameters_callback(self._check)
         self.add_post_set_parameters_callback(self._change)
+        asked = self._service_change_state.callback
+        self._service_change_state.callback = lambda *given: self._asked(asked, *given)
 
     def value(self, name: str) -> Any:
         """Give a parameter."""
@@ -78,39 +96,63 @@ class Track(LifecycleNode):
         """Give the time of the node's clock [ns]."""
         return int(self.get_clock().now().nanoseconds)
 
+    def _asked(self, change: Any, request: Any, response: Any) -> Any:
+        """Change the state as a service asks for; refuse what cannot be, which rclpy does not."""
+        try:
+            return change(request, response)
+        except rclpy_implementation.RCLError:
+            wanted = request.transition.label or request.transition.id
+            state = self._state_machine.current_state[1]
+            self.get_logger().error(f"transition {wanted} is refused in the state {state}")
+            response.success = False
+            return response
+
     def on_configure(self, _: Any) -> TransitionCallbackReturn:
-        """Check what is given, and hear tf."""
+        """Check what is given, hear tf, and offer the action."""
         if said := self._load({}):
             self.get_logger().error(said)
             return TransitionCallbackReturn.FAILURE
         self.frames = Frames(self, self.value("tf_stale"))
+        try:
+            from .follow_path import Follow
+
+            self.follow = Follow(self)
+        except ImportError:
+            self.get_logger().info("no nav2_msgs: the action follow_path is not offered")
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: Any) -> TransitionCallbackReturn:
         """Hear odometry and paths, and steer."""
-        car, kind, path = self._named
+        try:
+            self._start()
+        except (PopsteerError, OSError, RuntimeError, ValueError) as error:
+            self.get_logger().error(f"not activated: {error}")
+            self.stop("the activation has failed")
+            return TransitionCallbackReturn.FAILURE
+        return super().on_activate(state)
+
+    def _start(self) -> None:
+        make, path = self._named
         self._link = Transport(self, lambda: self._tick(came=True))
-        sent = Topics(command_type=COMMANDS[self.value("command_type")])
-        topics = Topics.of_autoware() if self.value("autoware") else sent
-        topics = topics.renamed({}, self.get_name(), self.get_namespace())
-        called = ("odometry", "path", "command", "predicted")  # where they are remapped to
-        names = {what: self.resolve_topic_name(getattr(topics, what)) for what in called}
-        topics = topics.renamed(names)
+        topics = self._topics()
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)
-        make = lambda path: kind(path, car.replace(**self.frames.known))  # noqa: E731
-        self.core = Node(self._link, make, options, say=self.get_logger().info)
+        if file := self.value("record"):
+            self._recording = Recording(file)
+        say = self.get_logger().info
+        self.core = Node(self._link, make, options, recording=self._recording, say=say)
         self.frames.base, self.frames.axle = self.value("base_frame"), self.value("rear_axle_frame")
         self.frames.known = {}
-        self.core.intake.transform = self.frames.transform
+        self.core.intake.frames = self.frames
+        self.core.limit_speed(self.value("max_speed"))
         if path is not None:
             self.core.intake.use(path, self.value("path_frame"))
-        try:
-            from .follow_path import Follow
+        if self.follow is not None:
+            self.follow.core = self.core
+        if self.value("bond") and find_spec("bond") is not None:
+            from . import heartbeat
 
-            self._follow = Follow(self, self.core)
-        except ImportError:
-            self.get_logger().info("no nav2_msgs: the action follow_path is not offered")
+            heartbeat.begin(self, self._link)
         gc.collect()
         gc.freeze()
         # Periods are those of a steady clock, or of the simulation's.
@@ -119,7 +161,21 @@ class Track(LifecycleNode):
         self._passed = lambda: int(clock.now().nanoseconds)
         self._pace = Pace(round(options.period * 1e9), self._passed(), self.now())
         self._timer = self.create_timer(options.period, self._tick, clock=clock)
-        return super().on_activate(state)
+
+    def _topics(self) -> Topics:
+        """Give the topics, by the names that they are remapped to."""
+        topics = Topics.of_autoware() if self.value("autoware") else Topics()
+        if find_spec("nav2_msgs") is None:
+            topics = replace(topics, speed_limit="")
+        if sent := self.value("command_type"):
+            topics = replace(topics, command_type=COMMANDS[sent])
+        if self.value("steering") and not topics.steering:
+            topics = topics.renamed({"steering": "steering"})
+        topics = topics.renamed({}, self.get_name(), self.get_namespace())
+        called = ("odometry", "path", "command", "predicted", "release", "speed_limit", "steering")
+        given = {what: getattr(topics, what) for what in called}
+        names = {what: self.resolve_topic_name(name) for what, name in given.items() if name}
+        return topics.renamed(names)
 
     def on_deactivate(self, state: Any) -> TransitionCallbackReturn:
         """Command to stand, and hear no more."""
@@ -128,25 +184,31 @@ class Track(LifecycleNode):
 
     def on_cleanup(self, _: Any) -> TransitionCallbackReturn:
         """Command to stand, and forget tf."""
-        self.stop()
+        self.stop("the node is shut down")
         if self.frames is not None:
             self.frames.close()
             self.frames = None
+        if self.follow is not None:
+            self.follow.close()
+            self.follow = None
         return TransitionCallbackReturn.SUCCESS
 
     on_shutdown = on_cleanup
 
-    def stop(self) -> None:
+    def stop(self, why: str = "the node is deactivated") -> None:
         """Command to stand, and take away what activating has made."""
-        if self.core is None or self._link is None:
+        if self._link is None:
             return
-        if self._follow is not None:
-            self._follow.close()
-        self.core.finish(self.now())
-        self.destroy_timer(self._timer)
+        if self.core is not None:
+            if self.follow is not None:
+                self.follow.stop(why)
+            self.core.finish(self.now())
+            self.destroy_timer(self._timer)
+            gc.unfreeze()
+        if self._recording is not None:
+            self._recording.close()
         self._link.close()
-        self.core = self._link = self._follow = None
-        gc.unfreeze()
+        self.core = self._link = self._recording = None
 
     def _load(self, new: dict[str, Any]) -> str:
         """Load what the parameters name, some of which are new; says what is wrong with them."""
@@ -154,14 +216,27 @@ class Track(LifecycleNode):
         name, file, sent = given["vehicle"], given["path_file"], given["command_type"]
         try:
             car = (Vehicle.load if name.endswith(".toml") else vehicles.get)(name)
-            most = math.inf if car.max_speed is None else car.max_speed
-            car = car.replace(max_speed=min(given["max_speed"], most))
-            if sent not in COMMANDS:
+            if sent and sent not in COMMANDS:
                 raise ConfigError.unknown("command_type", sent, COMMANDS)
             path = load_path(file, closed=given["closed"]) if file else None
-            self._named = car, controllers.get(given["controller"]).controller, path
+            kind = given["controller"]
+            tuning = tuned(
+                [kind],
+                given["preset"],
+                [each for each in given["set"] if each],
+                no_adapt=not given["adapt"],
+                params=FilePath(given["params"]) if given["params"] else None,
+                known=controllers.names(),
+            )
         except (PopsteerError, OSError) as error:
             return str(error)
+        chosen = {"params": tuning.params[kind], "adapt": tuning.adapt}
+        if not given["monitor"]:
+            chosen["monitor"] = None
+        law = controllers.get(kind).controller
+
+        # What tf knows of the vehicle is not there before the first path.
+        self._named = lambda path: law(path, car.replace(**self.frames.known), **chosen), path
         return ""
 
     def _tick(self, *, came: bool = False) -> None:
@@ -171,8 +246,8 @@ class Track(LifecycleNode):
         self._came |= came
         if self._pace.cycle(self.core, self._passed(), self.now(), came=self._came):
             self._came = False
-            if self._follow is not None:
-                self._follow.check()
+            if self.follow is not None:
+                self.follow.check()
         next_one = self._pace.earliest if self._came else self._pace.due
         self._timer.timer_period_ns = max(next_one - self._passed(), 1_000_000)
         self._timer.reset()
@@ -195,6 +270,7 @@ class Track(LifecycleNode):
             self._load({})
         else:
             self.core.change(**{name: self.value(name) for name in CHANGED})
+            self.core.limit_speed(self.value("max_speed"))
 
 
 def main() -> None:
@@ -212,6 +288,10 @@ def main() -> None:
     finally:
         for each in signals:  # `ros2 launch` and the terminal may both send one
             signal.signal(each, signal.SIG_IGN)
-        node.stop()
+        node.stop("the process ends")
+        until = time.monotonic() + _LAST
+        while node.follow is not None and node.follow.open and time.monotonic() < until:
+            executor.spin_once(timeout_sec=0.01)
+        executor.spin_once(timeout_sec=0.01)  # in which the last result goes out
         node.destroy_node()
         rclpy.shutdown()

@@ -106,7 +106,7 @@ class Car:
     def close(self) -> None:
         self.executor.shutdown()
         if hasattr(self, "track"):
-            self.track.stop()
+            self.track.on_cleanup(None)
             self.track.destroy_node()
         self.node.destroy_node()
 

@@ -64,7 +64,7 @@ FOLLOW_PATH = {
         "nav2_{}_msgs/TrackingFeedback tracking_feedback\n"
     ),
 }
-"""Nav2's action by the distribution: packages `nav2_humble_msgs` and so on, Kilted's `nav2_msgs`."""
+"""Nav2's action by the distribution: Kilted's in `nav2_msgs`, others in `nav2_humble_msgs`, say."""
 _KILTED = FOLLOW_PATH["kilted"]
 
 TEXTS = {

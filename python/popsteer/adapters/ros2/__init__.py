@@ -21,7 +21,6 @@ from popsteer.adapters.ros2.conversions import (
     measured_of,
     odometry_message,
     path_message,
-    path_of,
     yaw_of,
 )
 from popsteer.adapters.ros2.dds import Participant, Reader, Writer
@@ -29,6 +28,7 @@ from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.messages import decode, encode, make
 from popsteer.adapters.ros2.node import Node, Options
 from popsteer.adapters.ros2.pacing import spin
+from popsteer.adapters.ros2.paths import path_of
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.recording import Recording, record_run
 from popsteer.adapters.ros2.topics import Topics

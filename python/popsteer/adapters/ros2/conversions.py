@@ -8,19 +8,18 @@ and the speed of an ``AckermannDrive`` is negative backwards while its accelerat
 from __future__ import annotations
 
 import math
-import struct
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from popsteer import Path, PathError, PopsteerError
+from popsteer import PopsteerError
 from popsteer.adapters.ros2 import messages
-from popsteer.adapters.ros2.messages import decode, make
+from popsteer.adapters.ros2.messages import make
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _SECOND = 10**9
+# Names of frames are repeated in commands and diagnostics; ROS's own names are no longer.
+_LONGEST = 255
 # A quaternion has norm 1, but for rounding; all zeros is one that nobody has set.
 _NORM = (0.9, 1.1)
 
@@ -46,6 +45,8 @@ class Measured(NamedTuple):
     """What the position is in."""
     child_frame: str
     """The vehicle's own."""
+    yaw_rate: float = 0.0
+    """Yaw rate [rad/s]; 0 where the message does not say."""
 
 
 def nanoseconds_of(time: Any) -> int:  # noqa: ANN401
@@ -113,113 +114,22 @@ def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
     >>> measured_of(message)[:4]
     (1.0, 2.0, 0.5, 3.0)
     """
-    place = odometry.pose.pose.position
+    place, yaw_rate = odometry.pose.pose.position, float(odometry.twist.twist.angular.z)
     found = Measured(
         float(place.x),
         float(place.y),
         yaw_of(odometry.pose.pose.orientation),
         float(odometry.twist.twist.linear.x),
         nanoseconds_of(odometry.header.stamp),
-        _frame(odometry.header.frame_id),
-        _frame(odometry.child_frame_id),
+        check_frame_name(odometry.header.frame_id),
+        check_frame_name(odometry.child_frame_id),
+        yaw_rate if math.isfinite(yaw_rate) else 0.0,
     )
     for name in ("x", "y", "speed"):
         value = getattr(found, name)
         if not math.isfinite(value):
             raise MessageError(f"{name} is {value}")
     return found
-
-
-def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa: ANN401
-    """Give the path of a path or trajectory message.
-
-    A ``nav_msgs/Path`` has no speeds and is driven forwards. The speeds of a trajectory are
-    negative where it is driven backwards. The orientations of both are ignored: planners turn each
-    towards the next point, not along the path there. Points that coincide count once.
-
-    Parameters
-    ----------
-    message : nav_msgs/msg/Path or autoware_planning_msgs/msg/Trajectory
-        The message.
-    closed : bool, default False
-        Whether the last point joins the first.
-
-    Returns
-    -------
-    tuple of Path and str
-        The path, and the frame it is in.
-
-    Raises
-    ------
-    MessageError
-        It makes no path: fewer than two points, or a number that is not finite.
-
-    Examples
-    --------
-    >>> message = path_message([0.0, 3.0], [0.0, 4.0], [0.0, 0.0], 0, "map")
-    >>> path, frame = path_of(message)
-    >>> path.length, frame
-    (5.0, 'map')
-    """
-    speed = None
-    if message.__msgtype__ == messages.TRAJECTORY:
-        places = [point.pose.position for point in message.points]
-        speed = [float(point.longitudinal_velocity_mps) for point in message.points]
-    else:
-        places = [pose.pose.position for pose in message.poses]
-    xy = np.array([(place.x, place.y) for place in places], dtype=np.float64).reshape(-1, 2)
-    return _path(xy, speed, closed=closed), _frame(message.header.frame_id)
-
-
-def path_of_bytes(kind: str, data: bytes, *, closed: bool = False) -> tuple[Path, str]:
-    """Do what `path_of` does, 50 times faster; MessageError, or whatever rosbags raises."""
-    found = _points_of(kind, data)
-    if found is None:
-        return path_of(decode(kind, data), closed=closed)
-    xy, speed, frame = found
-    return _path(xy, speed, closed=closed), _frame(frame)
-
-
-def _points_of(kind: str, data: bytes) -> tuple[Any, Any, str] | None:
-    """Give points, speeds and frame; None where they do not lie at equal distances."""
-    order, body = "<" if data[1:2] == b"\1" else ">", memoryview(data)[4:]
-
-    def number(at: int) -> int:
-        return int(struct.unpack_from(f"{order}I", body, at)[0])
-
-    try:
-        end = 12 + number(8)
-        frame = bytes(body[12 : end - 1]).decode()
-        begin = -(-end // 4) * 4
-        count, begin = number(begin), begin + 4
-        is_path = kind == messages.PATH  # of each point: its header, or its time, and then its pose
-        head = 12 + number(begin + 8) if is_path else 8
-        pose = -(-(begin + head) // 8) * 8
-        tail = 56 if is_path else 80
-        stride = -(-head // 8) * 8 + tail
-        if not 0 < count * tail <= len(body) or pose + (count - 1) * stride + tail != len(body):
-            return None
-
-        def column(dtype: str, columns: int, at: int, rows: int = count) -> Any:  # noqa: ANN401
-            shape, steps = (rows, columns), (stride, int(dtype[1:]))
-            return np.ndarray(shape, order + dtype, body, at, steps)
-
-        # The lengths of the frames' names, from the second pose on, lie where the first says.
-        others = count - 1 if is_path else 0
-        if others and (column("u4", 1, pose + tail + 8, others) != head - 12).any():
-            return None
-        xy = column("f8", 2, pose).astype(np.float64)
-        speed = None if is_path else column("f4", 1, pose + 56)[:, 0].astype(np.float64)
-    except (struct.error, ValueError, TypeError):
-        return None
-    return xy, speed, frame
-
-
-def _path(xy: Any, speed: Any, *, closed: bool) -> Path:  # noqa: ANN401
-    try:
-        return Path(xy, speed=speed, closed=closed, drop_duplicates=True)
-    except PathError as error:
-        raise MessageError(str(error)) from error
 
 
 def odometry_message(
@@ -333,26 +243,35 @@ def ackermann_message(
     return make(messages.ACKERMANN, header=_header(nanoseconds, frame), drive=drive)
 
 
-def control_message(steer: float, speed: float, acceleration: float, nanoseconds: int) -> Any:  # noqa: ANN401
+def control_message(
+    steer: float, speed: float, acceleration: float, nanoseconds: int, *, steer_rate: float = 0.0
+) -> Any:  # noqa: ANN401
     """Make a control command of Autoware: angle [rad], speed [m/s], acceleration [m/s²], time [ns].
 
     The acceleration is in the direction of driving, as Autoware's own controllers and simulator
-    have it; negative brakes.
+    have it; negative brakes. `steer_rate` is how fast the commanded angle changes [rad/s]. The
+    command is to take effect at once: its times are all the same.
 
     Examples
     --------
     >>> control_message(0.1, -2.0, -3.0, 0).longitudinal.acceleration
     -3.0
     """
-    stamp = time_message(nanoseconds)
-    lateral = {"stamp": stamp, "steering_tire_angle": steer}
+    now = time_message(nanoseconds)
+    times = {"stamp": now, "control_time": now}
+    lateral = {
+        **times,
+        "steering_tire_angle": steer,
+        "steering_tire_rotation_rate": steer_rate,
+        "is_defined_steering_tire_rotation_rate": True,
+    }
     longitudinal = {
-        "stamp": stamp,
+        **times,
         "velocity": speed,
         "acceleration": acceleration,
         "is_defined_acceleration": True,
     }
-    return make(messages.CONTROL, stamp=stamp, lateral=lateral, longitudinal=longitudinal)
+    return make(messages.CONTROL, **times, lateral=lateral, longitudinal=longitudinal)
 
 
 def twist_message(speed: float, yaw_rate: float) -> Any:  # noqa: ANN401
@@ -380,6 +299,8 @@ def _header(nanoseconds: int, frame: str) -> Any:  # noqa: ANN401
     return make("std_msgs/msg/Header", stamp=time_message(nanoseconds), frame_id=frame)
 
 
-def _frame(name: str) -> str:
-    """Leave out the slash that frames had in ROS 1."""
+def check_frame_name(name: str) -> str:
+    """Give the name of a frame without the slash of ROS 1; MessageError where it is none."""
+    if len(name) > _LONGEST:
+        raise MessageError(f"name of a frame of {len(name)} characters")
     return name.lstrip("/")

@@ -97,6 +97,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
         "path_received": intake.courses.received,
         "path_refused": intake.courses.refused,
         "path_refused_because": intake.courses.reason,
+        "path_from": "goals" if intake.goals else "topic",
     }
     times = {
         "wanted_period_s": loop.period,

@@ -9,11 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import Path, PathError
-from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of_bytes
+from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of
 from popsteer.adapters.ros2.messages import ODOMETRY, decode
+from popsteer.adapters.ros2.paths import Points, Pose, inverse, placed, points_of_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Protocol
+
+    class Frames(Protocol):
+        """What knows of frames, as tf does."""
+
+        def transform(self, measured: Measured, frame: str) -> Measured:
+            """Give what is measured in another frame; MessageError where that is not known."""
+
+        def clear(self) -> None:
+            """Forget what was heard, of a time that has begun anew."""
+
 
 AHEAD = 0.05
 """How far a stamp may lie in the future before the clocks count as apart [s]."""
@@ -44,9 +56,13 @@ class Course:
     """A path that was received, with what has to be known about it."""
 
     path: Path
+    """In the frame of `Intake.measured`."""
     frame: str
+    """What its message is in."""
     stands: str
     """Why the vehicle is to stand on it; empty where it is to drive."""
+    anew: bool = False
+    """Whether nothing is carried over to it from the path before: not the place, not a fault."""
 
 
 class Intake:
@@ -66,7 +82,9 @@ class Intake:
     odometry, courses : Counted
         How many messages of each came in, how many were refused, and why the last one was.
     measured : Measured or None
-        The last pose and speed that can be used.
+        The last pose and speed that can be used. A path in another frame than the one before does
+        not change the frame that they are in: the path is taken into that one, by where the vehicle
+        was in both, so that all that is remembered of the drive stays true.
     measured_at : float
         When they were measured, on the node's clock [s].
     course : Course or None
@@ -77,6 +95,12 @@ class Intake:
         Why the last message could not be used; empty where it could.
     course_refused_at : float
         Since when paths have been refused, on the node's clock [s].
+    frames : Frames or None
+        What knows of frames; without, odometry has to be in the frame of the path.
+    seen_from : Pose or None
+        The pose of the path's frame in that of `measured`; None where they are the same.
+    goals : bool
+        Whether goals of an action have the path: those of the topic are refused from the first on.
 
     Examples
     --------
@@ -101,8 +125,10 @@ class Intake:
         self.odometry_refused = self.course_refused = ""
         self.course_refused_at = 0.0
         self.stale = stale
-        # Gives a measurement in another frame, or raises MessageError; None where nothing does.
-        self.transform: Callable[[Measured, str], Measured] | None = None
+        self.frames: Frames | None = None
+        self.seen_from: Pose | None = None
+        self.goals = False
+        self._raw: Measured | None = None
         self._course_type = course_type
         self._closed = closed
 
@@ -113,18 +139,18 @@ class Intake:
         """
         self.odometry.received += 1
         try:
-            measured = measured_of(_used(decode, ODOMETRY, data))
-            at = 1e-9 * measured.stamp if measured.stamp else now
+            raw = measured_of(_used(decode, ODOMETRY, data))
+            raw = raw._replace(stamp=raw.stamp or round(1e9 * now))
+            at = 1e-9 * raw.stamp
             self._check_time(at, now)
-            wanted = measured.frame if self.course is None else self.course.frame
-            if self.transform is not None:
-                measured = self.transform(measured, wanted)
-            if self.course is not None:
-                _check_frame(measured.frame, "path", self.course.frame)
+            measured = self._in_frame(raw, raw.frame if self.course is None else self.course.frame)
         except MessageError as error:
             self.odometry_refused = self.odometry.refuse(error)
             return False
-        self.measured, self.measured_at = measured, min(at, now)
+        if self.seen_from is not None:
+            x, y, yaw = placed(self.seen_from, measured[:3])
+            measured = measured._replace(x=x, y=y, yaw=yaw)
+        self.measured, self.measured_at, self._raw = measured, min(at, now), raw
         self.odometry_refused = ""
         return True
 
@@ -135,25 +161,66 @@ class Intake:
         """
         self.courses.received += 1
         try:
-            path, frame = _used(path_of_bytes, self._course_type, data, closed=self._closed)
-            # Odometry that is stale says nothing: both may have gone over to another frame.
-            here = self.measured if now - self.measured_at <= self.stale else None
-            if here is not None and self.transform is not None:
-                self.transform(here, frame)
-            elif here is not None:
-                _check_frame(frame, "odometry", here.frame)
+            if self.goals:
+                self.courses.refuse(MessageError("goals of the action have the path"))
+                return False
+            points = _used(points_of_bytes, self._course_type, data)
         except MessageError as error:
-            if not self.course_refused:
-                self.course_refused_at = now
-            self.course_refused = self.courses.refuse(error)
-            return False
-        self.use(path, frame)
+            return self._refuse(error, now)
+        return self.take_points(points, now, closed=self._closed)
+
+    def take_points(
+        self, points: Points, now: float, *, closed: bool = False, anew: bool = False
+    ) -> bool:
+        """Take points that came by another way than a message; with `anew` nothing is carried over.
+
+        Says whether they can be used, as `take_course` does.
+        """
+        seen_from, before = self.seen_from, self.course
+        anew = anew or before is None
+        try:
+            here = self.here(points.frame, now)
+            if before is not None and points.frame != before.frame:
+                anew = anew or here is None
+                if here is not None and self.measured is not None:
+                    seen_from = placed(self.measured[:3], inverse(here[:3]))
+            seen_from = None if anew else seen_from
+            path = points.path(closed=closed, seen_from=seen_from)
+        except MessageError as error:
+            return self._refuse(error, now)
+        if anew:
+            self.measured = here
+        self.seen_from = seen_from
+        self.use(path, points.frame, anew=anew)
         return True
 
-    def use(self, path: Path, frame: str) -> None:
-        """Take a path that came by another way than a message."""
+    def here(self, frame: str, now: float) -> Measured | None:
+        """Give the last pose and speed in a frame; None where they are stale, at `now` [s].
+
+        Odometry that is stale says nothing: it and the path may have gone over to another frame.
+        Raises MessageError where that frame is not known.
+        """
+        if self._raw is None or now - self.measured_at > self.stale:
+            return None
+        return self._in_frame(self._raw, frame)
+
+    def _in_frame(self, raw: Measured, frame: str) -> Measured:
+        if self.frames is not None:
+            return self.frames.transform(raw, frame)
+        if raw.frame != frame:
+            raise MessageError(f"frame is {raw.frame!r} of the odometry, {frame!r} of the path")
+        return raw
+
+    def _refuse(self, error: MessageError, now: float) -> bool:
+        if not self.course_refused:
+            self.course_refused_at = now
+        self.course_refused = self.courses.refuse(error)
+        return False
+
+    def use(self, path: Path, frame: str, *, anew: bool = True) -> None:
+        """Take a path that came by another way than a message, in the frame of `measured`."""
         stands = path.speed is not None and not path.speed.any()
-        self.course = Course(path, frame, "the path's speeds are 0" if stands else "")
+        self.course = Course(path, frame, "the path's speeds are 0" if stands else "", anew)
         self.course_number += 1
         self.course_refused = ""
 
@@ -164,7 +231,9 @@ class Intake:
 
     def forget_odometry(self) -> None:
         """Wait for odometry of the clock as it is now, after that has jumped."""
-        self.measured = None
+        self.measured = self._raw = None
+        if self.frames is not None:
+            self.frames.clear()
 
     def _check_time(self, at: float, now: float) -> None:
         if at > now + AHEAD:
@@ -186,11 +255,6 @@ def load_path(file: str, *, closed: bool) -> Path:
     except ValueError as error:
         raise PathError(f"{file}: no raceline s; x; y; psi; kappa; vx; ax: {error}") from error
     return Path(rows[:, :2], speed=rows[:, 2], closed=closed, drop_duplicates=True)
-
-
-def _check_frame(frame: str, other: str, wanted: str) -> None:
-    if frame != wanted:
-        raise MessageError(f"frame is {frame!r}, that of the {other} is {wanted!r}")
 
 
 def _used(convert: Callable[..., Any], name: str, data: bytes, **options: bool) -> Any:  # noqa: ANN401

@@ -24,11 +24,22 @@ TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 """The same with a stamp."""
 CONTROL_MODE = "autoware_vehicle_msgs/msg/ControlModeReport"
 """Whether the vehicle obeys (1) or a person drives."""
+OPERATION_MODE = "autoware_adapi_v1_msgs/msg/OperationModeState"
+"""Whether Autoware drives (mode 2, control enabled), or who else."""
+STEERING_REPORT = "autoware_vehicle_msgs/msg/SteeringReport"
+"""The angle of the wheels, as it is measured."""
+SPEED_LIMIT = "nav2_msgs/msg/SpeedLimit"
+"""How fast it may be driven: in m/s, or in percent of what is driven at most; 0: no limit."""
+EMPTY = "std_msgs/msg/Empty"
+"""A message that says nothing but that it came."""
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 """Diagnostics."""
 CLOCK = "rosgraph_msgs/msg/Clock"
 """The time of a simulation."""
-TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, CONTROL_MODE, DIAGNOSTICS, CLOCK)
+TYPES = (
+    *(ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, CONTROL_MODE, OPERATION_MODE),
+    *(SPEED_LIMIT, STEERING_REPORT, EMPTY, DIAGNOSTICS, CLOCK),
+)
 """Every type that the node receives or sends."""
 
 # Those that neither rosbags nor `popsteer.logs` brings.
@@ -44,6 +55,22 @@ float32 front_wheel_angle_rad
 float32 rear_wheel_angle_rad
 """,
     CONTROL_MODE: "builtin_interfaces/Time stamp\nuint8 mode\n",
+    OPERATION_MODE: """\
+uint8 UNKNOWN=0
+uint8 STOP=1
+uint8 AUTONOMOUS=2
+uint8 LOCAL=3
+uint8 REMOTE=4
+builtin_interfaces/Time stamp
+uint8 mode
+bool is_autoware_control_enabled
+bool is_in_transition
+bool is_stop_mode_available
+bool is_autonomous_mode_available
+bool is_local_mode_available
+bool is_remote_mode_available
+""",
+    SPEED_LIMIT: "std_msgs/Header header\nbool percentage\nfloat64 speed_limit\n",
     TRAJECTORY: "std_msgs/Header header\nautoware_planning_msgs/TrajectoryPoint[] points\n",
 }
 

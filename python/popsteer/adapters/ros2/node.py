@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2 import conversions, diagnostics, messages
 from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.names import expanded
+from popsteer.adapters.ros2.paths import inverse, placed
 from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.errors import InputError, PopsteerError
+from popsteer.logs.messages import STEERING
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
 _SECOND = 10**9
 _AHEAD = 2.0  # the intended trajectory's length [s] ...
 _POSES = 40  # ... and its poses at most
+_STANDING = 0.05  # a vehicle slower than this stands [m/s]
 
 RANGES = {
     "rate": (1.0, 1000.0),
@@ -137,8 +142,15 @@ class Node:
             messages.make(kind)
         self.odometry_reader = participant.reader(topics.odometry, messages.ODOMETRY)
         self.path_reader = participant.latest(topics.path, topics.path_type)
-        self._mode = participant.reader(topics.mode, messages.CONTROL_MODE) if topics.mode else None
-        self._autonomous = False
+        # What says who drives, and the wheels' angle, where there are such topics.
+        more = (topics.release, topics.speed_limit, topics.steering)
+        self._others = {
+            topic: participant.reader(topic, self._types[topic])
+            for topic in (*more, topics.mode, topics.operation_mode)
+            if topic
+        }
+        self._engaged: dict[str, bool] = {}
+        self._wheel: tuple[float, float] | None = None
         names = participant.node, participant.namespace
         self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
@@ -149,7 +161,11 @@ class Node:
             topics.diagnostics: writer(topics.diagnostics, messages.DIAGNOSTICS, depth=10),
         }
         self._course_number = 0
+        self._most = math.inf
+        self._said_limit: Any = None
+        self._rests = self._silent = False
         self._jump = ""
+        self._last = 0.0, 0
         self._path_jump = 0.0
         self._deviation = 0.0
         self._reported = 0
@@ -171,6 +187,35 @@ class Node:
         if self.pilot is not None:
             self.pilot.hold = self.options.hold
 
+    def limit_speed(self, most: float) -> None:
+        """Drive no faster than this from now on [m/s], whatever the vehicle and the path allow."""
+        self._most = most
+        self._apply_limit()
+
+    def _apply_limit(self) -> None:
+        """Apply the lowest of what the vehicle, the user and the topic say of the speed."""
+        if self.pilot is None:
+            return
+        most = min(self._most, self.pilot.vehicle.max_speed or math.inf)
+        if (said := self._said_limit) is not None and said.speed_limit > 0.0:
+            most = min(
+                most, 0.01 * said.speed_limit * most if said.percentage else said.speed_limit
+            )
+        self.pilot.limit_speed(most)
+
+    def rest(self, why: str) -> None:
+        """Brake to a standstill, and command nothing after that until there is another path."""
+        self.intake.stand(why)
+        self._rests = True
+        self._course_number = self.intake.course_number  # what has not begun does not begin
+
+    @property
+    def stands(self) -> bool:
+        """Whether there is nothing to brake: command and speed, if that is known, are 0."""
+        measured = self.intake.measured
+        still = measured is None or abs(measured.speed) < _STANDING
+        return self.drive is None or (self.drive.speed == 0.0 and still)
+
     def release(self) -> str:
         """Forget the fault that it brakes for; says what it was."""
         fault = self.pilot.release() if self.pilot is not None else ""
@@ -187,8 +232,9 @@ class Node:
         self._take(now)
         self._renew()
         self.drive = self._steer(now, dt)
-        if self.drive is not None:
+        if self.drive is not None and not self._silent:
             self._publish_drive(self.drive, now)
+        self._silent = self._rests and self.stands
         changed = self._tell()
         self.loop.count(dt, time.perf_counter() - began, missed)
         if changed or now - self._reported >= _SECOND / self.options.report_rate:
@@ -197,7 +243,7 @@ class Node:
 
     def finish(self, now: int) -> None:
         """Command a speed of 0, as the last command, at `now` of the node's clock [ns]."""
-        if self.drive is not None:
+        if self.drive is not None and not self._silent:
             limit = abs(self.drive.limit)
             self._publish_drive(DriveCommand(self.drive.steer, 0.0, -limit, limit), now)
 
@@ -234,30 +280,60 @@ class Node:
             self._record(topics.path, data, now)
             self.intake.take_course(data, seconds)
         self._resets.take()
-        for data in self._mode.take() if self._mode is not None else ():
-            self._record(topics.mode, data, now)
-            with suppress(Exception):  # bytes that are no message say nothing
-                mode = messages.decode(messages.CONTROL_MODE, data).mode
-                was, self._autonomous = self._autonomous, mode == 1
-                if self._autonomous and not was:
-                    self.release()
+        for topic, reader in self._others.items():
+            for data in reader.take():
+                self._record(topic, data, now)
+                with suppress(Exception):  # bytes that are no message say nothing
+                    self._hear(topic, messages.decode(self._types[topic], data), seconds)
+
+    def _hear(self, topic: str, message: Any, now: float) -> None:  # noqa: ANN401
+        """Take what is said of the speed, of the wheels, and of who drives.
+
+        A fault is forgotten where somebody says so, or hands the vehicle over.
+        """
+        topics, kind = self.options.topics, self._types[topic]
+        if topic == topics.speed_limit:
+            before, self._said_limit = self._said_limit, message
+            if before is None or before.speed_limit != message.speed_limit:
+                self._apply_limit()
+            return
+        if topic == topics.steering:
+            angle = float(reduce(getattr, STEERING[kind].angle, message))
+            if abs(angle) < 0.5 * math.pi:
+                self._wheel = angle, now
+            return
+        was = topic != topics.release and self._engaged.get(topic, False)
+        if topic == topics.release:
+            engaged = True
+        elif topic == topics.mode:
+            engaged = message.mode == 1
+        else:
+            engaged = message.mode == message.AUTONOMOUS and message.is_autoware_control_enabled
+        self._engaged[topic] = engaged
+        if engaged and not was:
+            self.release()
 
     def _renew(self) -> None:
         """Go over to the path that came last."""
-        course = self.intake.course
+        course, measured = self.intake.course, self.intake.measured
         if course is None or self._course_number == self.intake.course_number:
             return
-        if self.pilot is None:
-            if self.intake.measured is None:
+        if self.pilot is None or course.anew or self._rests:
+            if measured is None:
                 return
-            self.pilot = Pilot(self._make(course.path), hold=self.options.hold)
+            controller = self._make(course.path)
+            if self.pilot is None:
+                self.pilot = Pilot(controller, hold=self.options.hold)
+            else:
+                self.pilot.begin(controller)
+            self._apply_limit()
+            self._rests = self._silent = False
             self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
         else:
-            if self.intake.measured is not None:
-                x, y = self.intake.measured[:2]
+            if measured is not None:
                 with suppress(InputError):  # of a pose that the controller refuses, too
                     paths = self.pilot.controller.path, course.path
-                    was, now = (path.project(x, y).cross_track_error for path in paths)
+                    was, now = (path.project(*measured[:2]).cross_track_error for path in paths)
                     self._path_jump = max(self._path_jump, abs(now - was))
             self.pilot.set_path(course.path)
         self._course_number = self.intake.course_number
@@ -284,10 +360,15 @@ class Node:
             self.waits = concern
             return None
         age = 1e-9 * now - self.intake.measured_at
-        drive = self.pilot.step(measured, age, dt, concern)
+        wheel = self._wheel
+        if wheel is not None and 1e-9 * now - wheel[1] > self.options.stale:
+            wheel = None
+        drive = self.pilot.step(measured, age, dt, concern, wheel and wheel[0])
         if self.pilot.command is None:  # it has not driven yet, so there is nothing to hold
             self.waits = concern
             return None
+        # A path that is to begin waits for odometry, while the one before is braked on.
+        self.waits = concern if self._course_number != self.intake.course_number else ""
         self._deviation = max(self._deviation, abs(self.pilot.command.cross_track_error))
         return drive
 
@@ -297,7 +378,12 @@ class Node:
         kind, steer, speed = topics.command_type, drive.steer, drive.speed
         message: Any
         if kind == messages.CONTROL:
-            message = conversions.control_message(steer, speed, drive.acceleration, now)
+            before, self._last = self._last, (steer, now)
+            passed = 1e-9 * (now - before[1])
+            rate = (steer - before[0]) / passed if 0.0 < passed < 1.0 else 0.0
+            message = conversions.control_message(
+                steer, speed, drive.acceleration, now, steer_rate=rate
+            )
         elif kind in (messages.TWIST, messages.TWIST_STAMPED) and self.pilot is not None:
             message = conversions.twist_message(speed, self.pilot.yaw_rate(drive))
             if kind == messages.TWIST_STAMPED:
@@ -354,7 +440,11 @@ class Node:
         except InputError:
             return
         every = -(-len(ahead.time) // _POSES)
-        x, y, yaw = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
+        columns = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
+        # The message is in the frame of the path.
+        back = inverse(self.intake.seen_from or (0.0, 0.0, 0.0))
+        poses = [placed(back, pose) for pose in zip(*columns, strict=True)]
+        x, y, yaw = zip(*poses, strict=True)
         message = conversions.path_message(x, y, yaw, now, course.frame)
         self._publish(topics.predicted, message, now)
 

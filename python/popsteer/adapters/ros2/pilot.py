@@ -27,6 +27,8 @@ _SHIFT = 0.3
 _ADVANCE = 20.0
 # After a longer gap the controller begins anew: the vehicle may be elsewhere.
 _GAP = 1.0
+# Below so many wheelbases a second a yaw rate's noise of 0.02 rad/s is that of 0.04 rad and more.
+_SLOW = 0.5
 # What the first step counts as [s]: the time since the cycle before it says nothing.
 _FIRST = 0.02
 
@@ -83,17 +85,35 @@ class Pilot:
     """
 
     def __init__(self, controller: Controller, *, hold: float = 0.2) -> None:
-        self.controller = controller
         self.command: Command | None = None
         self.state = State.STANDING
         self.reason = ""
         self.hold = hold
-        self._tracker = SpeedTracker(controller.path, controller.vehicle, _SPEED)
         self._speed: float | None = None
         self._steer = 0.0
         self._passed = 0.0
         self._concerned = 0.0
+        self.begin(controller)
+
+    def begin(self, controller: Controller) -> None:
+        """Start with a controller and its path; nothing of those before counts, nor a fault.
+
+        The angle goes on from that of the wheels: as a sensor measures it, or as the odometry's yaw
+        rate shows it. The speed goes on from the commanded one, or after a stand from the measured.
+        """
+        self.controller = controller
+        self._tracker = SpeedTracker(controller.path, controller.vehicle, _SPEED)
         self.fault = ""
+        self._passed, self._begins = 0.0, True
+        if not self._speed:
+            self._speed = None
+
+    def limit_speed(self, most: float) -> None:
+        """Drive no faster than this from now on [m/s]; infinity: as path and vehicle allow."""
+        car = self.vehicle.replace(max_speed=most if most < math.inf else None)
+        state = self._tracker.state
+        self._tracker = SpeedTracker(self._tracker.path, car, _SPEED)
+        self._tracker.state = state
 
     @property
     def vehicle(self) -> Vehicle:
@@ -135,7 +155,12 @@ class Pilot:
         self._passed = 0.0
 
     def step(
-        self, measured: Measured | None, age: float, dt: float, concern: str = ""
+        self,
+        measured: Measured | None,
+        age: float,
+        dt: float,
+        concern: str = "",
+        wheel: float | None = None,
     ) -> DriveCommand:
         """Take one step.
 
@@ -149,6 +174,8 @@ class Pilot:
             Time since the last step [s]; the first one counts as 0.02 s.
         concern : str, optional
             What is missing; where nothing is, it drives.
+        wheel : float, optional
+            The angle of the wheels now, as a sensor measured it [rad].
 
         Returns
         -------
@@ -158,7 +185,7 @@ class Pilot:
         if self.command is None:
             dt, self._passed = _FIRST, 0.0
         self._passed += dt
-        known = self._steer_along(measured, age, dt) if measured is not None else None
+        known = self._steer_along(measured, age, dt, wheel) if measured is not None else None
         if known is None and not concern:
             concern = "the controller refuses the odometry"
         if not concern and not self.fault and self.command is not None:
@@ -177,23 +204,39 @@ class Pilot:
         self.state = State.DRIVING
         return self._drive(known)
 
-    def _steer_along(self, measured: Measured, age: float, dt: float) -> SpeedCommand | None:
+    def _steer_along(
+        self, measured: Measured, age: float, dt: float, wheel: float | None
+    ) -> SpeedCommand | None:
         """Steer; what the pedals are to do, None where the input is refused."""
-        if self._passed > _GAP:
+        if self._begins:
+            at = self._wheel(measured) if wheel is None else wheel
+            if at:
+                limit = self.vehicle.max_steer
+                self.controller.reset(steer=max(-limit, min(at, limit)))
+        elif self._passed > _GAP:
             self.reset()
         passed = self._passed or min(dt, _GAP)
         pose = measured.x, measured.y, measured.yaw
         try:
             age = min(max(age, 0.0), 1.0)
-            command = self.controller.step(*pose, measured.speed, passed, pose_age=age)
+            command = self.controller.step(
+                *pose, measured.speed, passed, pose_age=age, measured_steer=wheel
+            )
             speed = self._tracker.step(*pose, measured.speed, passed, pose_age=age)
         except InputError:
             return None
-        self._passed = 0.0
+        self._passed, self._begins = 0.0, False
         self.command, self._steer = command, command.steer
         if self._speed is None:
             self._speed = measured.speed
         return speed
+
+    def _wheel(self, measured: Measured) -> float:
+        """Give the angle that the odometry's yaw rate shows [rad]; 0 where it is too slow to."""
+        car, speed = self.vehicle, measured.speed
+        if measured.yaw_rate == 0.0 or abs(speed) < _SLOW * car.wheelbase:
+            return 0.0
+        return math.atan(measured.yaw_rate * car.turning_length(speed) / speed) - car.steer_offset
 
     def _drive(self, wanted: SpeedCommand) -> DriveCommand:
         limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)

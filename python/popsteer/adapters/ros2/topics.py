@@ -19,11 +19,12 @@ COMMANDS = {
     "twist_stamped": messages.TWIST_STAMPED,
 }
 """The types that a command can have, by the words for them."""
+_OPTIONAL = ("speed_limit", "steering", "mode", "operation_mode")
 
 
 @dataclass(frozen=True)
 class Topics:
-    """Names of topics, and the two types that can be chosen.
+    """Names of topics, and the types that can be chosen.
 
     Examples
     --------
@@ -45,10 +46,19 @@ class Topics:
     """Out: ``diagnostic_msgs/DiagnosticArray``."""
     clock: str = "/clock"
     """In: ``rosgraph_msgs/Clock``, where time is simulated."""
+    release: str = "/popsteer/release"
+    """In: ``std_msgs/Empty``, which forgets a fault as the service ``~/reset`` does."""
+    speed_limit: str = "/speed_limit"
+    """In: Nav2's ``SpeedLimit``; none where this is empty."""
+    steering: str = ""
+    """In: the angle of the wheels as it is measured; none where this is empty, nor of the next."""
     mode: str = ""
-    """In: Autoware's ``ControlModeReport``; none where this is empty."""
+    """In: Autoware's ``ControlModeReport``."""
+    operation_mode: str = ""
+    """In: Autoware's ``OperationModeState``."""
     path_type: str = messages.PATH
     command_type: str = messages.ACKERMANN
+    steering_type: str = messages.ACKERMANN
 
     def __post_init__(self) -> None:
         names = self._names()
@@ -65,9 +75,13 @@ class Topics:
             odometry="/localization/kinematic_state",
             path="/planning/trajectory",
             command="/control/trajectory_follower/control_cmd",
+            steering="/vehicle/status/steering_status",
             mode="/vehicle/status/control_mode",
+            operation_mode="/system/operation_mode/state",
+            speed_limit="",
             path_type=messages.TRAJECTORY,
             command_type=messages.CONTROL,
+            steering_type=messages.STEERING_REPORT,
         )
 
     def renamed(
@@ -100,12 +114,15 @@ class Topics:
         """
         known, plain = self._names(), Topics()
         for what in names:
-            if what not in (*known, "mode"):
-                raise ConfigError.unknown("topic", what, [*known])
+            if what not in (*known, *_OPTIONAL):
+                raise ConfigError.unknown("topic", what, [*known, *_OPTIONAL])
         twists = self.command_type in (messages.TWIST, messages.TWIST_STAMPED)
         own = {"odometry": "odom", "path": "path", "command": "cmd_vel" if twists else "drive"}
-        own["predicted"] = "~/predicted_path"
-        relative = {what: name for what, name in own.items() if known[what] == getattr(plain, what)}
+        own |= {"predicted": "~/predicted_path", "release": "~/release"}
+        own["speed_limit"] = "speed_limit"
+        relative = {
+            what: name for what, name in own.items() if known.get(what) == getattr(plain, what)
+        }
         within = node, namespace
         full = {what: expanded(name, *within) for what, name in {**relative, **names}.items()}
         remaps = {expanded(a, *within): expanded(b, *within) for a, b in (rules or {}).items()}
@@ -121,7 +138,11 @@ class Topics:
             self.predicted: messages.PATH,
             self.diagnostics: messages.DIAGNOSTICS,
             self.clock: messages.CLOCK,
+            self.release: messages.EMPTY,
+            self.speed_limit: messages.SPEED_LIMIT,
+            self.steering: self.steering_type,
             self.mode: messages.CONTROL_MODE,
+            self.operation_mode: messages.OPERATION_MODE,
         }
         found.pop("", None)
         return found
