@@ -244,7 +244,7 @@ def test_identification_saves_what_is_not_known_as_comments(
     found = popsteer.identify(Log(**columns))
     found.save(tmp_path / "car.toml")
     text = (tmp_path / "car.toml").read_text()
-    assert "# NOT FOUND: a limit of the wheels' rate was not reached" in text
+    assert "# NOT FOUND: the wheels were not seen against a limit of their rate" in text
     assert "\n# max_steer_rate" in text
     assert popsteer.Vehicle.load(tmp_path / "car.toml") == found.vehicle
     # A value that was given is kept, with the reason why it was not found.
@@ -288,7 +288,7 @@ def _never(t: np.ndarray) -> np.ndarray:
     ("changes", "message"),
     [
         ({"seconds": 9.0}, "8.0 s of driving are too short: at least 10 s"),
-        ({"speeds": lambda t: 0.0 * t}, "of driving are too short"),
+        ({"speeds": lambda t: 0.0 * t, "noise": 0.0}, "of driving are too short"),
         ({"commands": _never}, "too straight: its heading changes by .* degrees in all"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
@@ -123,6 +123,7 @@ def identification() -> Identification:
         errors=errors,
         model_errors=dict.fromkeys((*errors, "delay", "turning_length"), 0.0042),
         unknown={"max_steer_rate": "drive steps"},
+        ranges={"max_steer_rate": (0.31, math.inf)},
         delay=0.32,
         delay_error=0.013,
         turning_length=2.95,
@@ -131,8 +132,11 @@ def identification() -> Identification:
         lag_of="wheels",
         notes=(),
         noise={"yaw": 0.002, "yaw_drift": 0.001, "position": 0.02},
+        excitation={"speed": (3.1, 9.2)},
+        unexplained=(),
         records=records,
         log=LOG,
+        fit=cast("Any", None),
     )
 
 

@@ -1,6 +1,7 @@
 """The chain from a command to the heading, simulated along a log with numpy.
 
-    wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ±max_steer_rate)
+    shaft' = clip((command(t - dead_time) + steer_offset - shaft) / steer_lag, ±max_steer_rate)
+    wheel  = shaft within half of steer_play, which it leaves only when it is pushed
     yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
 That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
@@ -101,15 +102,18 @@ class Chain:
         dead_time: float,
         load_shift: float = 0.0,
         max_steer_rate: float | None = None,
+        steer_play: float = 0.0,
+        steer_scale: float = 1.0,
     ) -> Array:
         """Simulate the mean yaw rate of each cell [rad/s].
 
         The parameters are those of `Vehicle`; each m/s² of acceleration adds `load_shift` v²
-        [s⁴/m²] to the turning wheelbase.
+        [s⁴/m²] to the turning wheelbase, and a command of 1 asks for `steer_scale` [rad].
         """
         wheels = self.wheels(steer_lag, max_steer_rate)
         shifted = wheels.integral(self.drive.edges - dead_time)
-        wheel = np.diff(shifted) / self.drive.cell + steer_offset
+        shaft = steer_scale * np.diff(shifted) / self.drive.cell + steer_offset
+        wheel = played(shaft, steer_play) if steer_play > 0.0 else shaft
         wheel = np.clip(wheel, -_MOST_ANGLE, _MOST_ANGLE)
         speed = self.drive.speed
         slope = understeer + load_shift * self.drive.acceleration
@@ -129,6 +133,18 @@ class Chain:
                 self._wheels.clear()
             self._wheels[key] = Wheels(self.drive.times, self.drive.commands, *key)
         return self._wheels[key]
+
+
+def played(shaft: Array, play: float) -> Array:
+    """Give the angle behind play [rad]: it stays until the shaft has crossed the play."""
+    half, at, angles = 0.5 * play, float(shaft[0]), []
+    for angle in shaft.tolist():
+        if angle - half > at:
+            at = angle - half
+        elif angle + half < at:
+            at = angle + half
+        angles.append(at)
+    return np.array(angles)
 
 
 def _lagged(given: Array, lag: float | Array, cell: float) -> Array:

@@ -1,4 +1,4 @@
-"""What a log must show before a vehicle can be identified from it."""
+"""What a log must show for a vehicle to be identified from it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.logs import Log, LogError
+from popsteer.identification.fit import SURE
+from popsteer.logs import LogError
 
 if TYPE_CHECKING:
+    from popsteer._core import Vehicle
     from popsteer.identification.drive import Array, PreparedLog
+    from popsteer.identification.fit import Fit
 
 SHORTEST = 10.0
 """The least time of driving [s]."""
@@ -20,17 +23,10 @@ _STRAIGHT = math.radians(20.0)
 _STIFF = math.radians(0.3)
 _DELAYS = np.arange(0.0, 1.01, 0.05)
 _AGREES = 0.3
-
-
-def refuse_units(log: Log) -> None:
-    """Refuse by LogError angles of more than a quarter turn, which cannot be radians."""
-    most = float(np.max(np.abs(log.steer)))
-    if most > 0.5 * math.pi:
-        raise LogError(
-            f"{log.name}: steer reaches {most:.4g} rad, more than a quarter turn of the wheels:"
-            " is it in degrees (--unit steer=deg), or the hand wheel's angle (--unit"
-            " steer=1/RATIO)?"
-        )
+OTHER_LENGTH = 1.6
+"""What the length by which a car turns is off its wheelbase, as a factor."""
+LONGEST = 15.0
+"""A longer wheelbase than that of any vehicle [m]."""
 
 
 def first_length(drive: PreparedLog, name: str) -> float:
@@ -92,3 +88,25 @@ def _regression(drive: PreparedLog, t: Array, name: str) -> float:
             " turned (--unit steer=-1 turns it)"
         )
     return float(np.clip(1.0 / max(slope, 1e-3), 0.02, 90.0))
+
+
+def refuse_steer(found: Fit, given: Vehicle | None, name: str) -> None:
+    """Refuse by LogError a command that is not the angle of the front wheels.
+
+    Its tangent bends: where the wheels turn far, the log shows how large an angle a command is.
+    """
+    length = found.values["turning_wheelbase"]
+    scales = [0.04, 0.06, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.25, 1.6]
+    likelihood = found.profile("steer_scale", scales, turning_wheelbase=length)
+    best = int(np.argmax(likelihood))
+    scale, clear = scales[best], likelihood[best] > SURE
+    if given is not None and not 1.0 / OTHER_LENGTH < length / given.wheelbase < OTHER_LENGTH:
+        scale, clear = given.wheelbase / length, True
+    elif given is None and not clear and length > LONGEST:
+        scale, clear = 2.7 / length, True
+    if clear:
+        raise LogError(
+            f"{name}: the car turns as if its wheels had {scale:.3g} times the angle of steer, which"
+            f" gives it a wheelbase of {length:.3g} m: is steer normalised (--unit"
+            f" steer=MAX_STEER, here some {scale:.2g}) or the hand wheel's (--unit steer=1/RATIO)?"
+        )

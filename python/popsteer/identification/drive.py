@@ -24,6 +24,11 @@ SETTLING = 1.0
 OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
+MOST_OUTLIERS = 0.05
+"""A larger share of them is no noise: the signal is another than it is taken for."""
+RESOLVED = {"yaw": 2e-4, "speed": 1e-3, "position": 1e-3}
+"""What the best sensors resolve [rad, share of the usual speed, m of a full-size car]: less noise
+than this, or than the digits that were written, is a simulation's, and no knowledge of a car."""
 
 FULL_SIZE = 2.0
 """Wheelbase [m] below which bounds of lengths and speeds scale with the wheelbase."""
@@ -59,10 +64,13 @@ class PreparedLog:
     relative_speed: Array
     usual_speed: float
     starts: NDArray[np.int64]
-    outliers: int
+    outliers: dict[str, int]
+    """How many samples of each column stand out from their neighbours."""
     usual_step: float
     speed_noise: float
-    """Standard deviation of the noise of the measured speeds [m/s]."""
+    """Standard deviation of the noise of the measured speeds [m/s], as are the following."""
+    least_noise: dict[str, float]
+    """Below it no noise of ``yaw`` [rad], ``steer`` [rad] and ``position`` [m] is believed."""
 
     moving: NDArray[np.bool_]
     """Whether a sample is of a moving car: at rest nothing is learnt, not even the noise."""
@@ -93,20 +101,24 @@ def size_of(wheelbase: float) -> float:
     return min(wheelbase / FULL_SIZE, 1.0)
 
 
-def prepare(log: Log, size: float = 1.0) -> PreparedLog:
-    """Lay a log out for the fit: on a clock in which each gap lasts `PAUSE`."""
+def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLog:
+    """Lay a log out for the fit: on a clock in which each gap lasts `PAUSE`.
+
+    The speed between its rows is that of `whole`, which may have more of them.
+    """
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
     ends = np.append(starts[1:], len(log.t))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
     moving = _moving(log.t, log.speed / size, starts, ends)
-    clean, outliers = {}, 0
+    clean, outliers = {}, {}
     for name, values in columns.items():
-        kept = values.copy()
+        kept, found, grain = values.copy(), 0, _grain(values)
         for start, end in zip(starts, ends, strict=True):
             part = slice(start, end)
-            kept[part], found = _without_outliers(log.t[part], values[part], moving[part])
-            outliers += found
-        clean[name] = kept
+            kept[part], count = _without_outliers(log.t[part], values[part], moving[part], grain)
+            found += count
+        clean[name] = kept if found <= MOST_OUTLIERS * len(values) else values
+        outliers[name] = found
     t = log.t - log.t[0]
     for start in starts[1:]:
         t[start:] -= t[start] - t[start - 1] - PAUSE
@@ -117,7 +129,11 @@ def prepare(log: Log, size: float = 1.0) -> PreparedLog:
     else:
         given, commands = log.commands
         times = _on_clock(given, log.t, t)
-    edges, speed, through = _cells(t, starts, ends, clean["speed"])
+    speeds = (t, clean["speed"])
+    if whole is not None and len(whole) > len(log):
+        own = _without_outliers(whole.t, whole.speed, np.ones(len(whole), np.bool_))[0]
+        speeds = (_on_clock(whole.t, log.t, t), own)
+    edges, speed, through = _cells(t, starts, ends, speeds)
     acceleration = _acceleration(through, float(edges[1] - edges[0]))
     usual = _usual_speed(t, clean["yaw"], clean["speed"])
     return PreparedLog(
@@ -136,7 +152,14 @@ def prepare(log: Log, size: float = 1.0) -> PreparedLog:
         starts=starts,
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
-        speed_noise=_noise(clean["speed"][moving]),
+        speed_noise=max(
+            _noise(clean["speed"][moving]), _rounding(log.speed), RESOLVED["speed"] * usual
+        ),
+        least_noise={
+            "yaw": max(_rounding(log.yaw), RESOLVED["yaw"]),
+            "steer": _rounding(log.steer),
+            "position": max(_rounding(log.x), _rounding(log.y), RESOLVED["position"] * size),
+        },
         moving=moving,
         size=size,
     )
@@ -161,6 +184,19 @@ def _noise(values: Array) -> float:
     return float(1.4826 * np.median(second) / np.sqrt(6.0)) if second.size else 0.0
 
 
+def _grain(values: Array) -> float:
+    """Give the least step between values that differ: the digits of a signal that is rounded."""
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-12]
+    # A heading that is wrapped has some smaller ones.
+    return float(np.quantile(steps, 0.005)) if steps.size else 0.0
+
+
+def _rounding(values: Array) -> float:
+    """Give the standard deviation of what rounding to the digits takes away."""
+    return _grain(values) / float(np.sqrt(12.0))
+
+
 def _on_clock(times: Array, log: Array, clock: Array) -> Array:
     """Bring times onto the clock without gaps; before and after the log it goes on."""
     mapped = np.interp(times, log, clock)
@@ -171,7 +207,7 @@ def _on_clock(times: Array, log: Array, clock: Array) -> Array:
 
 
 def _cells(
-    t: Array, starts: NDArray[np.int64], ends: NDArray[np.int64], speed: Array
+    t: Array, starts: NDArray[np.int64], ends: NDArray[np.int64], speeds: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
     """Give equal cells, and the speed of each: 0 in a gap, and steady through it.
 
@@ -181,7 +217,7 @@ def _cells(
     cell = period / np.ceil(period / CELL) if period > CELL else CELL
     edges = t[0] + cell * np.arange(int(np.ceil((t[-1] - t[0]) / cell)) + 2)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    through = np.interp(middle, t, speed)
+    through = np.interp(middle, *speeds)
     driven = through.copy()
     for start, end in zip(starts[1:], ends[:-1], strict=True):
         driven[(middle > t[end - 1]) & (middle < t[start])] = 0.0
@@ -205,7 +241,9 @@ def _usual_speed(t: Array, yaw: Array, speed: Array) -> float:
     return max(float(np.sum(weight * middle) / np.sum(weight)), 1e-3)
 
 
-def _without_outliers(t: Array, values: Array, moving: NDArray[np.bool_]) -> tuple[Array, int]:
+def _without_outliers(
+    t: Array, values: Array, moving: NDArray[np.bool_], grain: float = 0.0
+) -> tuple[Array, int]:
     """Replace what stands out from both neighbours' line by that line; how many did.
 
     Hampel's filter on second differences, by their median size while the car moves.
@@ -221,7 +259,7 @@ def _without_outliers(t: Array, values: Array, moving: NDArray[np.bool_]) -> tup
     off = np.where(np.abs(from_line) < np.abs(from_median), from_line, from_median)
     spread = 1.4826 * float(np.median(np.abs(off[scale[2:-2]])))
     step = float(np.median(np.abs(np.diff(values)[scale[1:]])))
-    found = 2 + np.flatnonzero(np.abs(off) > OUTLIER * max(spread, step, 1e-9))
+    found = 2 + np.flatnonzero(np.abs(off) > OUTLIER * max(spread, step, grain, 1e-9))
     if not found.size:
         return values, 0
     kept = np.delete(np.arange(len(values)), found)

@@ -1,9 +1,16 @@
-"""The fit of the heading: gain, understeer, steering offset, lag, dead time, rate limit."""
+"""The fit of the heading: gain, understeer, offset, lag, dead time, rate limit and play, jointly.
+
+The likeliest parameters under a wide prior around what was given (maximum a posteriori): what the
+log does not show stays there, and none takes up the misfit of another. Structures are compared by
+the Bayesian information criterion, and those that explain the log as well widen the errors (Bayesian
+model averaging; J. Hoeting et al., *Statistical Science* 14, 1999).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +23,7 @@ from popsteer.identification.whiten import (
     known,
     noise_score,
     spread,
+    theta_of,
     whitened,
 )
 
@@ -28,45 +36,49 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+Values = dict[str, float]
+
 NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
-"""What is fitted, as `Chain.yaw` takes it; `max_steer_rate` where it was reached."""
-LAGS: tuple[LagOf, ...] = ("yaw rate", "wheels", "tyres")
-# The lowest and the highest value of each, and its scale.
+"""What is always fitted, as `Chain.yaw` takes it."""
+LAGS: tuple[LagOf, ...] = ("wheels", "yaw rate", "tyres")
+"""What the lag may be of; the vehicle's own chain is the first."""
+# The lowest and the highest value of each, its scale, and the step of its derivative over that.
 _BOUNDS = {
-    "turning_wheelbase": (0.01, 100.0, 1.0),
-    "understeer": (-0.1, 1.0, 1e-3),
-    "steer_offset": (-0.5, 0.5, 0.01),
-    "steer_lag": (0.0, 2.0, 0.1),
-    "dead_time": (0.0, 1.5, 0.1),
-    "load_shift": (-0.1, 0.1, 1e-4),
-    "max_steer_rate": (0.02, 20.0, 0.1),
+    "turning_wheelbase": (0.01, 100.0, 1.0, 1e-3),
+    "understeer": (-0.1, 1.0, 1e-3, 1e-3),
+    "steer_offset": (-0.5, 0.5, 0.01, 1e-3),
+    "steer_lag": (0.0, 2.0, 0.1, 1e-3),
+    "dead_time": (0.0, 1.5, 0.1, 1e-3),
+    "load_shift": (-0.1, 0.1, 1e-4, 1e-3),
+    # Both bend the residuals: a short step would see a corner, not the slope.
+    "max_steer_rate": (0.02, 20.0, 0.1, 0.3),
+    "steer_play": (0.0, 0.2, 0.01, 0.1),
+    "steer_scale": (0.02, 2.0, 1.0, 1e-2),
 }
-_STEP = {"max_steer_rate": 0.03}
+_ABSENT = {"max_steer_rate": 1e3, "steer_scale": 1.0}
+_CORNERS = ("max_steer_rate", "steer_play")
 _RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
+_PLAYS = (0.005, 0.015, 0.04)
 _DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _LAGS = (0.03, 0.15)
 TURNS = 3
 """How often the fit is made, with the noise that the last one showed."""
-REACHED = 2.0
-"""By how much a limit of the rate must raise the log-likelihood to stay: as two standard deviations
-do."""
-KEPT, CLEARLY = 1.0, 1.5
-"""A limit of the rate is known if the wheels kept it for this time in all [s], where commands asked
-for this many times as much. Else anything that the model lacks would make a limit of the fastest
-turns of a smooth drive."""
+KEPT, CLEARLY = 1.0, 1.2
+"""A limit of the rate is stated if the wheels kept it for this time in all [s], in stretches where
+commands asked for this many times as much: if they were seen against it."""
 LONGEST = 0.1
 """A command that comes later than this after the last [s] is a step."""
-CLEAR = 10.0
-"""By how much another structure must raise the log-likelihood."""
 CLOSE = 100.0
 """A structure that is less likely by more than this [log-likelihood] is not followed up."""
+SURE = 8.0
+"""By how much play must raise the log-likelihood beyond the criterion, to be stated."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """What the heading says of the car."""
 
-    values: dict[str, float]
+    values: Values
     names: list[str]
     known: Known
     """How well, in the order of `names`."""
@@ -78,11 +90,18 @@ class Fit:
     """Simulated heading at the samples [rad]."""
     wheels: Wheels
     """The simulated wheels, without dead time and offset."""
-    rate_known: bool
-    """Whether a limit of their rate is more than something that mends the fit."""
+    jacobian: Array
+    """Of the weighted residuals, (K, P), and the roots of their weights, (K,)."""
+    root: Array
+    rate_seen: bool
+    """Whether the wheels were seen against a limit of their rate."""
+    play_seen: bool
+    """Whether no structure without play explains the log nearly as well."""
+    candidates: tuple[Candidate, ...]
+    """What explains the log, the likeliest first; it is that which was chosen."""
 
     @property
-    def errors(self) -> dict[str, float]:
+    def errors(self) -> Values:
         """The whole error of each parameter that was fitted: of noise, and of the model."""
         return dict(zip(self.names, self.known.errors(), strict=True))
 
@@ -97,83 +116,169 @@ class Fit:
     def _row(self, weights: Mapping[str, float]) -> Array:
         return np.array([weights.get(name, 0.0) for name in self.names])
 
-    def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
-        """Widen the errors by how far others lie off, that explain the log as well."""
-        mine = self.values
-        off = np.array([[each.get(k, mine[k]) - mine[k] for k in self.names] for each in others])
-        # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
-        wider = self.known.covariance + (off.T @ off) / max(len(others), 1)
+    def scaled(self, error: float) -> Fit:
+        """Widen the errors by that of the speed's scale: as its share, all lengths are off."""
+        share = {"turning_wheelbase": 1.0, "understeer": -1.0}
+        off = np.array([share.get(name, 0.0) * self.values[name] * error for name in self.names])
+        wider = self.known.covariance + np.outer(off, off)
         return replace(self, known=self.known._replace(covariance=wider))
+
+    def profile(self, name: str, points: Sequence[float], **along: float) -> list[float]:
+        """Give the log-likelihood with a parameter at some values, below that of the estimate.
+
+        The others are fitted anew, by one step of Gauss and Newton, from where those of `along` are
+        in proportion to the parameter.
+        """
+        task, kept = self.candidates[0].task, [each != name for each in self.names]
+        others = self.jacobian[:, kept]
+        found = []
+        for point in [self.values.get(name, _ABSENT.get(name, 0.0)), *points]:
+            moved = {key: value * point for key, value in along.items()}
+            left = self.root * task.residual({**self.values, **moved, name: point})
+            left = left - others @ np.linalg.lstsq(others, left, rcond=1e-9)[0]
+            found.append(-0.5 * float(left @ left))
+        return [each - found[0] for each in found[1:]]
 
 
 def fit(
     drive: PreparedLog,
     start: Mapping[str, float],
     fixed: Mapping[str, float],
+    prior: Mapping[str, tuple[float, float]],
     progress: Callable[[float], object] | None = None,
 ) -> Fit:
-    """Fit the chain to the heading of a drive, and give the likeliest of what the lag may be of.
+    """Fit the chain to the heading of a drive, and give the likeliest structure.
 
-    `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted. A
-    limit of the rate is fitted where the log shows one.
+    `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted,
+    `prior` the mean and the deviation of what is believed before.
     """
-    tasks = [_Task(drive, Chain(drive, lag_of), dict(fixed)) for lag_of in LAGS]
-    found = []
+    tasks = [Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior)) for lag_of in LAGS]
+    tried: list[Candidate] = []
     for count, task in enumerate(tasks):
-        values = task.solve(task.first(start))
-        found.append((task.unlikelihood(values), values))
+        tried.append(task.candidate(task.solve(task.first(start))))
         if progress is not None:
             progress(0.5 * (count + 1) / len(tasks))
-    least = min(at for at, _ in found)
-    tried = list(found)
-    for count, task in enumerate(tasks):
-        at, values = found[count]
-        if at < least + CLOSE:
-            limited = task.limited(values)
-            tried.append((task.unlikelihood(limited), limited))
-            if tried[-1][0] < at - REACHED:
-                found[count] = tried[-1]
+    for count in range(len(tasks)):
+        plain = tried[count]
+        if plain.criterion < min(tried, key=_criterion).criterion + CLOSE:
+            limited = plain.task.limited(plain.values)
+            tried += [plain.task.candidate(limited)] * (len(limited) > len(plain.values))
         if progress is not None:
-            progress(0.5 + 0.5 * (count + 1) / len(tasks))
-    # The plainest first: another must be clearly likelier, or chance would choose.
-    best = 0
-    for count in range(1, len(tasks)):
-        if found[count][0] < found[best][0] - CLEAR:
-            best = count
-    at, values = found[best]
-    # What else explains the log as well may say something else of lag and dead time.
-    return tasks[best].report(values).doubted([other for near, other in tried if near < at + CLEAR])
+            progress(0.5 + 0.4 * (count + 1) / len(tasks))
+    least = min(tried, key=_criterion).criterion
+    for each in [each for each in tried if each.criterion < least + CLOSE]:
+        # With each that is near enough for play to be its misfit.
+        if _criterion(each) == least or _criterion(min(tried, key=_criterion)) < least:
+            more = each.task.with_play(each.values)
+            tried += [each.task.candidate(more)] * (len(more) > len(each.values))
+    return _chosen(tried)
 
 
-class _Task:
+def refit(found: Fit, fixed: Mapping[str, float]) -> Fit:
+    """Fit what explains the log once more, with other parameters fixed besides."""
+    tried = []
+    for near, old, values in found.candidates:
+        if near < found.candidates[0].criterion + SURE:
+            task = Task(old.drive, old.chain, {**old.fixed, **fixed}, old.prior)
+            task.theta, task.noise, task.length = old.theta, old.noise, old.length
+            tried.append(task.candidate(task.solve({**values, **fixed})))
+    return replace(_chosen(tried), play_seen=found.play_seen)
+
+
+def _chosen(tried: Sequence[Candidate]) -> Fit:
+    """Report the likeliest; how far the others lie off widens its errors, each by its weight."""
+    reference = min(tried, key=_criterion)
+    reference.task.weigh(reference.values)
+    tried = sorted((each.against(reference.task) for each in tried), key=_criterion)
+    best = tried[0]
+    found = best.task.report(best.values)
+    mine = found.values
+    off = [[each.values.get(k, mine[k]) - mine[k] for k in found.names] for each in tried[1:]]
+    weight = np.array([math.exp(best.criterion - each.criterion) for each in tried[1:]])
+    shift = np.array(off).reshape(len(weight), len(found.names)) * np.sqrt(weight / (1.0 + weight.sum()))[:, None]
+    # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
+    wider = found.known.covariance + shift.T @ shift
+    plain = [each.criterion for each in tried if "steer_play" not in each.values]
+    return replace(
+        found,
+        known=found.known._replace(covariance=wider),
+        candidates=tuple(tried),
+        play_seen="steer_play" in mine and min(plain, default=math.inf) > best.criterion + SURE,
+    )
+
+
+def _criterion(each: Candidate) -> float:
+    return each.criterion
+
+
+class Candidate(NamedTuple):
+    """One structure that was fitted."""
+
+    criterion: float
+    """Half of Schwarz's: the negative log-likelihood, and what parameters cost."""
+    task: Task
+    values: Values
+
+    def against(self, other: Task) -> Candidate:
+        """Judge it by the noise of another task: of structures compared, all have the same."""
+        self.task.theta, self.task.noise = other.theta, other.noise
+        count = sum(part.stop - part.start - 1 for part in self.task.parts)
+        price = 0.5 * len(self.task.free(self.values)) * math.log(count)
+        return self._replace(criterion=self.task.cost(self.values) + price)
+
+
+class Task:
     """One structure of the chain, and what is to be found in it."""
 
-    def __init__(self, drive: PreparedLog, chain: Chain, fixed: dict[str, float]) -> None:
-        self.drive, self.chain, self.fixed = drive, chain, fixed
+    def __init__(
+        self,
+        drive: PreparedLog,
+        chain: Chain,
+        fixed: Values,
+        prior: dict[str, tuple[float, float]],
+    ) -> None:
+        self.drive, self.chain, self.fixed, self.prior = drive, chain, fixed, prior
         self.parts = drive.parts()
-        self.theta, self.noise = 0.9, 0.002
+        self.theta, self.noise, self.length = 0.9, 0.002, 2.7
 
-    def error(self, values: Mapping[str, float]) -> Array:
+    def error(self, values: Values) -> Array:
         """Give what the simulation leaves of the measured heading [rad]."""
         left: Array = self.drive.yaw - self.chain.yaw(**values)
         return left
 
-    def residual(self, values: Mapping[str, float]) -> Array:
+    def residual(self, values: Values) -> Array:
         return whitened(self.error(values), self.parts, self.theta) / self.noise
 
-    def cost(self, values: Mapping[str, float]) -> float:
-        """Huber's loss of the residuals."""
-        size = np.abs(self.residual(values))
-        return float(np.sum(np.where(size < 2.0, 0.5 * size**2, 2.0 * size - 2.0)))
+    def _beliefs(self, values: Values) -> Array:
+        """Give how far the parameters are from what is believed before, in deviations."""
+        return np.array(
+            [(values[k] - mean) / s for k, (mean, s) in self.prior.items() if k not in self.fixed]
+        )
 
-    def unlikelihood(self, values: Mapping[str, float]) -> float:
-        """Give what compares structures, each with its own noise: the negative log-likelihood."""
+    def cost(self, values: Values) -> float:
+        """Huber's loss of the residuals, and the square of the beliefs."""
+        size = np.abs(self.residual(values))
+        loss = float(np.sum(np.where(size < 2.0, 0.5 * size**2, 2.0 * size - 2.0)))
+        return loss + 0.5 * float(np.sum(self._beliefs(values) ** 2))
+
+    def criterion(self, values: Values) -> float:
+        """Give half of Schwarz's criterion: the negative log-likelihood, and what parameters cost.
+
+        Each structure has its own noise, none less than the log could have.
+        """
         error = self.error(values)
         innovations = whitened(error, self.parts, choose_theta(error, self.parts))
-        return 0.5 * len(innovations) * float(np.log(max(clipped_mean_square(innovations), 1e-18)))
+        count = len(innovations)
+        least = self.drive.least_noise["yaw"] ** 2
+        size = max(clipped_mean_square(innovations), least)
+        return 0.5 * (count * math.log(size) + len(self.free(values)) * math.log(count))
 
-    def first(self, start: Mapping[str, float]) -> dict[str, float]:
+    def candidate(self, values: Values) -> Candidate:
+        return Candidate(self.criterion(values), self, values)
+
+    def first(self, start: Mapping[str, float]) -> Values:
         """Choose where to begin: the best of a grid of dead times and lags."""
+        self.length = start["turning_wheelbase"]
         base = {"understeer": 0.0, "steer_offset": 0.0, "load_shift": 0.0, **start, **self.fixed}
         grid = [
             {**base, "dead_time": d, "steer_lag": lag, **self.fixed}
@@ -182,27 +287,34 @@ class _Task:
         ]
         return min(grid, key=self.cost)
 
-    def limited(self, values: dict[str, float]) -> dict[str, float]:
+    def limited(self, values: Values) -> Values:
         """Fit with a limit of the rate, from the best of a row of limits."""
         if "max_steer_rate" in self.fixed:
             return values
-        self.weigh(values)
         wheels = self.chain.wheels(values["steer_lag"])
         response = max(wheels.lag, self.drive.cell)
         fastest = float(np.max(np.abs(wheels.commands - wheels.angle))) / response
-        best, at = self.cost(values), values
-        trial = values
-        for rate in sorted((rate for rate in _RATES if rate < fastest), reverse=True):
-            with_rate = {**trial, "max_steer_rate": rate}
-            trial = self._search(with_rate, [n for n in self.free(with_rate) if n in NAMES], 1e-3)
+        rates = sorted((rate for rate in _RATES if rate < fastest), reverse=True)
+        return self._added(values, "max_steer_rate", rates)
+
+    def with_play(self, values: Values) -> Values:
+        """Fit with play, from the best of a row of plays."""
+        return values if "steer_play" in self.fixed else self._added(values, "steer_play", _PLAYS)
+
+    def _added(self, values: Values, name: str, trials: Sequence[float]) -> Values:
+        self.weigh(values)
+        best, at, trial = self.cost(values), values, values
+        others = self.free(values)
+        for value in trials:
+            trial = self.search({**trial, name: value}, others, 1e-3)
             cost = self.cost(trial)
             if cost < best:
                 best, at = cost, trial
             elif cost > best + CLOSE:
                 break
-        return self.solve(at) if "max_steer_rate" in at else values
+        return self.solve(at) if name in at else values
 
-    def _excites_rate(self, values: Mapping[str, float]) -> bool:
+    def sees_rate(self, values: Values) -> bool:
         """Say whether the wheels kept the limit, while the commands clearly asked for more."""
         rate = values.get("max_steer_rate")
         if rate is None or "max_steer_rate" in self.fixed:
@@ -218,71 +330,82 @@ class _Task:
         kept = np.bincount(stretch, wheels.turning)
         return float(kept[np.bincount(stretch, asked) > 0].sum()) >= KEPT
 
-    def solve(self, values: dict[str, float]) -> dict[str, float]:
+    def solve(self, values: Values) -> Values:
         """Fit from there, with the noise that the fit itself shows."""
         names = self.free(values)
         for turn in range(TURNS):
-            values = self._search(values, names, 1e-5 if turn == TURNS - 1 else 1e-3)
+            values = self.search(values, names, 1e-5 if turn == TURNS - 1 else 1e-3)
             if turn < TURNS - 1:
                 self.weigh(values)
         return values
 
-    def _search(
-        self, values: dict[str, float], names: list[str], tolerance: float
-    ) -> dict[str, float]:
+    def search(
+        self, values: Values, names: list[str], tolerance: float, most: int = 30
+    ) -> Values:
         """Fit some of the parameters, with the noise as it is."""
         from scipy.optimize import least_squares
 
-        low, high, scale = np.transpose([_BOUNDS[name] for name in names])
+        low, high, scale, _ = np.transpose([_BOUNDS[name] for name in names])
+
+        def residual(z: Array) -> Array:
+            trial = {**values, **_named(names, z)}
+            return np.concatenate((self.residual(trial), self._beliefs(trial)))
+
         found = least_squares(
-            lambda z: self.residual({**values, **_named(names, z)}),
+            residual,
             np.clip([values[name] for name in names], low + 1e-6 * scale, high),
             bounds=(low, high),
             x_scale=scale,
-            # The wheels' rate bends the residuals: a short step would see a corner, not the slope.
-            diff_step=[1e-2 if name == "max_steer_rate" else 1e-5 for name in names],
+            diff_step=[1e-2 if name in _CORNERS else 1e-5 for name in names],
             loss="huber",
             f_scale=2.0,
-            max_nfev=30,
+            max_nfev=most,
             xtol=1e-5,
             ftol=tolerance,
         )
         return {**values, **_named(names, found.x)}
 
-    def weigh(self, values: Mapping[str, float]) -> None:
+    def weigh(self, values: Values) -> None:
         """Take noise and theta from what is left over."""
         error = self.error(values)
-        self.theta = min(choose_theta(error, self.parts), self._theta_of_speeds(error))
-        self.noise = max(spread(whitened(error, self.parts, self.theta)), 1e-9)
+        self.theta = min(choose_theta(error, self.parts), self.theta_of_noise(error))
+        least = self.drive.least_noise["yaw"]
+        self.noise = max(spread(whitened(error, self.parts, self.theta)), least)
 
-    def _theta_of_speeds(self, error: Array) -> float:
-        """Give the theta of the speeds' noise alone: unseen in residuals, it bounds the gain."""
-        drift = self._drift(error)
+    def theta_of_noise(self, error: Array) -> float:
+        """Give the theta of the signals' noise alone: unseen in residuals, it bounds the gain."""
+        drift = self.drift(error)
         steps = [slice(part.start, part.stop - 1) for part in self.parts]
         noise = np.concatenate([np.diff(error)[step] for step in steps])
-        share = float(np.mean(np.concatenate([drift[step] for step in steps]) ** 2))
-        share /= max(0.5 * spread(noise) ** 2, 1e-18)
-        return 1.0 + 0.5 * share - float(np.sqrt(share + 0.25 * share * share))
+        drifts = float(np.mean(np.concatenate([drift[step] for step in steps]) ** 2))
+        return theta_of(drifts, max(0.5 * spread(noise) ** 2, self.drive.least_noise["yaw"] ** 2))
 
-    def _drift(self, error: Array) -> Array:
-        """Give how far the noise s of the speeds lets the heading drift: s dt yaw'/v a sample."""
-        speed = np.maximum(np.abs(self.drive.sample_speed[1:]), 0.3 * self.drive.size)
-        drift: Array = np.diff(self.drive.yaw - error) / speed * self.drive.speed_noise
+    def drift(self, error: Array) -> Array:
+        """Give how far the noise s of speeds and commands lets the heading drift a sample.
+
+        s dt yaw'/v by a speed, s dt v/L by a command.
+        """
+        drive = self.drive
+        speed = np.maximum(np.abs(drive.sample_speed[1:]), 0.3 * drive.size)
+        by_speed = np.diff(drive.yaw - error) / speed * drive.speed_noise
+        by_command = drive.least_noise["steer"] * np.diff(drive.t) * speed / self.length
+        drift: Array = np.hypot(by_speed, by_command)
         return drift
 
-    def free(self, values: Mapping[str, float]) -> list[str]:
-        return [
-            name for name in (*NAMES, "max_steer_rate") if name in values and name not in self.fixed
-        ]
+    def free(self, values: Values) -> list[str]:
+        names = (*NAMES, "max_steer_rate", "steer_play", "steer_scale")
+        return [name for name in names if name in values and name not in self.fixed]
 
-    def report(self, values: dict[str, float]) -> Fit:
+    def report(self, values: Values) -> Fit:
         """Set out what was found, with its standard errors."""
         names = self.free(values)
         residual = self.residual(values)
         columns = []
         for name in names:
-            low, _, scale = _BOUNDS[name]
-            step = _STEP.get(name, 1e-3 * scale)
+            low, _, scale, share = _BOUNDS[name]
+            step = share * scale
+            if name == "max_steer_rate":
+                step = 0.03 * values[name] / 0.3
             # Forwards at a bound, where there is no other side.
             lower = values[name] - step if values[name] - step >= low else values[name]
             above = self.residual({**values, name: values[name] + step})
@@ -296,26 +419,35 @@ class _Task:
         root = np.sqrt(weight)
         error = self.error(values)
         theta = choose_theta(error, self.parts)
-        sample = np.sqrt(theta) * spread(whitened(error, self.parts, theta)) / self.noise
+        sample = max(
+            np.sqrt(theta) * spread(whitened(error, self.parts, theta)),
+            self.drive.least_noise["yaw"],
+        )
         score = noise_score(
             jacobian * weight[:, None],
             self.parts,
             self.theta,
-            sample,
-            self._drift(error) / self.noise,
+            sample / self.noise,
+            self.drift(error) / self.noise,
         )
+        # What the vehicle does not keep is believed to be as far as its prior says.
+        nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
         return Fit(
             values=values,
             names=names,
-            known=known(jacobian * root[:, None], residual * root, memory, score),
+            known=known(jacobian * root[:, None], residual * root, memory, score, nuisance),
             lag_of=self.chain.lag_of,
             theta=self.theta,
             noise=self.noise,
             yaw=self.chain.yaw(**values),
             wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
-            rate_known=self._excites_rate(values),
+            jacobian=jacobian * root[:, None],
+            root=root,
+            rate_seen=self.sees_rate(values),
+            play_seen=False,
+            candidates=(),
         )
 
 
-def _named(names: list[str], point: Array) -> dict[str, float]:
+def _named(names: list[str], point: Array) -> Values:
     return dict(zip(names, map(float, point), strict=True))

@@ -1,9 +1,10 @@
-"""What a log does not identify, one parameter after the other, and what to drive to learn it."""
+"""What a log does not identify: why, within which range it lies, and what to drive to learn it."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,30 +13,42 @@ if TYPE_CHECKING:
     from popsteer.identification.drive import PreparedLog
     from popsteer.identification.fit import Fit
 
-_SURE_LENGTH = 0.05
+SURE_LENGTH = 0.05
 """Largest standard error of what turns the car, as a share: beyond it two causes are one."""
-_SURE_OFFSET = math.radians(0.3)
-_SURE_DELAY = 0.02
-_SURE_SUM = 0.05
-_SURE_SHIFT = 0.1
+SURE_OFFSET = math.radians(0.3)
+SURE_DELAY = 0.02
+SURE_SUM = 0.05
+SURE_RATE = 0.1
+"""Largest standard error of the wheels' rate, as a share."""
+SURE_PLAY = math.radians(0.2)
+LIKELY = 2.0
+"""Ranges are this many standard errors wide to both sides."""
 
 
-class Doubt(NamedTuple):
-    """Something that the log does not identify."""
+@dataclass
+class Unknown:
+    """What the log does not identify, by the vehicle's field."""
 
-    fixed: dict[str, float]
-    """What is to be taken as known, at which value."""
-    unknown: dict[str, str]
-    """The fields of the vehicle that stay unknown, and why."""
-    note: str = ""
+    why: dict[str, str] = field(default_factory=dict)
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Within which it lies."""
+    fixed: dict[str, float] = field(default_factory=dict)
+    """What is to be taken as known, at which value, for the others to be known."""
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, name: str, found: Fit, least: float, why: str) -> None:
+        """Add a field with its range."""
+        value, error = found.values[name], LIKELY * found.errors.get(name, math.inf)
+        self.ranges[name] = (max(value - error, least), value + error)
+        self.why[name] = why
 
 
-def unsure(found: Fit, drive: PreparedLog, given: Vehicle) -> Doubt | None:
-    """Give the first thing that the log does not identify, to take from `given`; None if all is."""
-    for rule in (_shift, _understeer, _oversteer, _offset, _delay):
-        if (doubt := rule(found, drive, given)) is not None:
-            return doubt
-    return None
+def unidentified(found: Fit, drive: PreparedLog, given: Vehicle) -> Unknown:
+    """Give what the log does not identify, to be taken from `given`."""
+    unknown = Unknown()
+    for rule in (_understeer, _offset, _delay, _rate, _play):
+        rule(unknown, found, drive, given)
+    return unknown
 
 
 def steps(drive: PreparedLog, share: float = 1.0) -> str:
@@ -45,79 +58,52 @@ def steps(drive: PreparedLog, share: float = 1.0) -> str:
     return f"{min(2.0 * length / speed**2, 0.3):.1g} rad at {speed:.2g} m/s"
 
 
-def rate_unknown(found: Fit) -> str:
-    """Say why no limit of the wheels' rate was found, and above what it lies."""
-    wheels = found.wheels
-    between = np.abs(np.diff(wheels.angle) / np.diff(wheels.times))
-    fastest = float(np.quantile(between, 0.999)) if len(between) else 0.0
-    return (
-        "a limit of the wheels' rate was not reached long enough to be known; it lies above"
-        f" {fastest:.2f} rad/s, if there is one: drive steps of 0.2 rad and more, to both sides,"
-        " at low speed"
-    )
-
-
-def _shift(found: Fit, drive: PreparedLog, _: Vehicle) -> Doubt | None:
-    hardest = max(float(np.quantile(np.abs(drive.acceleration), 0.9)), 0.1)
-    bends = found.errors.get("load_shift", 0.0) * hardest * drive.usual_speed**2
-    if bends > _SURE_SHIFT * found.values["turning_wheelbase"]:
-        return Doubt({"load_shift": 0.0}, {})
-    return None
-
-
-def _understeer(found: Fit, drive: PreparedLog, given: Vehicle) -> Doubt | None:
-    square, length = drive.usual_speed**2, found.values["turning_wheelbase"]
-    errors = found.errors
+def _understeer(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> None:
+    square, length, errors = drive.usual_speed**2, found.values["turning_wheelbase"], found.errors
     if "understeer" not in errors:
-        return None
+        return
     at_speed = found.error_of(turning_wheelbase=1.0, understeer=square)
     error = max(errors["understeer"] * square, errors["turning_wheelbase"])
-    if error <= max(_SURE_LENGTH * length, 2.0 * at_speed):
-        return None
-    why = (
-        "one speed only, or nearly: turning wheelbase and understeer cannot be distinguished;"
-        f" understeer is taken as {given.understeer:g} s²/m, and the turning wheelbase holds at"
-        f" {drive.usual_speed:.1f} m/s: drive steps of {steps(drive, 0.6)} and of"
-        f" {steps(drive, 1.4)}"
-    )
-    return Doubt({"understeer": given.understeer}, {"understeer": why})
+    if error > max(SURE_LENGTH * length, 2.0 * at_speed):
+        why = (
+            "one speed only, or nearly: turning wheelbase and understeer cannot be distinguished;"
+            f" understeer is taken as {given.understeer:g} s²/m, and the turning wheelbase holds at"
+            f" {drive.usual_speed:.1f} m/s: drive steps of {steps(drive, 0.6)} and of"
+            f" {steps(drive, 1.4)}"
+        )
+        unknown.add("understeer", found, 0.0, why)
+        unknown.fixed["understeer"] = given.understeer
+    elif (slope := found.values["understeer"]) < 0.0:
+        unknown.fixed["understeer"] = 0.0
+        if slope < -3.0 * errors["understeer"]:
+            unknown.notes.append(
+                "the faster, the more the car turns (oversteer, understeer ="
+                f" {slope:.2g} s²/m): a vehicle has none below 0, and 0 is taken"
+            )
 
 
-def _oversteer(found: Fit, _: PreparedLog, __: Vehicle) -> Doubt | None:
-    slope = found.values["understeer"]
-    if "understeer" not in found.names or slope >= 0.0:
-        return None
-    clear = slope < -3.0 * found.errors["understeer"]
-    note = (
-        f"the faster, the more the car turns (oversteer, understeer = {slope:.2g} s²/m): a vehicle"
-        " has none below 0, and 0 is taken"
-    )
-    return Doubt({"understeer": 0.0}, {}, note if clear else "")
+def _offset(unknown: Unknown, found: Fit, _: PreparedLog, given: Vehicle) -> None:
+    if found.errors.get("steer_offset", 0.0) > SURE_OFFSET:
+        why = (
+            "bends to one side only, or nearly: the steering offset cannot be distinguished from"
+            f" the gain; it is taken as {math.degrees(given.steer_offset):g} degrees: drive bends"
+            " to both sides"
+        )
+        unknown.add("steer_offset", found, -0.5, why)
+        unknown.fixed["steer_offset"] = given.steer_offset
 
 
-def _offset(found: Fit, _: PreparedLog, given: Vehicle) -> Doubt | None:
-    if found.errors.get("steer_offset", 0.0) <= _SURE_OFFSET:
-        return None
-    why = (
-        "bends to one side only, or nearly: the steering offset cannot be distinguished from the"
-        f" gain; it is taken as {math.degrees(given.steer_offset):g} degrees: drive bends to both"
-        " sides"
-    )
-    return Doubt({"steer_offset": given.steer_offset}, {"steer_offset": why})
-
-
-def _delay(found: Fit, drive: PreparedLog, given: Vehicle) -> Doubt | None:
+def _delay(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> None:
     values, errors = found.values, found.errors
-    if errors.get("dead_time", 0.0) <= _SURE_DELAY:
-        return None
-    total = values.get("steer_lag", 0.0) + values["dead_time"]
+    if max(errors.get("dead_time", 0.0), errors.get("steer_lag", 0.0)) <= SURE_DELAY:
+        return
+    total = values["steer_lag"] + values["dead_time"]
     error = found.error_of(steer_lag=1.0, dead_time=1.0)
-    if "steer_lag" not in errors or error > _SURE_SUM:
+    if error > SURE_SUM:
         why = (
             "the steering does not change enough to show a delay: lag and dead time are taken as"
             f" {given.steer_lag:g} and {given.dead_time:g} s: drive steps of {steps(drive)}"
         )
-        taken = {"steer_lag": given.steer_lag, "dead_time": given.dead_time}
     else:
         lag = min(given.steer_lag, total)
         why = (
@@ -125,5 +111,46 @@ def _delay(found: Fit, drive: PreparedLog, given: Vehicle) -> Doubt | None:
             f" {total:.3f} ± {error:.2g} s, is known; that {lag:.3g} s of it are lag is assumed:"
             f" drive steps of {steps(drive)}, held for 2 s"
         )
-        taken = {"steer_lag": lag}
-    return Doubt(taken, dict.fromkeys(("steer_lag", "dead_time"), why))
+        unknown.fixed["steer_lag"] = lag
+    for name in ("steer_lag", "dead_time"):
+        unknown.add(name, found, 0.0, why)
+        low, high = unknown.ranges[name]
+        unknown.ranges[name] = (low, min(high, total + LIKELY * error))
+
+
+def _rate(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> None:
+    rate = found.values.get("max_steer_rate")
+    if given.max_steer_rate is not None:
+        return
+    error = found.errors.get("max_steer_rate", math.inf)
+    if rate is not None and found.rate_seen and error <= SURE_RATE * rate:
+        return
+    wheels = found.wheels
+    between = np.abs(np.diff(wheels.angle) / np.diff(wheels.times))
+    fastest = float(np.quantile(between, 0.999)) if len(between) else 0.0
+    unknown.ranges["max_steer_rate"] = (fastest, math.inf)
+    unknown.why["max_steer_rate"] = (
+        "the wheels were not seen against a limit of their rate for long enough; it lies above"
+        f" {fastest:.2f} rad/s, if there is one: drive steps of 0.2 rad and more, to both sides, at"
+        " low speed"
+    )
+
+
+def _play(unknown: Unknown, found: Fit, drive: PreparedLog, _: Vehicle) -> None:
+    play, error = found.values.get("steer_play", 0.0), found.errors.get("steer_play", 0.0)
+    if found.play_seen and error <= SURE_PLAY:
+        return
+    most = play + LIKELY * error if play else _bound(found)
+    unknown.ranges["steer_play"] = (0.0, most)
+    unknown.why["steer_play"] = (
+        f"no play of the steering is seen; there are at most {math.degrees(most):.1f} degrees of it"
+        f": to learn it, turn the wheels to and fro by little, {steps(drive, 0.5)}"
+    )
+
+
+def _bound(found: Fit) -> float:
+    """Give the play at which the log is less likely, by two standard deviations, than without."""
+    plays = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08]
+    behind = found.profile("steer_play", plays)
+    refused = [play for play, each in zip(plays, behind, strict=True) if -each > 0.5 * LIKELY**2]
+    return min(refused, default=0.2)

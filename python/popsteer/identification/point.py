@@ -5,18 +5,28 @@ slips sideways with the lateral acceleration, v yaw', so that the pose's point m
 
     v (cos yaw, sin yaw) - (rear_axle + slip v²) yaw' (-sin yaw, cos yaw)
 
-`rear_axle + slip v²` is the position of the no-slip point at this speed. Also fitted are a constant
-rotation of the measured heading against the car's, and a scale factor of the measured speed.
+`rear_axle + slip v²` is the position of the no-slip point at this speed. Also fitted are the angle
+by which the measured heading is turned against the car's, and the scale of the measured speed: what
+the car moves along and across the measured heading are its cosine and sine, so that atan2 has it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.whiten import Error, Known, choose_theta, known, spread, whitened
+from popsteer.identification.whiten import (
+    Error,
+    Known,
+    choose_theta,
+    known,
+    spread,
+    theta_of,
+    whitened,
+)
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
@@ -53,9 +63,22 @@ def _place(speed: float) -> Array:
     return np.array([1.0, speed**2, 0.0, 0.0])
 
 
-def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
-    """Fit the point to a drive's positions, with the simulated heading [rad] and its `theta`."""
-    heading = simulated + smooth(drive.yaw - simulated, theta, drive)
+def fit_point(drive: PreparedLog, simulated: Array, theta: float, bias: float = 0.0) -> Point:
+    """Fit the point to a drive's positions, with the simulated heading [rad] and its `theta`.
+
+    `bias` is by how much the measured heading points to the right, roughly [rad].
+    """
+    heading = simulated + smooth(drive.yaw - simulated, theta, drive) + bias
+    found = _fitted(drive, heading)
+    more = found.values["heading_bias"]
+    if abs(more) > 1e-3:  # where it is not small, the place of the point is turned, too
+        found = _fitted(drive, heading + more)
+        bias += more
+    bias = math.remainder(bias + found.values["heading_bias"], math.tau)
+    return replace(found, values=found.values | {"heading_bias": bias})
+
+
+def _fitted(drive: PreparedLog, heading: Array) -> Point:
     columns = _columns(drive, heading)
     base, regressors = columns[0], np.stack(columns[1:], axis=1)
     # Their integrals from the start on, (N, 2) and (N, P, 2).
@@ -66,9 +89,11 @@ def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
     values = np.zeros(len(NAMES))
     memory = int(np.ceil(1.0 / float(np.median(np.diff(drive.t)))))
     weight = np.ones(0)
+    least = drive.least_noise["position"] ** 2
+    drift = float(np.mean((drive.speed_noise * np.diff(drive.t)) ** 2))
     for _ in range(_TURNS):
         left = measured - driven - np.einsum("kpi,p->ki", grown, values)
-        theta = choose_theta(left, parts)
+        theta = min(choose_theta(left, parts), theta_of(drift, least + _sample(left, parts)))
         white = whitened(measured - driven, parts, theta).ravel()
         # The order is x, y of a sample, then the next sample.
         jacobian = np.stack(
@@ -81,14 +106,22 @@ def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
         values = np.linalg.lstsq(jacobian / scale * root, white * root[:, 0], rcond=1e-10)[0]
         values = values / scale
         residual = white - jacobian @ values
-        noise = max(spread(residual), 1e-9)
+        noise = max(spread(residual), drive.least_noise["position"])
         weight = np.minimum(1.0, 2.0 * noise / np.maximum(np.abs(residual), 1e-12))
         root = np.sqrt(weight)[:, None]
+    white = (jacobian * root).T @ (jacobian * root) / noise**2  # of no less noise than is believed
+    rear, slip, across, along = map(float, values)
+    angle, scale = math.atan2(across, 1.0 + along), math.hypot(across, 1.0 + along)
     return Point(
-        values=dict(zip(NAMES, map(float, values), strict=True)),
-        known=known(jacobian * root / noise, residual * root[:, 0] / noise, 2 * memory),
+        values=dict(zip(NAMES, (rear, slip, angle, scale - 1.0), strict=True)),
+        known=known(jacobian * root / noise, residual * root[:, 0] / noise, 2 * memory, white),
         noise=noise,
     )
+
+
+def _sample(left: Array, parts: list[slice]) -> float:
+    """Give the variance of the noise of a position [m²]."""
+    return 0.5 * spread(np.concatenate([np.diff(left[part], axis=0) for part in parts])) ** 2
 
 
 def _columns(drive: PreparedLog, heading: Array) -> list[Array]:
@@ -98,7 +131,9 @@ def _columns(drive: PreparedLog, heading: Array) -> list[Array]:
     speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
     along = np.stack((np.cos(middle), np.sin(middle)), axis=1)
     across = np.stack((-along[:, 1], along[:, 0]), axis=1)
-    way = (speed * step)[:, None]
+    # Chords of the arcs that are driven between samples.
+    way = (speed * step * np.sinc(0.5 * turn / np.pi))[:, None]
+    turn = 2.0 * np.sin(0.5 * turn)
     return [
         way * along,
         -turn[:, None] * across,

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from popsteer._core import Vehicle
 from popsteer.extras import require
-from popsteer.identification.checks import first_length, refuse_units
-from popsteer.identification.drive import PreparedLog, prepare, size_of
-from popsteer.identification.fit import Fit, fit
-from popsteer.identification.identifiability import rate_unknown, steps, unsure
+from popsteer.identification.checks import first_length, refuse_steer
+from popsteer.identification.drive import MOST_OUTLIERS, PreparedLog, prepare, size_of
+from popsteer.identification.fit import Fit, fit, refit
+from popsteer.identification.identifiability import Unknown, steps, unidentified
+from popsteer.identification.innovations import excitation, unexplained
 from popsteer.identification.result import Identification, compared, described
+from popsteer.identification.signals import checked
 from popsteer.identification.whiten import Error
 from popsteer.logs import Log, LogError
 
@@ -23,8 +24,11 @@ if TYPE_CHECKING:
 
     from popsteer.identification.point import Point
 
-_MOST_ROUNDS = 5
 _NO_LENGTH = 0.15
+_DEAD_TIME = 0.15
+"""What is believed of a car of which nothing is given [s]."""
+_SHIFT = 0.1
+"""By how much of it hard braking may change the turning length."""
 # For a full-size car [m].
 _SAME_POINT = 0.05
 _SURE_POINT = 0.1
@@ -36,6 +40,7 @@ def identify(
     log: Log,
     vehicle: Vehicle | None = None,
     *,
+    course: bool = False,
     progress: Callable[[float], object] | None = None,
 ) -> Identification:
     """Find out from the log of a drive what the vehicle is.
@@ -58,6 +63,8 @@ def identify(
     vehicle : Vehicle, optional
         What a tape measure and the manual say: `wheelbase`, `rear_axle`, the limits. Without it
         the positions of the axles are estimated from the motion of the car.
+    course : bool, default False
+        Whether `yaw` is the course over ground of the pose's point, not the car's heading.
     progress : callable, optional
         Called now and then with the share done, 0 to 1.
 
@@ -90,86 +97,79 @@ def identify(
     require("identifying a vehicle", "lab", "scipy")
     from popsteer.identification.point import fit_point
 
-    refuse_units(log)
     given = Vehicle() if vehicle is None else vehicle
-    drive = prepare(log, size_of(given.wheelbase))
+    seen = checked(log, given.rear_axle, course=course)
+    drive = prepare(seen.log, size_of(given.wheelbase), seen.whole)
     length = first_length(drive, log.name)
-    heading = _heading(drive, length, given, log.name, progress)
-    found = heading.found
+    found, unknown, delay_error = _heading(drive, length, vehicle, log.name, progress)
+    found = found.scaled(seen.scale_error)
+    refuse_steer(found, vehicle, log.name)
     point = fit_point(drive, found.yaw, found.theta)
-    made, errors = _vehicle(vehicle, heading, point, drive)
+    made, errors = _vehicle(vehicle, found, unknown, point, drive)
+    unknown.notes += described(vehicle, found, point, seen)
     values, speed = found.values, drive.usual_speed
     turning_error = found.split(turning_wheelbase=1.0, understeer=speed**2)
-    models = errors | {"delay": heading.delay_error, "turning_length": turning_error}
+    models = errors | {"delay": delay_error, "turning_length": turning_error}
     return Identification(
         vehicle=made,
         errors={name: error.noise for name, error in errors.items()},
         model_errors={name: error.model for name, error in models.items()},
-        unknown=heading.unknown,
+        unknown=unknown.why,
+        ranges=unknown.ranges,
         delay=values["steer_lag"] + values["dead_time"],
-        delay_error=heading.delay_error.noise,
+        delay_error=delay_error.noise,
         turning_length=values["turning_wheelbase"] + values["understeer"] * speed**2,
         turning_length_error=turning_error.noise,
         speed=speed,
         lag_of=found.lag_of,
         notes=(
-            *log.remarks,
+            *seen.log.remarks,
             *_outliers(drive),
-            *heading.notes,
-            *dict.fromkeys(heading.unknown.values()),
+            *unknown.notes,
+            *dict.fromkeys(unknown.why.values()),
         ),
         noise={
             "yaw": math.sqrt(found.theta) * found.noise,
             "yaw_drift": (1.0 - found.theta) * found.noise / math.sqrt(drive.usual_step),
             "position": point.noise,
         },
-        records=compared(log, drive, found.yaw, found.theta, point),
-        log=log,
+        excitation=excitation(drive, length),
+        unexplained=unexplained(found, drive),
+        records=compared(seen.log, drive, found.yaw, found.theta, point),
+        log=seen.log,
+        fit=found,
     )
-
-
-@dataclass
-class _Heading:
-    """What the heading says, and what it does not say."""
-
-    found: Fit
-    fixed: dict[str, float]
-    unknown: dict[str, str]
-    notes: list[str]
-    delay_error: Error
 
 
 def _heading(
     drive: PreparedLog,
     length: float,
-    given: Vehicle,
+    given: Vehicle | None,
     name: str,
     progress: Callable[[float], object] | None,
-) -> _Heading:
-    """Fit the heading; what the log cannot tell apart is fixed, one thing after the other."""
-    fixed: dict[str, float] = {}
-    if float(np.std(drive.acceleration[drive.speed != 0.0])) < 0.05:
-        fixed["load_shift"] = 0.0
-    if given.max_steer_rate is not None:
-        fixed["max_steer_rate"] = given.max_steer_rate
-    unknown: dict[str, str] = {}
-    notes: list[str] = []
-    start = {"turning_wheelbase": length}
-    free: Fit | None = None
-    for turn in range(_MOST_ROUNDS + 1):
-        part = None if progress is None else _share(progress, turn)
-        found = fit(drive, start, fixed, part)
-        doubt = unsure(found, drive, given) if turn < _MOST_ROUNDS else None
-        if doubt is None:
-            break
-        if "steer_lag" in doubt.fixed:
-            free = found
-        fixed.update(doubt.fixed)
-        unknown.update(doubt.unknown)
-        notes += [doubt.note] if doubt.note else []
-        start = {**found.values, **fixed}
-        if "max_steer_rate" not in fixed:
-            start.pop("max_steer_rate", None)
+) -> tuple[Fit, Unknown, Error]:
+    """Fit the heading; what the log does not show is fixed at what was given, all at once."""
+    known = Vehicle() if given is None else given
+    dead_time = _DEAD_TIME if given is None else given.dead_time
+    square = drive.usual_speed**2
+    hardest = max(float(np.quantile(np.abs(drive.acceleration[drive.speed != 0.0]), 0.9)), 0.1)
+    prior = {
+        "understeer": (known.understeer, 0.5 * length / square),
+        "steer_offset": (known.steer_offset, 0.1),
+        "steer_lag": (known.steer_lag, 0.2),
+        "dead_time": (dead_time, 0.2),
+        "load_shift": (0.0, _SHIFT * length / (hardest * square)),
+    }
+    rate, both = known.max_steer_rate, {"steer_lag": 1.0, "dead_time": 1.0}
+    fixed = {} if rate is None else {"max_steer_rate": rate}
+    found = fit(drive, {"turning_wheelbase": length, **fixed}, fixed, prior, progress)
+    unknown = unidentified(found, drive, known)
+    noise, model = found.split(**both)
+    if unknown.fixed:
+        free, found = found, refit(found, unknown.fixed)
+        # The sum is as well known as where both were fitted; and the assumption may move it.
+        moved = sum(found.values[name] - free.values[name] for name in both)
+        model = math.hypot(model, moved if "steer_lag" in unknown.fixed else 0.0)
     error = found.errors.get("turning_wheelbase", 0.0)
     if not error < _NO_LENGTH * found.values["turning_wheelbase"]:
         raise LogError(
@@ -177,52 +177,38 @@ def _heading(
             f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; drive bends to both"
             " sides, and see that steer is the angle of the front wheels"
         )
-    if not found.rate_known:
-        unknown["max_steer_rate"] = rate_unknown(found)
-    both = {"steer_lag": 1.0, "dead_time": 1.0}
-    delay_error = found.split(**both)
-    if free is not None:
-        # The sum is as well known as where both were fitted; and the assumption may move it.
-        moved = sum(found.values[name] - free.values[name] for name in both)
-        noise, model = free.split(**both)
-        delay_error = Error(noise, math.hypot(model, moved))
-    return _Heading(found, fixed, unknown, notes, delay_error)
-
-
-def _share(progress: Callable[[float], object], turn: int) -> Callable[[float], object]:
-    return lambda share: progress(1.0 - 0.2**turn * (1.0 - 0.8 * share))
+    return found, unknown, Error(noise, model)
 
 
 def _vehicle(
-    given: Vehicle | None, heading: _Heading, point: Point, drive: PreparedLog
+    given: Vehicle | None, found: Fit, unknown: Unknown, point: Point, drive: PreparedLog
 ) -> tuple[Vehicle, dict[str, Error]]:
     """Make the vehicle of what was found, and of what was given for the rest."""
-    found, unknown = heading.found, heading.unknown
-    values = found.values
+    values, why = found.values, unknown.why
     errors = {
         name: found.split(**{name: 1.0})
         for name in found.names
-        if name != "load_shift" and name not in unknown
+        if name != "load_shift" and name not in why
     }
-    changes: dict[str, float | None] = {
-        name: values[name] for name in ("steer_offset", "steer_lag", "dead_time")
-    }
+    base = Vehicle() if given is None else given
+    names = ["steer_offset", "steer_lag", "dead_time"]
+    if "steer_lag" in why and "steer_lag" not in unknown.fixed:
+        names = names[:1]  # not even their sum is known: both stay as given
+    changes: dict[str, float | None] = {name: values[name] for name in names}
     length = values["turning_wheelbase"]
     if given is None:
         changes["wheelbase"] = length
         errors["wheelbase"] = errors.pop("turning_wheelbase")
     else:
         changes["turning_wheelbase"] = length
-    if "max_steer_rate" in errors:
-        changes["max_steer_rate"] = values["max_steer_rate"]
+    for name in ("max_steer_rate",):
+        if name in errors:
+            changes[name] = values[name]
     changes["understeer"] = max(float(values["understeer"]), 0.0)
-    moved, more = _place(given, point, drive, length, unknown)
-    base = Vehicle() if given is None else given
-    notes = heading.notes
-    notes += described(given, found, point, heading.fixed)
+    moved, more = _place(given, point, drive, length, why)
     steepest = float(np.max(np.abs(drive.commands)))
     if steepest > base.max_steer + 1e-3:
-        notes.append(
+        unknown.notes.append(
             f"the log commands up to {steepest:.3g} rad, more than max_steer, {base.max_steer:g}"
         )
     return base.replace(**changes, **moved), errors | more
@@ -241,7 +227,7 @@ def _place(
     stated, stated_sliding = point.split(0.0), point.split(drive.usual_speed)
     slips = abs(slip) > 3.0 * slip_error and abs(sliding - rear) > same
     if point.values["speed_excess"] < _FROZEN:
-        share = 100.0 * max(1.0 + point.values["speed_excess"], 0.0)
+        share = 100.0 * (1.0 + point.values["speed_excess"])
         unknown["rear_axle"] = unknown["no_slip_point"] = (
             f"the positions move {share:.0f} % as far as the measured speed says: they do not show"
             " where the pose's point lies on the car; it stays as given: log positions that move"
@@ -279,8 +265,17 @@ def _place(
 
 
 def _outliers(drive: PreparedLog) -> list[str]:
-    if not drive.outliers:
-        return []
-    numbers = "number stands" if drive.outliers == 1 else "numbers stand"
-    whose = "its" if drive.outliers == 1 else "their"
-    return [f"{drive.outliers} measured {numbers} out from {whose} neighbours: replaced"]
+    """Say what stands out from its neighbours, and whether it was replaced."""
+    many = {k: n / len(drive.t) for k, n in drive.outliers.items()}
+    many = {k: share for k, share in many.items() if share > MOST_OUTLIERS}
+    notes = [
+        f"{100.0 * share:.0f} % of the numbers of {name} stand out from their neighbours: that is no"
+        " noise; see what the signal is (held, filtered, on another clock)"
+        for name, share in many.items()
+    ]
+    total = sum(count for name, count in drive.outliers.items() if name not in many)
+    if total:
+        stand = "number stands" if total == 1 else "numbers stand"
+        whose = "its" if total == 1 else "their"
+        notes.append(f"{total} measured {stand} out from {whose} neighbours: replaced")
+    return notes

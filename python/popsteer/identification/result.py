@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
     from popsteer.identification.fit import Fit
     from popsteer.identification.point import Point
+    from popsteer.identification.signals import Signals
     from popsteer.logs import Log
-
-_EXACT = 1e-3
-"""A share of the turning that nobody misses: a log without noise is explained as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +45,8 @@ class Identification:
     unknown : dict of str to str
         The fields that the log does not show: why, and what to drive to learn them. They have the
         values that were given, or assumed ones.
+    ranges : dict of str to tuple of float
+        Within which the unknown fields lie, two standard errors to both sides.
     delay, delay_error : float
         Dead time and lag together, and their standard error [s]: mostly better known than each.
     turning_length, turning_length_error : float
@@ -62,18 +62,26 @@ class Identification:
         Standard deviations: ``yaw`` is the noise of a sample of the heading [rad], ``yaw_drift``
         by how much what the model leaves of the heading grows within 1 s [rad], ``position`` what
         it leaves of the position from sample to sample [m].
+    excitation : dict of str to tuple of float
+        What the drive went through, least and most: ``speed`` [m/s], ``curvature`` [1/m],
+        ``steer_rate`` [rad/s], ``acceleration`` [m/s²]; ``stops``: how many, and their time [s].
+    unexplained : tuple of str
+        What the innovations have that no noise has: empty if the vehicle explains the log.
     records : dict of str to ndarray
         Over the samples: ``t`` [s], ``x``, ``y``, ``simulated_x``, ``simulated_y`` [m],
         ``position_error`` [m] to the left, ``yaw_rate``, ``simulated_yaw_rate`` [rad/s], and
         whether a sample ``counts``. The simulation restarts at the measured pose every 10 s.
     log : Log
-        The log.
+        The log as it was used: a row for each sample, its heading turned and its speed scaled.
+    fit : Fit
+        The fit of the heading, for its profile likelihoods.
     """
 
     vehicle: Vehicle
     errors: dict[str, float]
     model_errors: dict[str, float]
     unknown: dict[str, str]
+    ranges: dict[str, tuple[float, float]]
     delay: float
     delay_error: float
     turning_length: float
@@ -82,24 +90,26 @@ class Identification:
     lag_of: str
     notes: tuple[str, ...]
     noise: dict[str, float]
+    excitation: dict[str, tuple[float, float]]
+    unexplained: tuple[str, ...]
     records: dict[str, NDArray[Any]] = field(repr=False)
     log: Log = field(repr=False)
+    fit: Fit = field(repr=False)
 
     @property
     def explains(self) -> bool:
-        """Whether the vehicle explains the log: what it leaves is not above the noise."""
-        return self.noise["yaw_drift"] <= max(self.noise["yaw"], _EXACT * self.yaw_rate_rms)
+        """Whether the vehicle explains the log: its innovations are no more than noise."""
+        return not self.unexplained
 
     @property
     def verdict(self) -> str:
-        """Whether the vehicle explains the log, in a sentence: what it leaves against the noise."""
-        noise, drift = self.noise["yaw"], self.noise["yaw_drift"]
-        does = "explains" if self.explains else "does not explain"
-        return (
-            f"The vehicle {does} the heading to within"
-            f" the noise of the log: what it leaves grows by {drift:.2g} rad in 1 s, the noise of a"
-            f" sample is {noise:.2g} rad, and the car turns by {self.yaw_rate_rms:.2g} rad in 1 s."
-        )
+        """Whether the vehicle explains the log, in a sentence, and what it leaves."""
+        if self.explains:
+            return (
+                "The vehicle explains the heading to within the noise of the log: what it leaves is"
+                f" white, {self.noise['yaw']:.2g} rad a sample."
+            )
+        return f"The vehicle does not explain the heading: {'; '.join(self.unexplained)}."
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the vehicle to a TOML file, whole, with comments on what the log does not show.
@@ -129,30 +139,17 @@ class Identification:
 
 _NOTABLE_TURN = math.radians(0.2)
 _NOTABLE_SPEED = 0.01
-_HAND_WHEEL = 12.0
 
 
-def described(
-    given: Vehicle | None, found: Fit, point: Point, fixed: dict[str, float]
-) -> list[str]:
+def described(given: Vehicle | None, found: Fit, point: Point, seen: Signals) -> list[str]:
     """Say what a reader should know beyond the figures, a sentence each."""
     notes = []
-    length = found.values["turning_wheelbase"]
-    if given is not None and not 0.6 < length / given.wheelbase < 1.7:
-        notes.append(
-            f"the car turns by {length:.2f} m, with {given.wheelbase:g} m between its axles: is"
-            " steer the angle of the front wheels, in rad?"
-        )
-    elif given is None and length > _HAND_WHEEL:
-        notes.append(
-            f"a wheelbase of {length:.1f} m: is steer the angle of the front wheels, not of the"
-            " hand wheel?"
-        )
-    if found.lag_of == "tyres" and "steer_lag" not in fixed:
+    if found.lag_of == "tyres" and "steer_lag" in found.names:
         notes.append(
             "the lag grows with the speed, as tyres have it; it is that of the usual speed"
         )
-    bias, excess = point.values["heading_bias"], point.values["speed_excess"]
+    bias = math.remainder(seen.heading_bias + point.values["heading_bias"], math.tau)
+    excess = seen.speed_scale * (1.0 + point.values["speed_excess"]) - 1.0
     if abs(bias) > max(_NOTABLE_TURN, 4.0 * point.errors["heading_bias"]):
         side = "right" if bias > 0.0 else "left"
         notes.append(
@@ -161,7 +158,8 @@ def described(
         )
     if abs(excess) > max(_NOTABLE_SPEED, 4.0 * point.errors["speed_excess"]):
         notes.append(
-            f"the positions move {100.0 * excess:+.1f} % faster than the measured speed says"
+            f"the positions move {100.0 * excess:+.1f} % faster than the measured speed says: it is"
+            f" taken times {seen.speed_scale:.3f} (--unit speed={seen.speed_scale:.4f})"
         )
     if given is None:
         notes.append(
@@ -190,11 +188,13 @@ def compared(
     x, y, off = np.empty_like(yaw), np.empty_like(yaw), np.zeros_like(yaw)
     for start, end in zip(starts, [*starts[1:], len(yaw)], strict=True):
         part = slice(start, end)
-        course = yaw[part] + heading[start]
+        course = yaw[part] + heading[start] + bias
         step, turn = np.diff(drive.t[part]), np.diff(course)
         middle = course[:-1] + 0.5 * turn
         speed = 0.5 * (drive.sample_speed[part][1:] + drive.sample_speed[part][:-1])
-        way, aside = speed * step, speed * step * bias - (rear + slip * speed**2) * turn
+        # Chords of the arcs between samples.
+        way = speed * step * np.sinc(0.5 * turn / math.pi)
+        aside = -(rear + slip * speed**2) * 2.0 * np.sin(0.5 * turn)
         east = way * np.cos(middle) - aside * np.sin(middle)
         north = way * np.sin(middle) + aside * np.cos(middle)
         near = slice(start, min(start + 5, end))

@@ -54,6 +54,12 @@ def choose_theta(error: Array, parts: Sequence[slice]) -> float:
     return min(THETAS, key=lambda theta: clipped_mean_square(whitened(error, parts, theta)))
 
 
+def theta_of(drift: float, sample: float) -> float:
+    """Give the theta of what drifts by the variance `drift` a sample, with noise of `sample`."""
+    share = drift / sample
+    return 1.0 + 0.5 * share - math.sqrt(share + 0.25 * share * share)
+
+
 def spread(values: Array) -> float:
     """Give the standard deviation of noise in which there are outliers."""
     return float(1.4826 * np.median(np.abs(values - np.median(values))))
@@ -131,17 +137,25 @@ def noise_score(
     return total
 
 
-def known(jacobian: Array, residual: Array, memory: int, noise: Array | None = None) -> Known:
+def known(
+    jacobian: Array,
+    residual: Array,
+    memory: int,
+    noise: Array | None = None,
+    prior: Array | None = None,
+) -> Known:
     """Tell how well least squares know their parameters, where residuals are slightly correlated.
 
     The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
     too where the model is not quite what the car is. `jacobian` is (K, P), `residual` (K,). No
     error is below that of `noise`, (P, P), the S of `noise_score`, or else of white residuals.
+    `prior`, (P,), is the inverse deviation of what is believed before, 0 for nothing.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     scaled, units = jacobian / scale, np.outer(scale, scale)
-    information, directions = np.linalg.eigh(scaled.T @ scaled)
+    before = np.zeros(len(scale)) if prior is None else (prior / scale) ** 2
+    information, directions = np.linalg.eigh(scaled.T @ scaled + np.diag(before))
     excited = information > _NOTHING * max(float(information[-1]), 1e-300)
     inverse = (directions[:, excited] / information[excited]) @ directions[:, excited].T
     score = scaled * residual[:, None]

@@ -12,7 +12,7 @@ import numpy as np
 from popsteer.extras import require
 from popsteer.logs.log import Log, LogError
 from popsteer.logs.messages import ODOMETRY, STEERING, Steering, typestore
-from popsteer.logs.units import factor
+from popsteer.logs.units import converted, factor
 
 if TYPE_CHECKING:
     import os
@@ -67,7 +67,8 @@ def read_bag(
     from rosbags.highlevel import AnyReader, AnyReaderError
 
     path, asked = Path(file), dict(topics or {})
-    factors = {key: factor(key, unit) for key, unit in (units or {}).items()}
+    for key, unit in (units or {}).items():
+        factor(key, unit)  # refused before the file is read
     if unknown := [key for key in asked if key not in ("odometry", "steer")]:
         raise LogError(f"unknown topic {unknown[0]!r}; known: odometry, steer")
     if not path.exists():
@@ -95,7 +96,7 @@ def read_bag(
         raise
     except Exception as error:  # a broken file may break rosbags anywhere
         raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
-    return _log(path, poses, angles, kind, factors, steer[0].topic)
+    return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic)
 
 
 def _choose(
@@ -170,7 +171,7 @@ def _log(
     poses: Floats,
     angles: Floats,
     kind: Steering,
-    factors: dict[str, float],
+    units: dict[str, str],
     topic: str,
 ) -> Log:
     """Put both topics on one clock."""
@@ -184,7 +185,8 @@ def _log(
     start = poses[0, clock]
     t, given = poses[:, clock] - start, angles[:, clock] - start
     order = np.argsort(given, kind="stable")
-    given, steer = given[order], angles[order, 2] * factors.get("steer", 1.0)
+    given, steer = given[order], angles[order, 2]
+    steer = converted("steer", units.get("steer", "rad"), steer)
     finite = np.isfinite(steer)
     given, steer = given[finite], steer[finite]
     # A row has the command that holds at its time; before the first that one.
@@ -197,7 +199,7 @@ def _log(
             " the command"
         )
     scaled = {
-        key: poses[:, k] * factors.get(key, 1.0)
+        key: converted(key, units.get(key, "1"), poses[:, k])
         for k, key in enumerate(("x", "y", "yaw", "speed"), start=2)
     }
     return Log(

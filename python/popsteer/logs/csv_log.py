@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.files import read_bytes
-from popsteer.logs.log import COLUMNS, Log, LogError
-from popsteer.logs.units import factor
+from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
+from popsteer.logs.units import converted, factor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,7 +32,8 @@ def read_csv(
     r"""Read a log from a CSV file.
 
     The first line that is no comment (``#``) names the columns; commas, semicolons or tabs separate
-    them. Columns that are not asked for are left alone. An empty entry leaves its row out.
+    them. Those of `COLUMNS` must be there, those of `SIGNALS` may; others are left alone. An empty
+    entry leaves its row out.
 
     Parameters
     ----------
@@ -65,9 +66,10 @@ def read_csv(
     """
     name = os.fsdecode(file)
     wanted = {key: key for key in COLUMNS} | dict(columns or {})
-    factors = {key: factor(key, unit) for key, unit in (units or {}).items()}
-    if unknown := [key for key in wanted if key not in COLUMNS]:
-        raise LogError(f"unknown column {unknown[0]!r}; known: {', '.join(COLUMNS)}")
+    for key, unit in (units or {}).items():
+        factor(key, unit)
+    if unknown := [key for key in wanted if key not in COLUMNS + SIGNALS]:
+        raise LogError(f"unknown column {unknown[0]!r}; known: {', '.join(COLUMNS + SIGNALS)}")
     text = _text(name)
     lines = text.splitlines()
     first = next((k for k, line in enumerate(lines) if _content(line)), None)
@@ -77,6 +79,7 @@ def read_csv(
     names = [
         entry.strip() for entry in _entries(f"{name}, line {first + 1}", lines[first], separator)
     ]
+    wanted |= {key: key for key in SIGNALS if key not in wanted and key in names}
     places = {}
     for key, called in wanted.items():
         if called not in names:
@@ -89,8 +92,12 @@ def read_csv(
             raise LogError(f"{name}: {names.count(called)} columns are called {called!r}")
         places[key] = names.index(called)
     values = _numbers(name, lines[first + 1 :], first + 2, separator, places)
-    scaled = [values[:, k] * factors.get(key, 1.0) for k, key in enumerate(COLUMNS)]
-    return Log(*scaled, name=Path(name).name)
+    scaled = dict(zip(places, values.T, strict=True))
+    for key, unit in (units or {}).items():
+        if key in scaled:
+            scaled[key] = converted(key, unit, scaled[key])
+    signals = {key: scaled.pop(key) for key in SIGNALS if key in scaled}
+    return Log(**scaled, name=Path(name).name, signals=signals)
 
 
 def _text(name: str) -> str:
@@ -111,8 +118,8 @@ def _content(line: str) -> str:
 def _numbers(
     name: str, lines: list[str], number: int, separator: str, places: dict[str, int]
 ) -> NDArray[np.float64]:
-    """Read the columns, (N, 6): numpy where it can, line by line where not."""
-    use = [places[key] for key in COLUMNS]
+    """Read the columns at `places`, (N, M): numpy where it can, line by line where not."""
+    use = list(places.values())
     if not any(_content(line) for line in lines):
         return np.empty((0, len(use)))
     try:

@@ -11,10 +11,14 @@ import numpy as np
 from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
 COLUMNS = ("t", "x", "y", "yaw", "speed", "steer")
 """The columns of a log."""
+SIGNALS = ("throttle", "brake", "acceleration_command", "speed_command", "z")
+"""Further columns that a log may have: what the drive was commanded, and the height."""
 _GAP_PERIODS = 5.0
 _SHORTEST_GAP = 0.3
 
@@ -87,6 +91,7 @@ class Log:
     gaps: tuple[int, ...] = field(init=False, default=())
     remarks: tuple[str, ...] = ()
     commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def __init__(  # noqa: PLR0913 - a column each
         self,
@@ -100,9 +105,12 @@ class Log:
         name: str = "log",
         remarks: tuple[str, ...] = (),
         commands: tuple[ArrayLike, ArrayLike] | None = None,
+        signals: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        given = zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)
-        columns = {key: np.array(values, dtype=np.float64) for key, values in given}
+        given = dict(zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)) | dict(signals or {})
+        columns = {key: np.array(values, dtype=np.float64) for key, values in given.items()}
+        if unknown := [key for key in columns if key not in COLUMNS + SIGNALS]:
+            raise LogError(f"{name}: unknown signal {unknown[0]!r}; known: {', '.join(SIGNALS)}")
         for key, values in columns.items():
             if values.shape != columns["t"].shape or values.ndim != 1:
                 raise LogError(
@@ -119,7 +127,13 @@ class Log:
         for values in columns.values():
             values.flags.writeable = False
         own = None if commands is None else _own(commands, name)
-        others = {"name": name, "gaps": gaps, "remarks": (*remarks, *found), "commands": own}
+        others = {
+            "name": name,
+            "gaps": gaps,
+            "remarks": (*remarks, *found),
+            "commands": own,
+            "signals": {key: columns.pop(key) for key in SIGNALS if key in columns},
+        }
         for key, value in {**columns, **others}.items():
             object.__setattr__(self, key, value)
 

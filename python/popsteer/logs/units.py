@@ -3,18 +3,47 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from popsteer.logs.log import COLUMNS, LogError
+import numpy as np
+
+from popsteer.logs.log import LogError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "x": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "y": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    "yaw": {"rad": 1.0, "deg": math.pi / 180.0},
-    "speed": {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704},
+    "yaw": {
+        "rad": 1.0,
+        "deg": math.pi / 180.0,
+        "rad-north": -1.0,
+        "deg-north": -math.pi / 180.0,
+    },
+    "speed": {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "kn": 1852.0 / 3600.0, "cm/s": 1e-2},
     "steer": {"rad": 1.0, "deg": math.pi / 180.0},
+    "throttle": {"1": 1.0, "%": 1e-2},
+    "brake": {"1": 1.0, "%": 1e-2},
+    "acceleration_command": {"m/s²": 1.0, "g": 9.80665},
+    "speed_command": {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704},
+    "z": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
 }
-"""What each column may be measured in, and what one of it is in the unit of popsteer."""
+"""What each column may be measured in, and what one of it is in the unit of popsteer. Those of a
+heading from north are clockwise, with x to the east."""
+
+
+def converted(column: str, unit: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bring the values of a column into popsteer's unit; LogError where the unit is not known.
+
+    Examples
+    --------
+    >>> np.degrees(converted("yaw", "deg-north", np.array([90.0, 30.0]))).round(9).tolist()
+    [0.0, 60.0]
+    """
+    east = 0.5 * math.pi if unit.endswith("-north") else 0.0
+    return east + factor(column, unit) * values
 
 
 def factor(column: str, unit: str) -> float:
@@ -29,8 +58,8 @@ def factor(column: str, unit: str) -> float:
     >>> factor("speed", "km/h") == 1 / 3.6, factor("steer", "-1"), factor("steer", "rad/20")
     (True, -1.0, 0.05)
     """
-    if column not in COLUMNS:
-        raise LogError(f"unknown column {column!r}; known: {', '.join(COLUMNS)}")
+    if column not in UNITS:
+        raise LogError(f"unknown column {column!r}; known: {', '.join(UNITS)}")
     known = UNITS[column]
     if unit in known:
         return known[unit]

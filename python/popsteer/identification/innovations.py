@@ -1,0 +1,109 @@
+"""Whether a vehicle explains a log: a test of its innovations, and what the drive excited."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.identification.whiten import spread, whitened
+
+if TYPE_CHECKING:
+    from popsteer.identification.drive import Array, PreparedLog
+    from popsteer.identification.fit import Fit
+
+RISK = 1e-3
+"""How often a test may find something in white noise."""
+NOTABLE = 1.3
+"""A band with less than this times the noise is none that matters: noise is seldom quite white."""
+CORRELATED = 0.05
+"""Nor does a smaller correlation."""
+LONGEST = 2.0
+"""Up to which lag what is left is compared with the turning before it [s]."""
+
+
+def unexplained(found: Fit, drive: PreparedLog) -> tuple[str, ...]:
+    """Say what the innovations have that the noise of the signals has not.
+
+    They are those of the signals' own noise, not of what the fit leaves, so that a misfit is not
+    taken for noise. Their power in each octave against white noise (a chi-squared distribution), and
+    their correlation with the turning before them (L. Ljung, *System Identification*, 2nd ed., 1999,
+    chapter 16).
+    """
+    task = found.candidates[0].task
+    error = drive.yaw - found.yaw
+    theta = task.theta_of_noise(error)
+    white = whitened(error, task.parts, theta)
+    sample = max(_sample_noise(error, drive), drive.least_noise["yaw"])
+    white = np.clip(white * math.sqrt(theta) / sample, -4.0, 4.0)
+    said = []
+    if (band := _loudest(white, drive.usual_step)) is not None:
+        low, high, times = band
+        said.append(
+            f"between {low:.2g} and {high:.2g} Hz it leaves {math.sqrt(times):.1f} times the noise"
+        )
+    turning = whitened(found.yaw, task.parts, theta)
+    correlation, lag = _most_correlated(white, turning, drive.usual_step)
+    if correlation > max(CORRELATED, math.sqrt(-2.0 * math.log(RISK) / len(white))) and (
+        float(np.std(white)) > 0.5
+    ):
+        said.append(
+            f"{100.0 * correlation**2:.2g} % of what it leaves goes with how the car turned"
+            f" {lag:.2g} s before"
+        )
+    return tuple(said)
+
+
+def _sample_noise(error: Array, drive: PreparedLog) -> float:
+    """Give the noise of a sample by the second differences of what is left [rad]."""
+    ends = [np.diff(error[part], 2) for part in drive.parts()]
+    return spread(np.concatenate(ends)) / math.sqrt(6.0)
+
+
+def _loudest(white: Array, step: float) -> tuple[float, float, float] | None:
+    """Give the octave that is loudest for its count, if noise is not: its ends [Hz], its power."""
+    from scipy.stats import chi2
+
+    power = np.abs(np.fft.rfft(white)[1:]) ** 2 / len(white)
+    high, best = len(power), None
+    count = max(1, int(math.log2(len(power))) - 1)
+    while high >= 4:
+        low = high // 2
+        size = float(np.mean(power[low:high]))
+        bins = high - low
+        most = float(chi2.isf(RISK / count, 2 * bins)) / (2 * bins)
+        if size > max(most, NOTABLE) and (best is None or size / most > best[0]):
+            hz = 1.0 / (len(white) * step)
+            best = (size / most, low * hz, high * hz, size)
+        high = low
+    return None if best is None else best[1:]
+
+
+def _most_correlated(white: Array, turning: Array, step: float) -> tuple[float, float]:
+    """Give the largest correlation with the turning, and how long before it was [s]."""
+    lags = np.arange(0, max(2, int(LONGEST / step)))
+    own = (white - white.mean()) / max(float(np.std(white)), 1e-12)
+    other = (turning - turning.mean()) / max(float(np.std(turning)), 1e-12)
+    found = [abs(float(np.mean(own[k:] * other[: len(other) - k]))) for k in lags]
+    best = int(np.argmax(found))
+    return found[best], float(lags[best] * step)
+
+
+def excitation(drive: PreparedLog, length: float) -> dict[str, tuple[float, float]]:
+    """Give what a drive went through, least and most, as an `Identification` has it."""
+    drives = drive.speed != 0.0
+    changes = np.abs(np.diff(drive.commands)) / np.maximum(np.diff(drive.times), 1e-3)
+    still = np.flatnonzero(np.diff(np.pad((~drive.moving).astype(int), 1)) == 1)
+    rest = float(np.sum(~drive.moving)) * drive.usual_step
+
+    def ends(values: Array, share: float = 0.02) -> tuple[float, float]:
+        return float(np.quantile(values, share)), float(np.quantile(values, 1.0 - share))
+
+    return {
+        "speed": ends(drive.speed[drives]),
+        "curvature": ends(np.tan(drive.commands) / length),
+        "steer_rate": (0.0, float(np.quantile(changes, 0.98))),
+        "acceleration": ends(drive.acceleration[drives]),
+        "stops": (float(len(still)), rest),
+    }

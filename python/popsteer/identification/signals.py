@@ -1,0 +1,325 @@
+"""The signals of a log against each other: repeated samples, units, axes and headings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from popsteer.logs import Log, LogError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from popsteer.identification.drive import Array
+
+WINDOW = 1.0
+"""Time over which a displacement is taken [s]."""
+REPEATED = 0.2
+"""A share of the rows of a driving car: above it, poses that repeat are samples that are held."""
+NEAR = 0.04
+"""How near a ratio must be to that of two units, as a share: a speed is seldom calibrated worse."""
+CLEARLY = 0.25
+"""The share that a reading of the heading must leave of what the next one does."""
+NORTH = math.radians(10.0)
+LONGEST, BLOCK = 1200.0, 60.0
+"""Of longer drives the blocks [s] that steer most are used, up to this time [s] in all."""
+
+_SPEEDS = (
+    (1.0 / 3.6, "speed is in km/h (--unit speed=km/h)"),
+    (0.44704, "speed is in mph (--unit speed=mph)"),
+    (1852.0 / 3600.0, "speed is in knots (--unit speed=kn)"),
+    (0.3048, "speed is in feet a second (--unit speed=0.3048)"),
+    (1e-2, "speed is in cm/s (--unit speed=cm/s)"),
+    (1e-3, "speed is in mm/s (--unit speed=0.001), or t in ms (--unit t=ms)"),
+    (3.6, "speed is what km/h were divided by 3.6 once too often (--unit speed=3.6)"),
+    (1.0 / 0.3048, "x and y are in feet (--unit x=0.3048 --unit y=0.3048)"),
+    (1e2, "x and y are in cm (--unit x=cm --unit y=cm)"),
+    (1e3, "x and y are in mm (--unit x=mm --unit y=mm), or t in ks"),
+)
+
+
+class Signals(NamedTuple):
+    """A log whose signals agree, and what was seen of them."""
+
+    log: Log
+    """A row for each sample of the pose; its commands have their own times."""
+    whole: Log
+    """All rows."""
+    heading_bias: float
+    """By how much the measured heading pointed to the right of the car's [rad]: taken out."""
+    speed_scale: float
+    """How far the positions move over how far the speed said, by which it is multiplied."""
+    scale_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Displacements over `WINDOW`: complex, east and north; what the speed says; the rows."""
+
+    moved: Array
+    said: Array
+    first: Array
+    last: Array
+
+
+def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signals:
+    """Bring the samples of a log to their times, and refuse by LogError signals that disagree.
+
+    With `course` yaw is the course of the pose's point, which lies -`rear_axle` ahead of the axle.
+    """
+    most = float(np.max(np.abs(log.steer)))
+    if most > 0.5 * math.pi:
+        raise LogError(
+            f"{log.name}: steer reaches {most:.4g} rad, more than a quarter turn of the wheels:"
+            " is it in degrees (--unit steer=deg), the hand wheel's angle (--unit steer=1/RATIO),"
+            " or normalised (--unit steer=MAX_STEER, or MAX_STEER/100)?"
+        )
+    if abs(most - 1.0) < 1e-9 and np.sum(np.abs(log.steer) == most) > 1:
+        raise LogError(
+            f"{log.name}: steer reaches 1 and stays there: it is normalised (--unit steer=MAX_STEER"
+            " gives the angle of the wheels at 1)"
+        )
+    thin = excited(unrepeated(log))
+    windows = _windows(thin)
+    moved = float(np.sum(np.abs(windows.moved)))
+    if len(windows.moved) < 5 or moved < 1e-4 * float(np.sum(np.abs(windows.said))):
+        return Signals(thin, log, 0.0, 1.0, 0.0)
+    _refuse_heading(thin, windows)
+    if course:
+        thin = looks(thin, -rear_axle)
+    else:
+        _refuse_course(thin)
+    bias, scale, error = _motion(thin, windows)
+    _refuse_scale(log.name, scale)
+    if not error < 0.02:
+        scale, error = 1.0, 0.0
+    return Signals(_corrected(thin, bias, scale), _corrected(log, bias, scale), bias, scale, error)
+
+
+def _corrected(log: Log, bias: float, scale: float) -> Log:
+    """Give the log with its heading turned and its speed scaled."""
+    changed = {"yaw": log.yaw + bias, "speed": scale * log.speed}
+    others = {"name": log.name, "commands": log.commands, "signals": log.signals}
+    return Log(**log.as_dict() | changed, remarks=log.remarks, **others)
+
+
+def unrepeated(log: Log) -> Log:
+    """Keep one row of each pose that repeats while the car drives, at the time it was measured."""
+    pose = np.stack((log.x, log.y, log.yaw))
+    same = np.concatenate(([False], np.all(np.diff(pose) == 0.0, axis=0)))
+    moving = np.abs(log.speed) > 0.05 * np.quantile(np.abs(log.speed), 0.9)
+    share = float(np.mean(same[moving])) if moving.any() else 0.0
+    frozen = np.ptp(log.x) == np.ptp(log.y) == 0.0
+    if share < REPEATED or share == 1.0 or frozen:
+        return log
+    rows = np.flatnonzero(~same)
+    way = np.concatenate(
+        ([0.0], np.cumsum(0.5 * np.abs(log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
+    )
+    moved = np.hypot(np.diff(log.x[rows]), np.diff(log.y[rows]))
+
+    def off(times: Array) -> float:
+        """How far the poses moved otherwise than the speed says, with these times."""
+        said = np.diff(np.interp(times, log.t, way))
+        scale = np.median(moved) / max(float(np.median(said)), 1e-9)
+        return float(np.median(np.abs(moved - scale * said)))
+
+    times = min(_sampled(log.t[rows], log.period), key=off)
+    commands = (log.t, log.steer) if log.commands is None else log.commands
+    speed = np.interp(times, log.t, log.speed)
+    columns = (times, log.x[rows], log.y[rows], log.yaw[rows], speed, log.steer[rows])
+    held = same & moving
+    known = ~(held & np.concatenate(([False], np.diff(log.speed) == 0.0)))
+    if np.mean(known[held]) < 0.05:  # the speed comes with the pose
+        columns = (*columns[:4], log.speed[rows], columns[5])
+    rate = 1.0 / float(np.median(np.diff(times)))
+    note = f"poses repeat in {100.0 * share:.0f} % of the rows: one sample each, {rate:.3g} Hz"
+    remarks = (*log.remarks, note)
+    return Log(*columns, name=log.name, remarks=remarks, commands=commands)
+
+
+def _sampled(seen: Array, period: float) -> list[Array]:
+    """Give when samples may have been measured that rows show first at `seen` [s].
+
+    At those rows; or at equal intervals, on the latest line that is after no row; or, where no line
+    fits, half a row before.
+    """
+    steps = np.diff(seen)
+    whole = np.maximum(np.round(steps / float(np.median(steps))), 1.0)
+    count = np.concatenate(([0.0], np.cumsum(whole)))
+    for _ in range(3):
+        interval, start = np.polyfit(count, seen, 1)
+        count = np.round((seen - start) / interval)
+    age = seen - interval * count
+    if float(np.ptp(age)) > 1.5 * period or np.any(np.diff(count) <= 0.0):
+        return [seen, seen - 0.5 * period]
+    return [seen, interval * count + float(np.min(age))]
+
+
+def excited(log: Log) -> Log:
+    """Give the part of a long log that steers most, a block a minute; a short log as it is."""
+    if log.duration <= LONGEST:
+        return log
+    block = np.floor((log.t - log.t[0]) / BLOCK).astype(int)
+    turned = np.abs(np.diff(log.yaw, prepend=log.yaw[0]))
+    work = np.bincount(block, np.abs(np.diff(log.steer, prepend=log.steer[0])) * (turned > 0.0))
+    best = np.argsort(-work, kind="stable")[: int(LONGEST / BLOCK)]
+    rows = np.isin(block, best)
+    commands = (log.t, log.steer) if log.commands is None else log.commands
+    # The rows of the chosen blocks; means of rows that are closer than the simulation's cells.
+    group = max(1, round(0.04 / log.period))
+    columns = dict(log.as_dict(), yaw=np.unwrap(log.yaw))
+    edges = np.flatnonzero(np.diff(np.concatenate(([-1], np.where(rows, block, -1)))))
+    edges = np.append(edges, len(rows))
+    starts = np.concatenate(
+        [np.arange(a, b - group + 1, group) for a, b in zip(edges[:-1], edges[1:], strict=True)
+         if rows[a]]
+    )
+    index = starts[:, None] + np.arange(group)
+    made = {key: values[index].mean(axis=1) for key, values in columns.items()}
+    note = f"{LONGEST / 60.0:.0f} minutes that steer most are used of {log.duration / 60.0:.0f}"
+    return Log(**made, name=log.name, remarks=(*log.remarks, note), commands=commands)
+
+
+def parts(log: Log) -> Iterator[slice]:
+    """Give the rows of each unbroken part."""
+    yield from map(slice, [0, *log.gaps], [*log.gaps, len(log)])
+
+
+def _windows(log: Log) -> _Windows:
+    """Give displacements over `WINDOW` where the speed says that the car drives one way."""
+    place = log.x + 1j * log.y
+    found: list[tuple[Array, ...]] = []
+    travelled = np.concatenate(
+        ([0.0], np.cumsum(0.5 * (log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
+    )
+    for part in parts(log):
+        first = np.arange(part.start, part.stop)
+        every = max(1, round(0.5 * WINDOW / log.period))
+        first = first[::every]
+        last = np.searchsorted(log.t[part], log.t[first] + WINDOW) + part.start
+        ok = last < part.stop
+        first, last = first[ok], last[ok]
+        ends = place[last] - place[first], travelled[last] - travelled[first]
+        found.append((*ends, first, last))
+    moved, said, first, last = (np.concatenate(values) for values in zip(*found, strict=True))
+    lively = np.abs(said) > 0.3 * np.quantile(np.abs(said), 0.9) if len(said) else said > 0.0
+    return _Windows(moved[lively], said[lively], first[lively], last[lively])
+
+
+def _aligned(log: Log, windows: _Windows, unit: float, *, twice: bool = False) -> complex:
+    """Give by how much the car moves off a heading in `unit`: 1 without spread, by its angle.
+
+    The mean direction of circular statistics (K. Mardia, P. Jupp, 2000); of twice the angles,
+    which are the same forwards and backwards.
+    """
+    total = np.concatenate(([0.0], np.cumsum(np.exp(-1j * unit * log.yaw))))
+    off = windows.moved * np.sign(windows.said) * (total[windows.last + 1] - total[windows.first])
+    off /= np.maximum(np.abs(off), 1e-12)
+    weight = np.abs(windows.moved)
+    return complex(np.sum(weight * (off**2 if twice else off)) / np.sum(weight))
+
+
+def _refuse_heading(log: Log, windows: _Windows) -> None:
+    """Refuse a heading whose unit or sense is wrong, and a speed without its sign."""
+    degrees = math.radians(1.0)
+    units = {1.0: "1", degrees: "deg", -1.0: "-1", -degrees: "-deg"}
+    fits = {unit: _aligned(log, windows, unit) for unit in units}
+    best = max(fits, key=lambda unit: abs(fits[unit]))
+    spread = {unit: 1.0 - abs(fit) for unit, fit in fits.items()}
+    if best != 1.0 and spread[best] < CLEARLY * spread[1.0]:
+        off = math.atan2(fits[best].imag, fits[best].real)
+        raise LogError(f"{log.name}: {_reading(log, best, units[best], off)}")
+    both = abs(_aligned(log, windows, 1.0, twice=True))
+    if spread[1.0] > 0.2 and 1.0 - both < CLEARLY * spread[1.0]:
+        raise LogError(
+            f"{log.name}: the car drives backwards where speed is positive: speed must be negative"
+            " backwards"
+        )
+
+
+def _reading(log: Log, unit: float, name: str, off: float) -> str:
+    """Say what the heading is, and the option that converts it."""
+    seen = "yaw against the direction in which the positions move:"
+    if unit > 0.0:
+        return f"{seen} it turns 57.3 times as far: yaw is in degrees (--unit yaw=deg)"
+    if abs(off - 0.5 * math.pi) < NORTH:
+        called = "deg-north" if abs(unit) < 1.0 else "rad-north"
+        return (
+            f"{seen} it is a heading from north, clockwise: --unit yaw={called} converts it, with x"
+            " to the east and y to the north"
+        )
+    turned, steered = np.diff(np.unwrap(log.yaw * abs(unit))), log.speed[:-1] * log.steer[:-1]
+    late = int(0.3 / log.period)
+    agrees = float(turned[late:] @ steered[: len(steered) - late]) > 0.0
+    if agrees:
+        axis = "x" if abs(off) > 0.5 * math.pi else "y"
+        also = "" if abs(unit) == 1.0 else " --unit yaw=deg"
+        return (
+            f"{seen} it turns left where they turn right: {axis} is mirrored (--unit"
+            f" {axis}=-1{also})"
+        )
+    return f"{seen} it counts clockwise (--unit yaw={name})"
+
+
+def _refuse_course(log: Log) -> None:
+    """Refuse a heading that was made of the positions: it has their noise."""
+    place = log.x + 1j * log.y
+    step, wide = np.diff(place), place[2:] - place[:-2]
+    drives = np.abs(wide) > np.quantile(np.abs(wide), 0.5)
+    noise = float(np.median(np.abs(np.angle(step[1:] * np.conj(step[:-1])))[drives]))
+    for course in (step[1:], step[:-1], wide):
+        off = np.angle(course * np.exp(-1j * log.yaw[1:-1]))[drives]
+        if noise > 1e-3 and float(np.median(np.abs(off))) < 0.02 * noise:
+            raise LogError(
+                f"{log.name}: yaw is the course over ground, made of x and y (it has their noise,"
+                f" {noise:.2g} rad): it does not show where the car looks; --course takes it for"
+                " that of the pose's point"
+            )
+
+
+def looks(log: Log, ahead: float) -> Log:
+    """Give a log whose yaw is the course of a point `ahead` of the rear axle the car's heading.
+
+    The rear axle is drawn behind the point (a tractrix): yaw' = v sin(course - yaw) / ahead.
+    """
+    if abs(ahead) < 1e-6:
+        return log
+    course, yaw, headings = np.unwrap(log.yaw), float(log.yaw[0]), []
+    for step, speed, way in zip(log.steps, log.speed, course, strict=True):
+        # Half a turn off, a trailing point is ahead: stable while driving either way.
+        kept = math.exp(-abs(speed) * step / abs(ahead))
+        yaw = way + kept * math.remainder(yaw - way, math.tau)
+        headings.append(yaw)
+    return Log(**{**log.as_dict(), "yaw": headings}, name=log.name, commands=log.commands)
+
+
+def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
+    """Give the heading's turn [rad], the speed's scale and its standard error, by least squares.
+
+    A point p ahead of the no-slip point moves by c ∫ v exp(i yaw) dt + p (exp(i yaw1) - exp(i
+    yaw0)), all complex: the scale is |c|, the turn its angle.
+    """
+    turn = np.exp(1j * log.yaw)
+    speed = log.speed * turn
+    driven = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.t))))
+    first, last = windows.first, windows.last
+    columns = np.stack((driven[last] - driven[first], turn[last] - turn[first]), axis=1)
+    found = np.linalg.lstsq(columns, windows.moved, rcond=1e-9)[0]
+    left = windows.moved - columns @ found
+    # Windows overlap by half: each residual counts once.
+    error = math.sqrt(2.0 * float(np.mean(np.abs(left) ** 2)) / len(left))
+    size = math.sqrt(float(np.mean(np.abs(columns[:, 0]) ** 2)))
+    return math.atan2(found[0].imag, found[0].real), abs(found[0]), error / size
+
+
+def _refuse_scale(name: str, scale: float) -> None:
+    """Refuse a scale of the speed that is a ratio of units."""
+    for ratio, words in _SPEEDS:
+        if abs(scale / ratio - 1.0) < NEAR:
+            raise LogError(
+                f"{name}: the positions move {scale:.3g} times as far as speed says: {words}"
+            )

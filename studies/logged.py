@@ -1,0 +1,157 @@
+"""Logs of working drives of cars that share no code with popsteer: a dozen lines of numpy each.
+
+A bicycle with dead time, lag, rate limit and play between the command and its wheels, and a drive
+with delay, lag, pedals and drag; what is measured of it has noise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+Columns = dict[str, Any]
+KINDS = ("lines", "parking", "blocks", "laps", "brisk")
+"""Lines of a field with U-turns at their ends; parking; blocks of a town; laps; brisk bends."""
+
+
+@dataclass(frozen=True)
+class Car:
+    """The truth: SI units and radians; `play` is the whole of it, `point` that of the pose."""
+
+    length: float = 2.7
+    understeer: float = 0.002
+    offset: float = 0.01
+    lag: float = 0.12
+    delay: float = 0.2
+    rate: float = math.inf
+    play: float = 0.0
+    point: float = 1.35
+    drive_delay: float = 0.15
+    drive_lag: float = 0.25
+    throttle: float = 4.0
+    braking: float = 8.0
+    drag: float = 0.08
+
+
+def drawn(random: np.random.Generator, length: float | None = None) -> Car:
+    """Draw a car of 0.16 to 12 m between its axles."""
+    size = float(np.exp(random.uniform(math.log(0.16), math.log(12.0))))
+    size = size if length is None else length
+    return Car(
+        length=size,
+        # It grows by 0 to 30 % at 8 m/s of a car of 2.7 m, at like speeds of others.
+        understeer=float(random.uniform(0.0, 0.3) * 2.7 / 64.0),
+        offset=float(random.uniform(-0.02, 0.02)),
+        lag=float(random.uniform(0.05, 0.25)),
+        delay=0.005 * int(random.integers(10, 70)),
+        rate=float(random.uniform(0.25, 0.8)),
+        point=float(random.uniform(0.0, 0.6) * size),
+    )
+
+
+def _legs(kind: str, random: np.random.Generator) -> list[tuple[float, float, float]]:
+    """Give a drive as legs: seconds, speed of a car of 2.7 m, angle of its wheels."""
+    side = 1.0
+    legs: list[tuple[float, float, float]] = []
+    while sum(leg[0] for leg in legs) < 230.0:
+        if kind == "lines":
+            legs.append((random.uniform(12.0, 20.0), 4.0, 0.0))
+            legs.append((math.pi * 2.7 / (2.2 * math.tan(0.5)), 2.2, side * 0.5))
+            side = -side
+        elif kind == "parking":
+            way, angle = 1.5 if len(legs) % 2 else -1.5, random.uniform(-0.55, 0.55)
+            legs.append((random.uniform(2.0, 6.0), way, angle))
+        elif kind == "blocks":
+            legs.append((random.uniform(5.0, 12.0), random.uniform(7.0, 12.0), 0.0))
+            angle = 0.3 * random.choice([-1.0, 1.0])
+            legs.append((0.5 * math.pi * 2.7 / (4.0 * math.tan(0.3)), 4.0, angle))
+        elif kind == "laps":
+            legs.append((random.uniform(2.0, 5.0), random.uniform(5.0, 10.0), 0.0))
+            angle = random.choice([0.05, 0.1, 0.15, -0.08])
+            legs.append((random.uniform(2.0, 4.0), random.uniform(5.0, 8.0), angle))
+        else:
+            angle = random.uniform(-0.25, 0.25)
+            legs.append((random.uniform(1.0, 3.0), random.uniform(3.0, 8.0), angle))
+    return legs
+
+
+def commands(kind: str, car: Car, dt: float, random: np.random.Generator) -> tuple[Any, Any, Any]:
+    """Give times, speeds and commanded angles of a drive: legs, and a driver who corrects."""
+    pace = math.sqrt(car.length / 2.7)
+    legs = _legs(kind, random)
+    ends = np.cumsum([leg[0] for leg in legs]) * pace
+    t = dt * np.arange(round(min(ends[-1], 230.0) / dt))
+    leg = np.minimum(np.searchsorted(ends, t), len(legs) - 1)
+    wanted = np.array(legs)[leg]
+    speed, steer = pace * wanted[:, 1], wanted[:, 2].copy()
+    hand, corrected, smooth, fastest = 0.0, 0.0, 0.0, 2.0 * dt * pace
+    v, rows, speeds = speed[0], np.empty(len(t)), np.empty(len(t))
+    for k in range(len(t)):
+        hand += float(np.clip(steer[k] - hand, -0.6 * dt / pace, 0.6 * dt / pace))
+        corrected += -corrected * dt / (0.4 * pace) + 0.03 * math.sqrt(dt) * random.normal()
+        smooth += (corrected - smooth) * dt / (0.4 * pace + dt)
+        v += float(np.clip(speed[k] - v, -fastest, fastest))
+        rows[k], speeds[k] = hand + smooth - car.offset, v
+    return t, speeds, rows
+
+
+def driven(car: Car, t: Any, speed: Any, steer: Any, substeps: int = 10) -> Any:
+    """Drive a car along speeds and commands: the pose of its point at each time, (N, 3)."""
+    dt = float(t[1] - t[0])
+    h, late = dt / substeps, car.delay
+    fine = t[0] + h * np.arange(len(t) * substeps)
+    held = steer[np.clip(np.floor((fine + 0.5 * h - late - t[0]) / dt).astype(int), 0, None)]
+    v = np.interp(fine + 0.5 * h, t, speed)
+    actuator = wheel = held[0] + car.offset
+    kept = math.exp(-h / car.lag) if car.lag > 0.0 else 0.0
+    wheels = np.empty(len(fine))
+    for k, target in enumerate((held + car.offset).tolist()):
+        step, before = (target - actuator) * (1.0 - kept), wheel
+        actuator += max(-car.rate * h, min(step, car.rate * h))
+        wheel = max(actuator - 0.5 * car.play, min(wheel, actuator + 0.5 * car.play))
+        wheels[k] = 0.5 * (before + wheel)
+    turn = v * np.tan(wheels) / (car.length + car.understeer * v * v) * h
+    yaw = np.concatenate(([0.0], np.cumsum(turn)))[:-1]
+    middle = yaw + 0.5 * turn
+    x = np.concatenate(([0.0], np.cumsum(v * np.cos(middle) * h)))[:-1] + car.point * np.cos(yaw)
+    y = np.concatenate(([0.0], np.cumsum(v * np.sin(middle) * h)))[:-1] + car.point * np.sin(yaw)
+    return np.column_stack([x, y, yaw])[::substeps]
+
+
+def log(
+    kind: str,
+    car: Car,
+    seed: int = 0,
+    *,
+    dt: float = 0.05,
+    noise: float = 1.0,
+    pose_rate: float | None = None,
+    digits: int | None = None,
+) -> Columns:
+    """Give the columns of a log; poses come at `pose_rate` [Hz] and repeat until the next one."""
+    random = np.random.default_rng(seed)
+    t, speed, steer = commands(kind, car, dt, random)
+    pose = driven(car, t, speed, steer)
+    size = min(car.length / 2.7, 1.0)
+    sizes = (0.02 * size, 0.02 * size, 0.002)
+    if pose_rate is not None:
+        # Of a clock of its own; the noise is that of a sample.
+        own = np.arange(0.0, t[-1], 1.0 / pose_rate)
+        samples = np.array([np.interp(own, t, values) for values in pose.T])
+        samples += noise * random.standard_normal(samples.shape) * np.reshape(sizes, (3, 1))
+        pose = samples.T[np.searchsorted(own, t + 1e-9, side="right") - 1]
+    else:
+        pose += noise * random.standard_normal(pose.shape) * sizes
+    speed = speed + noise * 0.02 * size * random.standard_normal(len(t))
+    columns = [pose[:, 0], pose[:, 1], pose[:, 2], speed, steer]
+    if digits is not None:
+        columns = [np.round(values, digits) for values in columns]
+    return dict(zip(("t", "x", "y", "yaw", "speed", "steer"), [t, *columns], strict=True))
+
+
+def with_play(car: Car, degrees: float) -> Car:
+    """Give the car with play."""
+    return replace(car, play=math.radians(degrees))
