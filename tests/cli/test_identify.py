@@ -40,7 +40,7 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     assert car.steer_offset == pytest.approx(0.01, abs=math.radians(0.05))
     assert car.dead_time + car.steer_lag == pytest.approx(0.25, abs=0.01)
     assert car.rear_axle == pytest.approx(-1.35, abs=0.08)
-    assert "# NOT FOUND: a limit of the wheels' rate was not reached" in out.read_text()
+    assert "# NOT FOUND: the wheels were not seen against a limit of their rate" in out.read_text()
     assert "± 0.000" not in outcome.out
     assert "given" not in outcome.out.partition("The vehicle ")[0]
     found = json.loads(document.read_text())
@@ -85,7 +85,7 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
         (["--unit", "steer=furlong"], "unit of steer must be rad, deg, a number"),
         (["--unit", "steer=-1"], "turns right where steer says left"),
         (["--topic", "steer=/drive"], "topics are of bags; a CSV file has columns"),
-        (["--unit", "speed=0.001"], "s of driving are too short"),
+        (["--unit", "speed=0.001"], "move 1000 times as far as speed says: x and y are in mm"),
         (["--vehicle", "none.toml"], "none.toml: No such file"),
         (["--out", "car.json"], "--out must be a file *.toml"),
         (["--figures", "pictures"], "No such option: --figures; it is --out now"),

@@ -76,7 +76,9 @@ def test_offset_is_doubted_from_its_bound_on_and_taken_as_given() -> None:
     assert doubt.fixed == {"steer_offset": 0.02}
     assert set(doubt.why) == {"steer_offset"}
     # It lies within two errors of the estimate, 0.01.
-    assert doubt.ranges["steer_offset"] == pytest.approx((0.01 - 2.002 * bound, 0.01 + 2.002 * bound))
+    assert doubt.ranges["steer_offset"] == pytest.approx(
+        (0.01 - 2.002 * bound, 0.01 + 2.002 * bound)
+    )
 
 
 def test_one_speed_leaves_the_understeer_as_given() -> None:
@@ -358,7 +360,10 @@ def test_numbers_that_stand_out_are_replaced_unless_they_are_many() -> None:
 def test_verdict_says_what_is_not_explained() -> None:
     found = identification()
     assert not replace(found, unexplained=("too loud",)).explains
-    assert "does not explain the heading: too loud." in replace(found, unexplained=("too loud",)).verdict
+    assert (
+        "does not explain the heading: too loud."
+        in replace(found, unexplained=("too loud",)).verdict
+    )
     assert "explains the heading to within" in replace(found, unexplained=()).verdict
 
 
@@ -475,29 +480,3 @@ def test_what_is_not_shown_is_fixed_at_once_and_fitted_again(
         else:
             procedure._heading(drive, 2.5, told, "log", None)
         assert asked[0][1] == {"max_steer_rate": 0.3}
-
-
-def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
-    def found(length: float, scale: float = 1.0, gain: float = 0.0) -> Any:
-        one = _fit({"turning_wheelbase": length})
-        one.profile = lambda _, scales, **__: [gain if s == scale else -1.0 for s in scales]
-        return one
-
-    for given, length, refused in (
-        (2.0, 3.19, False),
-        (2.0, 3.21, True),
-        (2.0, 1.26, False),
-        (2.0, 1.24, True),
-        (None, 14.9, False),
-        (None, 15.1, True),
-    ):
-        car = None if given is None else popsteer.Vehicle(wheelbase=given)
-        if refused:
-            with pytest.raises(LogError, match=r"is steer normalised .*--unit steer="):
-                checks.refuse_steer(found(length), car, "log")
-        else:
-            checks.refuse_steer(found(length), car, "log")
-    # The tangent shows it without a tape measure, where it is clear.
-    checks.refuse_steer(found(4.6, 0.6, 7.9), None, "log")
-    with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
-        checks.refuse_steer(found(4.6, 0.6, 8.1), None, "log")

@@ -403,8 +403,8 @@ def test_simulated_motion_restarts_every_ten_seconds_and_is_off_to_the_left() ->
     assert np.flatnonzero(records["counts"]).tolist() == list(range(21, 600))
     # A car that has drifted 0.3 m to its left since sample 300, on the part that began at 220.
     late = np.arange(600) >= 300
-    ready.x = ready.x - 0.3 * late * np.sin(yaw)
-    ready.y = ready.y + 0.3 * late * np.cos(yaw)
+    ready.x = ready.x - 0.3 * late * np.sin(yaw + 0.01)
+    ready.y = ready.y + 0.3 * late * np.cos(yaw + 0.01)
     off = compared(log, ready, yaw, 0.5, point)["position_error"]
     assert off[300:420] == pytest.approx(0.3, abs=1e-6)
     assert off[:300] == pytest.approx(0.0, abs=1e-6)

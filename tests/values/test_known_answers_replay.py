@@ -171,7 +171,7 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     assert shown["wheelbase"][:2] == ["2.700", "0.012"]
     assert shown["rate of the wheels"][0] == "–"
     assert "explains the heading to within the noise" in found.verdict
-    assert "grows by 0.001 rad in 1 s" in found.verdict
+    assert "white, 0.002 rad a sample" in found.verdict
     assert "2.3 s, 5 rows every 100 ms" in identified_caption(found)
 
 

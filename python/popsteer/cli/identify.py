@@ -62,6 +62,14 @@ def identify(
     column: logs.Column = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
+    course: Annotated[
+        bool,
+        options.flag(
+            "--course",
+            "yaw is the course over ground of the pose's point, not the car's heading: with"
+            " rear_axle given, the heading is that of an axle drawn behind it.",
+        ),
+    ] = False,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
@@ -76,7 +84,9 @@ def identify(
     outputs.check_page(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
-        found = identified(drive, given, progress=partial(progress.update, "identify"))
+        found = identified(
+            drive, given, course=course, progress=partial(progress.update, "identify")
+        )
         content = {} if out is None else _files(found, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)

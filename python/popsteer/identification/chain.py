@@ -92,7 +92,7 @@ class Chain:
         heading = np.concatenate(([0.0], turned)) * self.drive.cell
         return np.interp(self.drive.t, self.drive.edges, heading)
 
-    def rate(
+    def rate(  # noqa: PLR0913 - a parameter of the vehicle each
         self,
         *,
         turning_wheelbase: float,

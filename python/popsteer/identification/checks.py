@@ -96,17 +96,18 @@ def refuse_steer(found: Fit, given: Vehicle | None, name: str) -> None:
     Its tangent bends: where the wheels turn far, the log shows how large an angle a command is.
     """
     length = found.values["turning_wheelbase"]
-    scales = [0.04, 0.06, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.25, 1.6]
+    scales = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.25, 1.6]
     likelihood = found.profile("steer_scale", scales, turning_wheelbase=length)
     best = int(np.argmax(likelihood))
-    scale, clear = scales[best], likelihood[best] > SURE
+    # Tyres that slide bend the other way, which looks like a tangent that does not bend at all.
+    scale, clear = scales[best], likelihood[best] - max(0.0, *likelihood[:2]) > SURE
     if given is not None and not 1.0 / OTHER_LENGTH < length / given.wheelbase < OTHER_LENGTH:
         scale, clear = given.wheelbase / length, True
     elif given is None and not clear and length > LONGEST:
         scale, clear = 2.7 / length, True
     if clear:
         raise LogError(
-            f"{name}: the car turns as if its wheels had {scale:.3g} times the angle of steer, which"
-            f" gives it a wheelbase of {length:.3g} m: is steer normalised (--unit"
+            f"{name}: the car turns as if its wheels had {scale:.3g} times the angle of steer,"
+            f" which gives it a wheelbase of {length:.3g} m: is steer normalised (--unit"
             f" steer=MAX_STEER, here some {scale:.2g}) or the hand wheel's (--unit steer=1/RATIO)?"
         )

@@ -113,6 +113,8 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     clean, outliers = {}, {}
     for name, values in columns.items():
         kept, found, grain = values.copy(), 0, _grain(values)
+        if name == "speed":  # a corner of its ramps is none: 6 m/s² in a row
+            grain = max(grain, float(np.median(np.diff(log.t))) * 6.0 / OUTLIER)
         for start, end in zip(starts, ends, strict=True):
             part = slice(start, end)
             kept[part], count = _without_outliers(log.t[part], values[part], moving[part], grain)
@@ -185,11 +187,14 @@ def _noise(values: Array) -> float:
 
 
 def _grain(values: Array) -> float:
-    """Give the least step between values that differ: the digits of a signal that is rounded."""
-    steps = np.abs(np.diff(values))
+    """Give the step of the digits of a signal that is rounded; 0 where it is not."""
+    steps = np.diff(np.unique(values))
     steps = steps[steps > 1e-12]
-    # A heading that is wrapped has some smaller ones.
-    return float(np.quantile(steps, 0.005)) if steps.size else 0.0
+    if not steps.size:
+        return 0.0
+    grain = float(np.min(steps))
+    whole = (values - values[0]) / grain
+    return grain if float(np.max(np.abs(whole - np.round(whole)))) < 1e-2 else 0.0
 
 
 def _rounding(values: Array) -> float:

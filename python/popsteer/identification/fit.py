@@ -2,8 +2,8 @@
 
 The likeliest parameters under a wide prior around what was given (maximum a posteriori): what the
 log does not show stays there, and none takes up the misfit of another. Structures are compared by
-the Bayesian information criterion, and those that explain the log as well widen the errors (Bayesian
-model averaging; J. Hoeting et al., *Statistical Science* 14, 1999).
+Schwarz's criterion, and those that explain the log as well widen the errors (Bayesian model
+averaging; J. Hoeting et al., *Statistical Science* 14, 1999).
 """
 
 from __future__ import annotations
@@ -195,7 +195,10 @@ def _chosen(tried: Sequence[Candidate]) -> Fit:
     mine = found.values
     off = [[each.values.get(k, mine[k]) - mine[k] for k in found.names] for each in tried[1:]]
     weight = np.array([math.exp(best.criterion - each.criterion) for each in tried[1:]])
-    shift = np.array(off).reshape(len(weight), len(found.names)) * np.sqrt(weight / (1.0 + weight.sum()))[:, None]
+    shift = (
+        np.array(off).reshape(len(weight), len(found.names))
+        * np.sqrt(weight / (1.0 + weight.sum()))[:, None]
+    )
     # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
     wider = found.known.covariance + shift.T @ shift
     plain = [each.criterion for each in tried if "steer_play" not in each.values]
@@ -247,6 +250,7 @@ class Task:
         return left
 
     def residual(self, values: Values) -> Array:
+        """Give the innovations of the heading, over their deviation."""
         return whitened(self.error(values), self.parts, self.theta) / self.noise
 
     def _beliefs(self, values: Values) -> Array:
@@ -274,6 +278,7 @@ class Task:
         return 0.5 * (count * math.log(size) + len(self.free(values)) * math.log(count))
 
     def candidate(self, values: Values) -> Candidate:
+        """Give a solution with its criterion."""
         return Candidate(self.criterion(values), self, values)
 
     def first(self, start: Mapping[str, float]) -> Values:
@@ -339,9 +344,7 @@ class Task:
                 self.weigh(values)
         return values
 
-    def search(
-        self, values: Values, names: list[str], tolerance: float, most: int = 30
-    ) -> Values:
+    def search(self, values: Values, names: list[str], tolerance: float, most: int = 30) -> Values:
         """Fit some of the parameters, with the noise as it is."""
         from scipy.optimize import least_squares
 
@@ -393,6 +396,7 @@ class Task:
         return drift
 
     def free(self, values: Values) -> list[str]:
+        """Name what is fitted of these."""
         names = (*NAMES, "max_steer_rate", "steer_play", "steer_scale")
         return [name for name in names if name in values and name not in self.fixed]
 

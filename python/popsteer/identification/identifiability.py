@@ -118,7 +118,7 @@ def _delay(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> 
         unknown.ranges[name] = (low, min(high, total + LIKELY * error))
 
 
-def _rate(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> None:
+def _rate(unknown: Unknown, found: Fit, _: PreparedLog, given: Vehicle) -> None:
     rate = found.values.get("max_steer_rate")
     if given.max_steer_rate is not None:
         return

@@ -27,9 +27,9 @@ def unexplained(found: Fit, drive: PreparedLog) -> tuple[str, ...]:
     """Say what the innovations have that the noise of the signals has not.
 
     They are those of the signals' own noise, not of what the fit leaves, so that a misfit is not
-    taken for noise. Their power in each octave against white noise (a chi-squared distribution), and
-    their correlation with the turning before them (L. Ljung, *System Identification*, 2nd ed., 1999,
-    chapter 16).
+    taken for noise. Their power in each octave against white noise (a chi-squared distribution),
+    and their correlation with the turning before them (L. Ljung, *System Identification*, 2nd ed.,
+    1999, chapter 16).
     """
     task = found.candidates[0].task
     error = drive.yaw - found.yaw

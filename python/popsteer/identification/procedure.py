@@ -123,7 +123,7 @@ def identify(
         speed=speed,
         lag_of=found.lag_of,
         notes=(
-            *seen.log.remarks,
+            *seen.notes,
             *_outliers(drive),
             *unknown.notes,
             *dict.fromkeys(unknown.why.values()),
@@ -269,8 +269,8 @@ def _outliers(drive: PreparedLog) -> list[str]:
     many = {k: n / len(drive.t) for k, n in drive.outliers.items()}
     many = {k: share for k, share in many.items() if share > MOST_OUTLIERS}
     notes = [
-        f"{100.0 * share:.0f} % of the numbers of {name} stand out from their neighbours: that is no"
-        " noise; see what the signal is (held, filtered, on another clock)"
+        f"{100.0 * share:.0f} % of the numbers of {name} stand out from their neighbours: that is"
+        " no noise; see what the signal is (held, filtered, on another clock)"
         for name, share in many.items()
     ]
     total = sum(count for name, count in drive.outliers.items() if name not in many)

@@ -24,7 +24,7 @@ NEAR = 0.04
 CLEARLY = 0.25
 """The share that a reading of the heading must leave of what the next one does."""
 NORTH = math.radians(10.0)
-LONGEST, BLOCK = 1200.0, 60.0
+LONGEST, BLOCK = 600.0, 60.0
 """Of longer drives the blocks [s] that steer most are used, up to this time [s] in all."""
 
 _SPEEDS = (
@@ -53,6 +53,7 @@ class Signals(NamedTuple):
     speed_scale: float
     """How far the positions move over how far the speed said, by which it is multiplied."""
     scale_error: float
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +84,12 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
             " gives the angle of the wheels at 1)"
         )
     thin = excited(unrepeated(log))
+    # A gap that was made is no gap of the log's.
+    notes = tuple(dict.fromkeys((*log.remarks, *(r for r in thin.remarks if "gap" not in r))))
     windows = _windows(thin)
     moved = float(np.sum(np.abs(windows.moved)))
     if len(windows.moved) < 5 or moved < 1e-4 * float(np.sum(np.abs(windows.said))):
-        return Signals(thin, log, 0.0, 1.0, 0.0)
+        return Signals(thin, log, 0.0, 1.0, 0.0, notes)
     _refuse_heading(thin, windows)
     if course:
         thin = looks(thin, -rear_axle)
@@ -96,14 +99,19 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
     _refuse_scale(log.name, scale)
     if not error < 0.02:
         scale, error = 1.0, 0.0
-    return Signals(_corrected(thin, bias, scale), _corrected(log, bias, scale), bias, scale, error)
+    one, other = _corrected(thin, bias, scale), _corrected(log, bias, scale)
+    return Signals(one, other, bias, scale, error, notes)
 
 
 def _corrected(log: Log, bias: float, scale: float) -> Log:
     """Give the log with its heading turned and its speed scaled."""
-    changed = {"yaw": log.yaw + bias, "speed": scale * log.speed}
-    others = {"name": log.name, "commands": log.commands, "signals": log.signals}
-    return Log(**log.as_dict() | changed, remarks=log.remarks, **others)
+    return Log(
+        **log.as_dict() | {"yaw": log.yaw + bias, "speed": scale * log.speed},
+        name=log.name,
+        remarks=log.remarks,
+        commands=log.commands,
+        signals=log.signals,
+    )
 
 
 def unrepeated(log: Log) -> Log:
@@ -172,14 +180,13 @@ def excited(log: Log) -> Log:
     # The rows of the chosen blocks; means of rows that are closer than the simulation's cells.
     group = max(1, round(0.04 / log.period))
     columns = dict(log.as_dict(), yaw=np.unwrap(log.yaw))
-    edges = np.flatnonzero(np.diff(np.concatenate(([-1], np.where(rows, block, -1)))))
-    edges = np.append(edges, len(rows))
-    starts = np.concatenate(
-        [np.arange(a, b - group + 1, group) for a, b in zip(edges[:-1], edges[1:], strict=True)
-         if rows[a]]
-    )
-    index = starts[:, None] + np.arange(group)
+    index = np.arange(0, len(log) - group + 1, group)[:, None] + np.arange(group)
+    whole = log.t[index[:, -1]] - log.t[index[:, 0]] < (group + 0.5) * log.period
+    index = index[whole & rows[index].all(axis=1)]
     made = {key: values[index].mean(axis=1) for key, values in columns.items()}
+    given = np.floor((commands[0] - log.t[0]) / BLOCK).astype(int)
+    near = np.isin(given, best) | np.isin(given, best - 1)
+    commands = (commands[0][near], commands[1][near])
     note = f"{LONGEST / 60.0:.0f} minutes that steer most are used of {log.duration / 60.0:.0f}"
     return Log(**made, name=log.name, remarks=(*log.remarks, note), commands=commands)
 
@@ -289,8 +296,8 @@ def looks(log: Log, ahead: float) -> Log:
     if abs(ahead) < 1e-6:
         return log
     course, yaw, headings = np.unwrap(log.yaw), float(log.yaw[0]), []
-    for step, speed, way in zip(log.steps, log.speed, course, strict=True):
-        # Half a turn off, a trailing point is ahead: stable while driving either way.
+    middle = 0.5 * (course + np.concatenate((course[:1], course[:-1])))
+    for step, speed, way in zip(log.steps, log.speed, middle, strict=True):
         kept = math.exp(-abs(speed) * step / abs(ahead))
         yaw = way + kept * math.remainder(yaw - way, math.tau)
         headings.append(yaw)
@@ -321,5 +328,5 @@ def _refuse_scale(name: str, scale: float) -> None:
     for ratio, words in _SPEEDS:
         if abs(scale / ratio - 1.0) < NEAR:
             raise LogError(
-                f"{name}: the positions move {scale:.3g} times as far as speed says: {words}"
+                f"{name}: the positions move {scale:.4g} times as far as speed says: {words}"
             )

@@ -198,7 +198,7 @@ def _log(
             f"{topic} has measured angles: dead time and lag are those from the wheels on, not from"
             " the command"
         )
-    scaled = {
+    scaled: dict[str, Any] = {
         key: converted(key, units.get(key, "1"), poses[:, k])
         for k, key in enumerate(("x", "y", "yaw", "speed"), start=2)
     }

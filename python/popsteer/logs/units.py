@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from popsteer.logs.log import LogError
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
 UNITS: dict[str, dict[str, float]] = {
@@ -39,6 +38,7 @@ def converted(column: str, unit: str, values: NDArray[np.float64]) -> NDArray[np
 
     Examples
     --------
+    >>> import numpy as np
     >>> np.degrees(converted("yaw", "deg-north", np.array([90.0, 30.0]))).round(9).tolist()
     [0.0, 60.0]
     """

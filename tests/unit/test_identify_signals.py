@@ -1,0 +1,170 @@
+"""Signals that disagree are refused by their name, and right with the option that converts them."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import logs
+from popsteer.identification.checks import refuse_steer
+from popsteer.identification.signals import checked, looks, unrepeated
+from popsteer.logs import Log, LogError
+from studies import logged
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytest.importorskip("scipy")
+
+CAR = logged.Car(rate=math.inf)
+SMALL = logged.Car(length=0.33, understeer=0.004, point=0.1, lag=0.05, delay=0.1)
+
+
+def _degrees(yaw: Any) -> Any:
+    return (np.degrees(yaw) + 180.0) % 360.0 - 180.0
+
+
+WRONG: dict[str, tuple[str, Any, str]] = {
+    # What is done to a column, and the option that the refusal names.
+    "yaw in degrees": ("yaw", _degrees, "yaw=deg"),
+    "heading from north": ("yaw", lambda yaw: 0.5 * math.pi - yaw, "yaw=rad-north"),
+    "compass": ("yaw", lambda yaw: (90.0 - np.degrees(yaw)) % 360.0, "yaw=deg-north"),
+    "clockwise": ("yaw", np.negative, "yaw=-1"),
+    "mirrored": ("y", np.negative, "y=-1"),
+    "km/h": ("speed", lambda v: 3.6 * v, "speed=km/h"),
+    "mph": ("speed", lambda v: v / 0.44704, "speed=mph"),
+    "knots": ("speed", lambda v: v * 3600.0 / 1852.0, "speed=kn"),
+    "cm": ("speed", lambda v: 100.0 * v, "speed=cm/s"),
+    "normalised": ("steer", lambda angle: angle / 0.58, "steer=MAX_STEER"),
+}
+
+
+@pytest.fixture(scope="module", params=["car", "model car"])
+def columns(request: pytest.FixtureRequest) -> dict[str, Any]:
+    return logged.log("brisk", CAR if request.param == "car" else SMALL, seed=4)
+
+
+@pytest.fixture(scope="module")
+def plain(columns: dict[str, Any]) -> Any:
+    return popsteer.identify(Log(**columns))
+
+
+@pytest.mark.parametrize("kind", list(WRONG))
+def test_signal_that_disagrees_is_refused_by_name_and_right_with_the_option(
+    columns: dict[str, Any], plain: Any, kind: str, tmp_path: Path
+) -> None:
+    column, wrong, option = WRONG[kind]
+    changed = columns | {column: wrong(columns[column])}
+    file = tmp_path / "drive.csv"
+    rows = np.column_stack(list(changed.values()))
+    np.savetxt(file, rows, delimiter=",", header=",".join(changed), comments="")
+    with pytest.raises(LogError, match=f"--unit {option}") as refused:
+        popsteer.identify(logs.read(file))
+    assert str(refused.value).count("\n") == 0
+    name, _, unit = option.partition("=")
+    unit = {"MAX_STEER": "0.58"}.get(unit, unit)
+    found = popsteer.identify(logs.read(file, units={name: unit}))
+    for field in ("wheelbase", "steer_offset", "steer_lag", "dead_time"):
+        value = getattr(plain.vehicle, field)
+        assert getattr(found.vehicle, field) == pytest.approx(value, rel=1e-2, abs=1e-4), field
+
+
+def test_speed_signal_off_by_a_fifth_is_scaled_and_said(
+    columns: dict[str, Any], plain: Any
+) -> None:
+    found = popsteer.identify(Log(**columns | {"speed": columns["speed"] / 0.8}))
+    assert found.vehicle.wheelbase == pytest.approx(plain.vehicle.wheelbase, rel=1e-3)
+    assert any("--unit speed=0.8" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("degrees", [20.0, -45.0, 90.0, 135.0, 180.0, 2.0])
+def test_heading_sensor_askew_is_advised_to_half_a_degree(degrees: float) -> None:
+    columns = logged.log("blocks", CAR, seed=5)
+    found = popsteer.identify(Log(**columns | {"yaw": columns["yaw"] + math.radians(degrees)}))
+    (note,) = (note for note in found.notes if "turn the sensor's heading by that" in note)
+    words = note.split()
+    said = float(words[4]) * (1.0 if words[8] == "left" else -1.0)
+    assert abs(math.remainder(said - degrees, 360.0)) < 0.5
+    assert found.vehicle.rear_axle == pytest.approx(-CAR.point, abs=0.05)
+
+
+def test_speed_without_its_sign_is_refused_where_the_car_drives_backwards() -> None:
+    columns = logged.log("parking", CAR, seed=1)
+    with pytest.raises(LogError, match="speed must be negative backwards"):
+        checked(Log(**columns | {"speed": np.abs(columns["speed"])}))
+    assert abs(checked(Log(**columns)).heading_bias) < math.radians(0.5)
+
+
+def test_course_over_ground_is_refused_and_taken_with_the_option() -> None:
+    columns = logged.log("brisk", CAR, seed=2)
+    place = columns["x"] + 1j * columns["y"]
+    for course in (np.angle(np.gradient(place)), np.angle(np.diff(place, append=2 * place[-1]))):
+        with pytest.raises(LogError, match=r"course over ground.*--course"):
+            checked(Log(**columns | {"yaw": course}))
+    # Without noise of the positions, the course leads the heading of the car; the option mends it.
+    still = logged.log("brisk", CAR, seed=2, noise=0.0)
+    course = np.unwrap(np.angle(np.gradient(still["x"] + 1j * still["y"])))
+    log = Log(**still | {"yaw": course})
+    headings = looks(log, CAR.point).yaw
+    assert np.max(np.abs(course - still["yaw"])[40:]) > 0.05
+    assert np.max(np.abs(headings - still["yaw"])[40:-1]) < 0.01
+    told = popsteer.Vehicle(wheelbase=CAR.length, rear_axle=-CAR.point)
+    found = popsteer.identify(log, told, course=True)
+    assert found.vehicle.turning_wheelbase == pytest.approx(CAR.length, rel=0.01)
+    assert found.delay == pytest.approx(CAR.lag + CAR.delay, abs=0.02)
+
+
+def test_normalised_steer_that_reaches_one_is_refused() -> None:
+    columns = logged.log("brisk", CAR, seed=2)
+    steer = np.clip(columns["steer"] / 0.2, -1.0, 1.0)
+    with pytest.raises(LogError, match=r"it is normalised \(--unit steer=MAX_STEER"):
+        checked(Log(**columns | {"steer": steer}))
+
+
+@pytest.mark.parametrize("rate", [2.0, 3.0, 4.0, 7.0, 10.0])
+def test_poses_that_repeat_are_samples_with_their_age(rate: float) -> None:
+    columns = logged.log("brisk", CAR, seed=3, pose_rate=rate)
+    log = unrepeated(Log(**columns))
+    assert len(log) == pytest.approx(rate * columns["t"][-1], abs=2.0)
+    # They were measured at whole multiples of their interval.
+    off = log.t * rate - np.round(log.t * rate)
+    assert np.max(np.abs(off)) / rate < 0.003
+    found = popsteer.identify(Log(**columns))
+    assert any("poses repeat in" in note for note in found.notes)
+    assert not any("replaced" in note for note in found.notes)
+    assert found.delay == pytest.approx(CAR.lag + CAR.delay, abs=0.01)
+    # A pose that is new in each row is left as it is, and so is one that never moves.
+    plain = Log(**logged.log("brisk", CAR, seed=3))
+    assert unrepeated(plain) is plain
+
+
+def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
+    def found(length: float, scale: float = 1.0, gain: float = 0.0) -> Any:
+        return SimpleNamespace(
+            values={"turning_wheelbase": length},
+            profile=lambda _, scales, **__: [gain if s == scale else -1.0 for s in scales],
+        )
+
+    for given, length, refused in (
+        (2.0, 3.19, False),
+        (2.0, 3.21, True),
+        (2.0, 1.26, False),
+        (2.0, 1.24, True),
+        (None, 14.9, False),
+        (None, 15.1, True),
+    ):
+        car = None if given is None else popsteer.Vehicle(wheelbase=given)
+        if refused:
+            with pytest.raises(LogError, match=r"is steer normalised .*--unit steer="):
+                refuse_steer(found(length), car, "log")
+        else:
+            refuse_steer(found(length), car, "log")
+    # The tangent shows it without a tape measure, where it is clear.
+    refuse_steer(found(4.6, 0.6, 7.9), None, "log")
+    with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
+        refuse_steer(found(4.6, 0.6, 8.1), None, "log")
