@@ -110,11 +110,11 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
             "yaw rate",
             {"max_steer_rate", "steer_play"},
             {
+                "wheelbase": (2.718761, 0.01624207),
                 "understeer": (0.002860537, 0.00013272),
                 "steer_offset": (0.0099668, 4.336245e-05),
                 "steer_lag": (0.09606196, 0.004963337),
                 "dead_time": (0.1530463, 0.005082161),
-                "wheelbase": (2.718761, 0.01624207),
                 "rear_axle": (-1.309958, 0.079914),
             },
             [0.2491082, 0.0009464489, 0.001835646, 9.88998e-05, 0.02075593],

@@ -1,0 +1,136 @@
+"""Whether what `identify` states holds: drives of cars that share no code with popsteer.
+
+    python -m studies.identify_acceptance [N]
+
+N drives of each of ten kinds (`studies.logged`): how many 95 % intervals contain the truth, and how
+many stated values lie beyond three errors. And by how much the delay is off where poses repeat and
+where the steering has play; lengths of logs without noise, and of few digits; the drive of three
+stops. `tests/unit/test_identify_acceptance.py` runs it with a few.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import popsteer
+from popsteer.logs import Log, LogError
+from studies import logged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from popsteer.identification import Identification
+
+KINDS: tuple[tuple[str, dict[str, Any]], ...] = (
+    *((kind, {}) for kind in logged.KINDS),
+    ("lines", {"pose_rate": 5.0}),
+    ("blocks", {"play": 1.0}),
+    ("brisk", {"play": 0.5}),
+    ("laps", {"noise": 2.0}),
+    ("brisk", {"rate": math.inf}),
+)
+"""A drive, and what is otherwise: poses that repeat [Hz], play [degrees], more noise, no limit."""
+
+
+class Stated(NamedTuple):
+    """A value that was stated, and the truth."""
+
+    name: str
+    value: float
+    error: float
+    truth: float
+
+    @property
+    def off(self) -> float:
+        """By how many errors it is off."""
+        return abs(self.value - self.truth) / self.error
+
+
+def car_of(seed: int, **changes: Any) -> logged.Car:
+    """Draw a car, with play in degrees."""
+    play = math.radians(changes.pop("play", 0.0))
+    return replace(logged.drawn(np.random.default_rng(1000 + seed)), play=play, **changes)
+
+
+def identified(kind: str, seed: int, **changes: Any) -> tuple[logged.Car, Identification | None]:
+    """Identify a drawn car from a drive; None where the log is refused."""
+    own = {key: changes.pop(key) for key in ("pose_rate", "noise", "digits") if key in changes}
+    car = car_of(seed, **changes)
+    try:
+        return car, popsteer.identify(Log(**logged.log(kind, car, seed, **own)))
+    except LogError:
+        return car, None
+
+
+def stated(car: logged.Car, found: Identification) -> list[Stated]:
+    """Set what was stated beside the truth."""
+    truth = {
+        "wheelbase": car.length,
+        "understeer": car.understeer,
+        "steer_offset": car.offset,
+        "steer_lag": car.lag,
+        "dead_time": car.delay,
+        "max_steer_rate": car.rate,
+        "steer_play": car.play,
+        "rear_axle": -car.point,
+    }
+    values = {**found.vehicle.as_dict(), "delay": found.delay, "turning_length": found.turning_length}
+    values["steer_play"] = found.fit.values.get("steer_play", 0.0)
+    errors = {**found.errors, "delay": found.delay_error}
+    errors["turning_length"] = found.turning_length_error
+    truth["delay"] = car.lag + car.delay
+    truth["turning_length"] = car.length + car.understeer * found.speed**2
+    return [
+        Stated(name, values[name], math.hypot(error, found.model_errors[name]), truth[name])
+        for name, error in errors.items()
+        if name in truth
+    ]
+
+
+def shares(each: Iterable[Stated]) -> tuple[float, float, int]:
+    """Give the share within 1.96 errors, the share beyond three, and of how many."""
+    off = np.array([one.off for one in each])
+    return float(np.mean(off < 1.96)), float(np.mean(off > 3.0)), len(off)
+
+
+def delay_off(kind: str, seeds: Iterable[int], **changes: Any) -> float:
+    """Give by how much the delay is off at most [s], of those that state one."""
+    off = [0.0]
+    for seed in seeds:
+        car, found = identified(kind, seed, **changes)
+        if found is not None and found.delay_error < 0.02:
+            off.append(abs(found.delay - car.lag - car.delay))
+    return max(off)
+
+
+def main() -> None:
+    """Print all tables."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    everything: list[Stated] = []
+    print("| drive | within 95 % | beyond three errors | of |", flush=True)
+    for kind, changes in KINDS:
+        pairs = [identified(kind, seed, **changes) for seed in range(count)]
+        those = [one for car, found in pairs if found for one in stated(car, found)]
+        everything += those
+        within, beyond, total = shares(those)
+        words = ", ".join((kind, *(f"{key} {value:g}" for key, value in changes.items())))
+        print(f"| {words} | {100 * within:.1f} % | {100 * beyond:.1f} % | {total} |", flush=True)
+    for name in dict.fromkeys(one.name for one in everything):
+        within, beyond, total = shares(one for one in everything if one.name == name)
+        print(f"| {name} | {100 * within:.1f} % | {100 * beyond:.1f} % | {total} |", flush=True)
+    seeds = range(max(2, count // 10))
+    for rate in (2.0, 3.0, 4.0, 7.0, 10.0):
+        off = delay_off("brisk", seeds, pose_rate=rate)
+        print(f"poses at {rate:g} Hz in rows of 20 Hz: the delay is off by {1e3 * off:.1f} ms")
+    for play in (0.5, 1.0, 2.0):
+        off = delay_off("blocks", seeds, play=play)
+        print(f"play of {play:g} degrees: the delay is off by {1e3 * off:.1f} ms")
+
+
+if __name__ == "__main__":
+    main()
