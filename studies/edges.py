@@ -98,7 +98,7 @@ def edge_tracks() -> tuple[EdgeTrack, ...]:
     straight = shapes.dense_straight(100.0, 1.0)
     touching = shapes.touching()
     xy, speed = (np.repeat(part, 3, axis=0) for part in touching[:2])
-    duplicates = Path(xy, speed=np.clip(speed, 0.0, TOP_SPEED), drop_duplicates=True)
+    duplicates = Path(xy, speed=np.clip(speed, 0.0, TOP_SPEED))
     joined = _path(straight, START_SPEED)
     return (
         _track("figure-eight", _path(shapes.figure8())),

@@ -216,10 +216,11 @@ class Path:
         grade: ArrayLike | None = None,
         yaw: ArrayLike | Literal["spline"] | None = None,
         curvature: ArrayLike | None = None,
-        drop_duplicates: bool = False,
+        mend: bool = True,
     ) -> Self: ...
     @classmethod
     def from_csv(cls, file: str | os.PathLike[str], *, closed: bool = False) -> Self: ...
+    mended: Final[tuple[str, ...]]
     x: Final[_Floats]
     y: Final[_Floats]
     s: Final[_Floats]
@@ -231,7 +232,6 @@ class Path:
     length: Final[float]
     closed: Final[bool]
     def __len__(self) -> int: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[_Floats], dict[str, Any]]: ...
     def nearest_waypoint(self, x: float, y: float) -> int: ...
     def locate(
         self,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import math
 import struct
 from typing import TYPE_CHECKING, Any
@@ -134,8 +135,11 @@ def same(
 
 
 def call(name: str, *args: Any, **kwargs: Any) -> Pair | None:
-    """Make an object of popsteer and of its reference."""
-    return same(name, getattr(popsteer, name), getattr(reference, name), *args, **kwargs)
+    """Make an object of popsteer and of its reference; a path of the waypoints as they stand."""
+    ours = getattr(popsteer, name)
+    if name == "Path":
+        ours = functools.partial(ours, mend=False)
+    return same(name, ours, getattr(reference, name), *args, **kwargs)
 
 
 def make(name: str, *args: Any, **kwargs: Any) -> Pair:

@@ -132,9 +132,9 @@ def test_path_speed_of_wrong_shape_or_kind_is_refused(speed: Any) -> None:
         (XY[:2], {"closed": True}, "a path needs at least 3 waypoints, got 2", None),
         (XY, {"speed": [1.0]}, "speed has 1 entries for 3 waypoints", None),
         (XY, {"speed": []}, "speed has 0 entries for 3 waypoints", None),
-        ([*XY, XY[-1]], {}, "waypoints 2 and 3 coincide", 2),
+        ([*XY, XY[-1]], {"mend": False}, "waypoints 2 and 3 coincide", 2),
         ([(0, 0), (1e-9, 0)], {}, "waypoints 0 and 1 coincide", 0),
-        ([*XY, XY[0]], {"closed": True}, "waypoints 3 and 0 coincide", 3),
+        ([*XY, XY[0]], {"closed": True, "mend": False}, "waypoints 3 and 0 coincide", 3),
         (
             [(0, 0), (1, float("nan"))],
             {},
@@ -189,10 +189,10 @@ def test_path_crossing_before_the_start_is_the_lookahead_away() -> None:
     assert line.get_crossing(-3.0, 3.0, 5.0, 0) == ((1.0, 0.0), True)
 
 
-def test_path_drop_duplicates_leaves_no_neighbours_that_coincide() -> None:
+def test_path_keeps_the_last_of_neighbours_that_coincide() -> None:
     # The third coincides with both before, which do not with each other.
     xy = [(0.0, 0.0), (1.2e-9, 0.0), (0.6e-9, 0.0), (1.0, 0.0)]
-    assert list(popsteer.Path(xy, drop_duplicates=True).x) == [0.6e-9, 1.0]
+    assert list(popsteer.Path(xy).x) == [0.6e-9, 1.0]
 
 
 def test_path_is_frozen() -> None:
@@ -242,10 +242,10 @@ def test_path_lookahead_point_is_the_first_near_the_circle() -> None:
     assert lost != found
 
 
-def test_path_drop_duplicates_keeps_speed_and_direction_of_the_last() -> None:
+def test_path_keeps_speed_and_direction_of_the_last_of_several() -> None:
     xy = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 0.5)]
     speed, reverse = [1.0, 2.0, 3.0, 4.0], [False, False, True, True]
-    path = popsteer.Path(xy, speed=speed, reverse=reverse, drop_duplicates=True)
+    path = popsteer.Path(xy, speed=speed, reverse=reverse)
     assert len(path) == 3
     assert path.speed is not None
     assert list(path.speed) == [1.0, 3.0, 4.0]

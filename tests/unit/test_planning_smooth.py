@@ -85,7 +85,7 @@ def test_smooth_keeps_cusps_and_directions() -> None:
     assert turns.size == 2
     profile = speed_profile(path)
     assert (profile.speed[turns + 1] == 0.0).all()
-    assert _distance(path, Path(way.xy)) < 0.06
+    assert _distance(path, Path(way.xy, speed=way.speed)) < 0.06
 
 
 def test_smooth_of_clean_waypoints_changes_little() -> None:

@@ -131,7 +131,7 @@ def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:
     xy, speed = read_waypoints(file)
     if speed is None or not (speed < 0.0).any():
         return xy
-    return Path(xy, speed=speed, closed=closed, drop_duplicates=True)
+    return Path(xy, speed=speed, closed=closed)
 
 
 def _points(option: str, text: str) -> list[tuple[float, float]]:

@@ -1071,9 +1071,14 @@ struct popsteer_stanley_params popsteer_stanley_params_default(void);
  * there is driven backwards, whatever the signs of the speeds, or NULL. `closed`: whether the last
  * waypoint leads back to the first.
  *
+ * Mended, see `popsteer_path_mended`: waypoints at one place, neighbours swapped, a step back that the
+ * path passes again, a standstill in the noise of its position, a short end that points aside. With
+ * `reverse` or a negative speed folds are cusps, and only waypoints at one place are mended.
+ *
  * Refused as `POPSTEER_ERROR_PATH`: fewer than two waypoints (three in a closed path), a number
- * that is not finite or beyond 1e9 m, neighbours at one place. `out` gets the path, which is freed
- * by `popsteer_path_free`.
+ * that is not finite or beyond 1e9 m, a path that turns back on itself though nothing says that it is
+ * driven backwards, a gap far longer than the spacing at which it turns, waypoints without an order.
+ * `out` gets the path, which is freed by `popsteer_path_free`.
  */
 popsteer_error popsteer_path_new(const double *x,
                                  const double *y,
@@ -1118,6 +1123,11 @@ popsteer_error popsteer_path_with_yaw(const struct popsteer_path *path,
  * NAN where `path` is no path.
  */
 double popsteer_path_length(const struct popsteer_path *path);
+
+/**
+ * How many faults of the waypoints were mended when the path was made; 0 where `path` is no path.
+ */
+size_t popsteer_path_mended(const struct popsteer_path *path);
 
 /**
  * Frees a path, at the latest when the last controller that follows it is freed; NULL is left

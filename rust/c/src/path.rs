@@ -27,9 +27,14 @@ impl Handle for CPath {
 /// there is driven backwards, whatever the signs of the speeds, or NULL. `closed`: whether the last
 /// waypoint leads back to the first.
 ///
+/// Mended, see `popsteer_path_mended`: waypoints at one place, neighbours swapped, a step back that the
+/// path passes again, a standstill in the noise of its position, a short end that points aside. With
+/// `reverse` or a negative speed folds are cusps, and only waypoints at one place are mended.
+///
 /// Refused as `POPSTEER_ERROR_PATH`: fewer than two waypoints (three in a closed path), a number
-/// that is not finite or beyond 1e9 m, neighbours at one place. `out` gets the path, which is freed
-/// by `popsteer_path_free`.
+/// that is not finite or beyond 1e9 m, a path that turns back on itself though nothing says that it is
+/// driven backwards, a gap far longer than the spacing at which it turns, waypoints without an order.
+/// `out` gets the path, which is freed by `popsteer_path_free`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_path_new(
     x: *const f64,
@@ -50,11 +55,8 @@ pub unsafe extern "C" fn popsteer_path_new(
                 given(reverse, count, "reverse")?,
             )
         };
-        let mut path = Path::new(x, y, speed, closed)?;
-        if let Some(reverse) = reverse {
-            let reverse: Vec<bool> = reverse.iter().map(|&reverse| reverse != 0).collect();
-            path = path.with_reverse(&reverse)?;
-        }
+        let reverse = reverse.map(|all| all.iter().map(|&each| each != 0).collect::<Vec<_>>());
+        let path = Path::sound(x, y, speed, reverse.as_deref(), closed, false)?;
         Ok(Arc::new(path))
     };
     // SAFETY: the caller vouches for `out`.
@@ -126,6 +128,19 @@ pub unsafe extern "C" fn popsteer_path_length(path: *const CPath) -> f64 {
         Ok(())
     });
     length
+}
+
+/// How many faults of the waypoints were mended when the path was made; 0 where `path` is no path.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_path_mended(path: *const CPath) -> usize {
+    let mut times = 0;
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        let mends = unsafe { handle::of(path, "path")? }.mends();
+        times = mends.iter().map(|mend| mend.times).sum();
+        Ok(())
+    });
+    times
 }
 
 /// Frees a path, at the latest when the last controller that follows it is freed; NULL is left

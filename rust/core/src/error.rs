@@ -129,6 +129,29 @@ pub enum PathError {
         /// The index of the second: 0 where a closed path repeats its start.
         next: usize,
     },
+    /// A path that turns back on itself, though nothing says that it is driven backwards.
+    Fold {
+        /// The index of the waypoint at which it does.
+        index: usize,
+    },
+    /// Two neighbours far farther apart than the others, where the path turns.
+    Gap {
+        /// The index of the first of the two waypoints.
+        index: usize,
+        /// The index of the second.
+        next: usize,
+        /// How far apart they are [m].
+        length: f64,
+        /// How far the others are [m].
+        spacing: f64,
+    },
+    /// Waypoints that are not in the order in which they are driven.
+    Unordered {
+        /// At how many of them the path turns back.
+        folds: usize,
+        /// How many there are.
+        waypoints: usize,
+    },
     /// A grid over a window of the path that would not fit into memory.
     GridTooLarge {
         /// How many points it would have.
@@ -177,9 +200,39 @@ impl fmt::Display for PathError {
             Self::Coinciding { index, next } => {
                 write!(f, "waypoints {index} and {next} coincide")
             }
+            Self::Fold { .. } | Self::Gap { .. } | Self::Unordered { .. } => self.unsound(f),
             Self::GridTooLarge { points, most } => {
                 write!(f, "the grid would have {points} points, more than {most}")
             }
+        }
+    }
+}
+
+impl PathError {
+    /// What is wrong with waypoints that are no path, and the remedy.
+    fn unsound(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fold { index } => write!(
+                f,
+                "the path turns back on itself at waypoint {index}: say where it is driven \
+                 backwards (reverse, negative speeds), or leave out what is not driven"
+            ),
+            Self::Gap {
+                index,
+                next,
+                length,
+                spacing,
+            } => write!(
+                f,
+                "waypoints {index} and {next} are {length:.1} m apart, the others {spacing:.3} m, \
+                 and the path turns there: split it, or give waypoints between them"
+            ),
+            Self::Unordered { folds, waypoints } => write!(
+                f,
+                "{folds} of {waypoints} waypoints turn back: put them in the order in which they \
+                 are driven, or smooth them where noise is larger than the spacing"
+            ),
+            _ => Ok(()),
         }
     }
 }

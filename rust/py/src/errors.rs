@@ -160,7 +160,10 @@ fn waypoint_error(py: Python<'_>, error: PathError) -> PyErr {
             class.call_method1("out_of_range", (field, index, value, words))
         }
         PathError::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
-        PathError::Contradicting { index, .. } => class.call1((error.to_string(), index)),
+        PathError::Contradicting { index, .. }
+        | PathError::Fold { index }
+        | PathError::Gap { index, .. } => class.call1((error.to_string(), index)),
+        PathError::Unordered { .. } => class.call1((error.to_string(),)),
         PathError::GridTooLarge { points, most } => {
             class.call_method1("grid_too_large", (points, most))
         }

@@ -10,14 +10,15 @@ use popsteer_core::path::lookahead;
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
+use popsteer_core::path::sound::{Fault, Mend};
 use popsteer_core::path::{ClosestPoint, Path, PathView, locate, projection};
 use popsteer_core::{Point, math};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::errors::Raises;
-use crate::params::{Count, NewArgs};
+use crate::params::Count;
 use crate::projection::{PyLookahead, PyProjection};
 use crate::waypoints::Waypoints;
 
@@ -46,16 +47,27 @@ use crate::waypoints::Waypoints;
 /// curvature : array_like, optional
 ///     The vehicle's curvature on the path at each waypoint, tan(wheels' angle) / wheelbase, shape
 ///     (N,) [1/m]; without a yaw the heading is that of the spline, which then has to agree.
-/// drop_duplicates : bool, default False
-///     Whether of neighbours that coincide only the last is kept, instead of refusing them.
+/// mend : bool, default True
+///     Whether to mend what is certainly no part of a path, and to refuse what may be: see Notes.
+///     False: the waypoints as they stand.
 ///
 /// Raises
 /// ------
 /// PathError
 ///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s, a slope
-///     of 1), neighbours coincide, or the waypoints contradict the yaw (by more than 0.35 rad over
+///     of 1), neighbours coincide (unless mended), the path turns back on itself and nothing says that
+///     it is driven backwards, a gap is far longer than the spacing and the path turns there, most
+///     waypoints turn back, or the waypoints contradict the yaw (by more than 0.35 rad over
 ///     a metre, or a turn of 1 rad, before or after) or the curvature (by more than 0.35 rad and a
 ///     fifth of all turns up to there); names the waypoint.
+///
+/// Notes
+/// -----
+/// Mended, and listed in `mended`: waypoints at one place, of which the last stays; the first waypoint
+/// repeated at the end of a closed path; two neighbours swapped; a step back over what the path passes
+/// again; a standstill recorded in the noise of its position; a first or last stretch, shorter than the
+/// spacing, that points aside. With `reverse`, a negative speed, a `yaw` or a `curvature` folds are
+/// cusps, and only waypoints at one place are mended. Lengths are compared with the usual spacing.
 ///
 /// Examples
 /// --------
@@ -64,6 +76,9 @@ use crate::waypoints::Waypoints;
 /// (3, 7.0)
 /// >>> path.project(1.0, 0.5).cross_track_error
 /// 0.5
+/// >>> path = popsteer.Path([(x, 0.0) for x in (0, 1, 2, 4, 3, 5, 6, 7)])
+/// >>> path.mended
+/// ('put 1 swapped pair of waypoints in order, at waypoint 3',)
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
 pub(crate) struct PyPath(pub(crate) Arc<Path>);
@@ -105,8 +120,8 @@ impl PyPath {
 impl PyPath {
     #[new]
     #[pyo3(
-        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, yaw=None, curvature=None, drop_duplicates=false),
-        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, drop_duplicates=False)"
+        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, yaw=None, curvature=None, mend=true),
+        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, mend=True)"
     )]
     fn new(
         xy: &Bound<'_, PyAny>,
@@ -117,7 +132,7 @@ impl PyPath {
         grade: Option<&Bound<'_, PyAny>>,
         yaw: Option<&Bound<'_, PyAny>>,
         curvature: Option<&Bound<'_, PyAny>>,
-        drop_duplicates: bool,
+        mend: bool,
     ) -> Raises<Self> {
         if !more.is_empty() {
             let words = "Path takes one array of waypoints, shape (N, 2): \
@@ -127,15 +142,19 @@ impl PyPath {
         let is_spline =
             yaw.is_some_and(|yaw| yaw.extract::<&str>().is_ok_and(|text| text == "spline"));
         let yaw = yaw.filter(|_| !is_spline);
-        let mut given = Waypoints::read(xy, reverse, [speed, grade, yaw, curvature])?;
-        if drop_duplicates {
-            given = given.distinct(closed);
-        }
+        let given = Waypoints::read(xy, reverse, [speed, grade, yaw, curvature])?;
         let [speed, grade, yaw, curvature] = given.others.each_ref().map(Option::as_deref);
-        let mut path = Path::new(&given.x, &given.y, speed, closed)?;
-        if let Some(reverse) = given.reverse {
-            path = path.with_reverse(&reverse)?;
-        }
+        let reverse = given.reverse.as_deref();
+        let directed = yaw.is_some() || curvature.is_some();
+        let mut path = if mend {
+            Path::sound(&given.x, &given.y, speed, reverse, closed, directed)?
+        } else {
+            let path = Path::new(&given.x, &given.y, speed, closed)?;
+            match reverse {
+                Some(reverse) => path.with_reverse(reverse)?,
+                None => path,
+            }
+        };
         if let Some(grade) = grade {
             path = path.with_grade(grade)?;
         }
@@ -233,6 +252,13 @@ impl PyPath {
         Some(PyArray1::from_slice(py, self.view().curvature()?))
     }
 
+    /// What was mended in the waypoints as given, a line for each kind of fault; empty where nothing
+    /// was.
+    #[getter]
+    fn mended<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.0.mends().iter().map(ToString::to_string))
+    }
+
     /// Arc length of the whole path [m], the closing segment included.
     #[getter]
     fn length(&self) -> f64 {
@@ -256,7 +282,7 @@ impl PyPath {
         format!("<Path of {waypoints} waypoints, {length:.1} m{closed}>")
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArgs<'py>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Remade<'py>)> {
         let view = self.view();
         let flat = view.x().iter().zip(view.y()).flat_map(|(&x, &y)| [x, y]);
         let xy = PyArray1::from_iter(py, flat).reshape([view.len(), 2])?;
@@ -265,13 +291,40 @@ impl PyPath {
         options.set_item("closed", self.closed())?;
         options.set_item("reverse", self.reverse(py))?;
         options.set_item("grade", self.grade(py))?;
+        options.set_item("mend", false)?;
         if self.0.is_spline() {
             options.set_item("yaw", "spline")?;
         } else {
             options.set_item("yaw", self.yaw(py))?;
             options.set_item("curvature", self.curvature(py))?;
         }
-        Ok((PyTuple::new(py, [xy])?, options))
+        let kind = |fault| Fault::ALL.iter().position(|&each| each == fault);
+        let mends = self.0.mends().iter();
+        let mends = mends.map(|mend| (kind(mend.fault), mend.times, mend.left_out, mend.index));
+        let make = py.get_type::<Self>().getattr("_remake")?;
+        Ok((make, (xy.into_any(), options, PyList::new(py, mends)?)))
+    }
+
+    /// The path that `__reduce__` took apart.
+    #[classmethod]
+    fn _remake(
+        cls: &Bound<'_, PyType>,
+        xy: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
+        mends: Vec<(usize, usize, usize, usize)>,
+    ) -> PyResult<Self> {
+        let path = cls.call((xy,), Some(options))?;
+        let path = Path::clone(&path.cast::<Self>()?.get().0);
+        let mends = mends.iter().filter_map(|&(fault, times, left_out, index)| {
+            let &fault = Fault::ALL.get(fault)?;
+            Some(Mend {
+                fault,
+                times,
+                left_out,
+                index,
+            })
+        });
+        Ok(Self(Arc::new(path.with_mends(&mends.collect::<Vec<_>>()))))
     }
 
     /// Find the waypoint nearest to a position, of all.
@@ -667,6 +720,9 @@ impl PyPath {
             .map(|found| found.0.index)
     }
 }
+
+/// What `_remake` takes.
+type Remade<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>, Bound<'py, PyList>);
 
 /// A position whose coordinates are within the bounds.
 /// The path's direction at `distances` [m] ahead of `arc_length` [m] on segment `segment`, as preview

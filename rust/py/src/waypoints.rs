@@ -2,14 +2,13 @@
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
-use popsteer_core::path::distinct_waypoints;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::path_error;
 
 /// A column for each quantity, as far as it was given.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Waypoints {
     pub(crate) x: Vec<f64>,
     pub(crate) y: Vec<f64>,
@@ -46,29 +45,6 @@ impl Waypoints {
             ],
         })
     }
-
-    /// The same without neighbours that coincide: of several at one place the last. A column of
-    /// another length stays as it is, for the path to refuse.
-    pub(crate) fn distinct(self, closed: bool) -> Self {
-        let kept = distinct_waypoints(&self.x, &self.y, closed);
-        let count = self.x.len();
-        Self {
-            x: pick(self.x, &kept, count),
-            y: pick(self.y, &kept, count),
-            reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
-            others: self.others.map(|column| Some(pick(column?, &kept, count))),
-        }
-    }
-}
-
-/// The entries at these places of a column, where it has `count`.
-fn pick<T: Copy>(column: Vec<T>, kept: &[usize], count: usize) -> Vec<T> {
-    if column.len() != count {
-        return column;
-    }
-    kept.iter()
-        .filter_map(|&index| column.get(index).copied())
-        .collect()
 }
 
 /// A number for each waypoint, where it is given.

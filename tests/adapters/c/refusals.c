@@ -61,6 +61,7 @@ static void null_is_refused(void) {
     CHECK(popsteer_vehicle_load(NULL, &car) == POPSTEER_ERROR_NULL);
     CHECK(popsteer_vehicle_load("car.toml", NULL) == POPSTEER_ERROR_NULL);
     CHECK(isnan(popsteer_path_length(NULL)));
+    CHECK(popsteer_path_mended(NULL) == 0);
     CHECK(isnan(popsteer_controller_tracked_point(NULL)));
     CHECK(popsteer_path_free(NULL) == POPSTEER_ERROR_NONE);
     CHECK(popsteer_controller_free(NULL) == POPSTEER_ERROR_NONE);
@@ -87,6 +88,7 @@ static void wrong_handles_are_refused(void) {
           POPSTEER_ERROR_HANDLE);
     /* All of them are still what they were. */
     CHECK(popsteer_path_length(path) > 299.0);
+    CHECK(popsteer_path_mended(path) == 0);
     CHECK(popsteer_step(controller, here, 0.05, NULL, &command) == POPSTEER_ERROR_NONE);
 }
 
@@ -100,6 +102,14 @@ static void bad_numbers_are_named(void) {
     says("a path needs at least 2 waypoints, got 1");
     CHECK(popsteer_path_new(x, y, NULL, NULL, SIZE_MAX, false, &bad) == POPSTEER_ERROR_INPUT);
     says("count is SIZE_MAX, as is a negative number");
+
+    double swapped[8] = {0, 1, 2, 4, 3, 5, 6, 7}, back[8] = {0, 1, 2, 3, 4, 3, 2, 1}, line[8] = {0};
+    CHECK(popsteer_path_new(back, line, NULL, NULL, 8, false, &bad) == POPSTEER_ERROR_PATH);
+    CHECK(bad == NULL);
+    CHECK(popsteer_path_new(swapped, line, NULL, NULL, 8, false, &bad) == POPSTEER_ERROR_NONE);
+    CHECK(popsteer_path_mended(bad) == 1);
+    CHECK(popsteer_path_length(bad) == 7.0);
+    popsteer_path_free(bad);
 
     popsteer_vehicle car = popsteer_vehicle_default();
     car.wheelbase = -1.0;

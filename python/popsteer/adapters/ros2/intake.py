@@ -254,7 +254,7 @@ def load_path(file: str, *, closed: bool) -> Path:
         rows = np.loadtxt(text, delimiter=";", usecols=(1, 2, 5), ndmin=2)
     except ValueError as error:
         raise PathError(f"{file}: no raceline s; x; y; psi; kappa; vx; ax: {error}") from error
-    return Path(rows[:, :2], speed=rows[:, 2], closed=closed, drop_duplicates=True)
+    return Path(rows[:, :2], speed=rows[:, 2], closed=closed)
 
 
 def _used(convert: Callable[..., Any], name: str, data: bytes, **options: bool) -> Any:  # noqa: ANN401

@@ -68,7 +68,7 @@ class Points(NamedTuple):
             xy = np.column_stack((x + xy @ (c, -s), y + xy @ (s, c)))
         reverse = None if self.reverse is None else self.reverse.tolist()
         try:
-            return Path(xy, speed=self.speed, reverse=reverse, closed=closed, drop_duplicates=True)
+            return Path(xy, speed=self.speed, reverse=reverse, closed=closed)
         except PathError as error:
             raise MessageError(str(error)) from error
 

@@ -54,7 +54,7 @@ pub(super) fn measure(
 }
 
 /// Checks that there are enough waypoints, as many entries of each kind, and each within its bound.
-fn check_waypoints(
+pub(super) fn check_waypoints(
     x: &[f64],
     y: &[f64],
     speed: Option<&[f64]>,

@@ -1,5 +1,6 @@
 //! The reference path: projection, lookahead and preview.
 //!
+//! - `sound` mends waypoints or refuses them.
 //! - [`view`] holds the waypoints, which [`measure`] has checked, and [`Path`] owns them.
 //! - [`projection`] is the closest point of a segment; [`locate`] finds it along the arc around the
 //!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on
@@ -28,6 +29,8 @@ pub mod projection;
 pub mod relocalise;
 pub mod resample;
 mod shape;
+#[cfg(feature = "alloc")]
+pub mod sound;
 pub mod stop;
 #[cfg(test)]
 mod tests;
@@ -36,7 +39,7 @@ pub mod view;
 pub use follow::{Follow, Located};
 pub use index::{Found, STEP_BUDGET};
 #[cfg(feature = "alloc")]
-pub use owned::{Path, distinct_waypoints};
+pub use owned::Path;
 pub use projection::{ClosestPoint, Projection};
 pub use stop::Ahead;
 pub use view::PathView;

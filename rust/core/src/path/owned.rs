@@ -5,12 +5,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::boxes::{self, Bounds};
-use super::measure::{COINCIDING, Measures, check_column, measure};
+use super::measure::{Measures, check_column, check_length, check_waypoints, measure};
 use super::shape::spline;
+use super::sound::{Mend, Sound, sound};
 use super::view::PathView;
 use crate::bounds::MAX_SPEED;
 use crate::error::PathError;
-use crate::geometry::{Point, get_distance};
 
 /// Waypoints copied once; [`Path::view`] lends them to the controllers.
 ///
@@ -37,11 +37,99 @@ pub struct Path {
     index: Option<Box<[Bounds]>>,
     /// The segments that end at a cusp, where any is driven backwards.
     ends: Option<Box<[usize]>>,
+    /// Which of the given waypoints it has, where they were mended.
+    mended: Option<Box<Mended>>,
+}
+
+/// What was made of the waypoints as given.
+#[derive(Clone, Debug, PartialEq)]
+struct Mended {
+    kept: Box<[usize]>,
+    given: usize,
+    mends: Vec<Mend>,
 }
 
 impl Path {
-    /// Copies waypoints `x`, `y` [m] and reference speeds [m/s]; `closed` leads the last
-    /// waypoint back to the first.
+    /// The path of waypoints as people have them: mended where that is certain, and refused where it
+    /// is not. See [`sound`](super::sound) for what is mended.
+    ///
+    /// `reverse` and a negative speed say where the path is driven backwards. Either, or `directed`
+    /// for headings of the vehicle that are given later, says that folds are cusps: they stay. The
+    /// columns that are given later still have an entry for each waypoint as given.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`], as [`Path::new`] and [`sound`](super::sound::sound).
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// let swapped = [0.0, 1.0, 2.0, 4.0, 3.0, 5.0, 6.0, 7.0];
+    /// let path = popsteer_core::Path::sound(&swapped, &[0.0; 8], None, None, false, false)?;
+    /// assert_eq!(path.view().x()[3..5], [3.0, 4.0]);
+    /// assert_eq!(path.mends().len(), 1);
+    /// # Ok::<(), popsteer_core::PathError>(())
+    /// ```
+    pub fn sound(
+        x: &[f64],
+        y: &[f64],
+        speed: Option<&[f64]>,
+        reverse: Option<&[bool]>,
+        closed: bool,
+        directed: bool,
+    ) -> Result<Self, PathError> {
+        check_waypoints(x, y, speed, closed, x.len())?;
+        if let Some(reverse) = reverse {
+            check_length("reverse", reverse.len(), x.len())?;
+        }
+        let backwards = speed.is_some_and(|speed| speed.iter().any(|&speed| speed < 0.0));
+        let directed = directed || backwards || reverse.is_some();
+        let Sound { kept, mends } = sound(x, y, closed, directed)?;
+        let enough = |kept: &[usize]| kept.len() >= if closed { 3 } else { 2 };
+        let Some(kept) = kept.filter(|kept| enough(kept)) else {
+            let path = Self::new(x, y, speed, closed)?;
+            return reverse.map_or(Ok(path.clone()), |reverse| path.with_reverse(reverse));
+        };
+        let speed: Option<Vec<f64>> = speed.map(|speed| pick(speed, &kept));
+        let path = Self::new(&pick(x, &kept), &pick(y, &kept), speed.as_deref(), closed)?;
+        let path = match reverse {
+            Some(reverse) => path.with_reverse(&pick(reverse, &kept))?,
+            None => path,
+        };
+        let given = x.len();
+        let mended = Mended { kept, given, mends };
+        Ok(Self {
+            mended: Some(Box::new(mended)),
+            ..path
+        })
+    }
+
+    /// What was mended, at most once each kind.
+    pub fn mends(&self) -> &[Mend] {
+        self.mended.as_ref().map_or(&[], |mended| &mended.mends)
+    }
+
+    /// The same path, of which this was mended before.
+    pub fn with_mends(self, mends: &[Mend]) -> Self {
+        let mended = Mended {
+            kept: (0..self.x.len()).collect(),
+            given: self.x.len(),
+            mends: mends.into(),
+        };
+        Self {
+            mended: (!mends.is_empty()).then(|| Box::new(mended)),
+            ..self
+        }
+    }
+
+    /// A column of the waypoints as given, for those that the path has.
+    fn kept<T: Copy>(&self, column: &[T]) -> Option<Vec<T>> {
+        let mended = self.mended.as_ref()?;
+        (column.len() == mended.given).then(|| pick(column, &mended.kept))
+    }
+
+    /// Copies waypoints `x`, `y` [m] and reference speeds [m/s] as they stand; `closed` leads the
+    /// last waypoint back to the first.
     ///
     /// A segment is driven backwards where the speed at its start is negative; where that is 0,
     /// where the speed at its end is; where both are, as the segment before it.
@@ -72,6 +160,7 @@ impl Path {
             closed,
             index: None,
             ends: None,
+            mended: None,
         };
         path.index = boxes::build(x, y, closed);
         path.ends = path.section_ends();
@@ -111,6 +200,8 @@ impl Path {
     ///
     /// [`PathError`], as [`PathView::with_grade`].
     pub fn with_grade(self, grade: &[f64]) -> Result<Self, PathError> {
+        let kept = self.kept(grade);
+        let grade = kept.as_deref().unwrap_or(grade);
         self.view().with_grade(grade)?;
         Ok(Self {
             grade: Some(grade.into()),
@@ -131,6 +222,8 @@ impl Path {
         curvature: Option<&[f64]>,
     ) -> Result<Self, PathError> {
         let is_spline = yaw.is_none() && curvature.is_none();
+        let kept = [yaw, curvature].map(|column| column.and_then(|column| self.kept(column)));
+        let [yaw, curvature] = [kept[0].as_deref().or(yaw), kept[1].as_deref().or(curvature)];
         let (yaw, curvature) = if let Some(yaw) = yaw {
             (yaw.into(), curvature.map(Into::into))
         } else {
@@ -196,27 +289,8 @@ fn reverse_by_speed(speed: &[f64], closed: bool) -> Box<[bool]> {
     reverse.collect()
 }
 
-/// The waypoints to keep so that no two neighbours coincide: of several at one place the last,
-/// whose speed and direction are those of what follows. A closed path that comes back to its
-/// start also loses the repetition.
-#[must_use]
-pub fn distinct_waypoints(x: &[f64], y: &[f64], closed: bool) -> Vec<usize> {
-    let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
-    let mut kept: Vec<(usize, Point)> = Vec::new();
-    for (index, point) in points().enumerate() {
-        while let Some((_, last)) = kept.last()
-            && get_distance(*last, point) <= COINCIDING
-        {
-            kept.pop();
-        }
-        kept.push((index, point));
-    }
-    if closed {
-        while let [(_, first), .., (_, last)] = kept.as_slice()
-            && get_distance(*first, *last) <= COINCIDING
-        {
-            kept.pop();
-        }
-    }
-    kept.into_iter().map(|(index, _)| index).collect()
+/// The entries of a column at these places.
+fn pick<T: Copy>(column: &[T], kept: &[usize]) -> Vec<T> {
+    let entries = kept.iter().filter_map(|&index| column.get(index));
+    entries.copied().collect()
 }

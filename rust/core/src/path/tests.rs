@@ -3,7 +3,8 @@
 use super::follow::Follow;
 use super::locate::{OPPOSITE, locate};
 use super::projection::{project, reference_speed};
-use super::{Path, PathView, distinct_waypoints};
+use super::sound::distinct_waypoints;
+use super::{Path, PathView};
 use crate::error::PathError;
 use crate::geometry::Point;
 use crate::vehicle::VehicleState;

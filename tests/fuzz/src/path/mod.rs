@@ -7,7 +7,7 @@ use crate::bytes::Bytes;
 use crate::scene::{Waypoints, vehicle};
 use popsteer_core::bounds::MAX_COORDINATE;
 use popsteer_core::geometry::get_distance;
-use popsteer_core::path::distinct_waypoints;
+use popsteer_core::path::sound::distinct_waypoints;
 use popsteer_core::path::measure::COINCIDING;
 use popsteer_core::{Path, PathError, PathView, Point};
 
@@ -165,7 +165,10 @@ fn check_refusal(waypoints: &Waypoints, error: &PathError) {
         }
         PathError::LengthMismatch { .. }
         | PathError::GridTooLarge { .. }
-        | PathError::Contradicting { .. } => {
+        | PathError::Contradicting { .. }
+        | PathError::Fold { .. }
+        | PathError::Gap { .. }
+        | PathError::Unordered { .. } => {
             panic!("no reason to refuse: {error}")
         }
     }

@@ -1,0 +1,301 @@
+//! Folds between the ends: two waypoints swapped, a step back, a standstill.
+//!
+//! One pass over the waypoints: those behind are done, and a fold is at the last of them.
+
+use alloc::vec::Vec;
+
+use super::chain::{CUSP, Chain, MOST, along, size, turn};
+use super::ends::APART;
+use super::mends::Fault;
+use crate::error::PathError;
+use crate::geometry::{Point, get_distance};
+use crate::math::larger;
+
+/// What a repair at a fold leaves.
+struct Repair {
+    fault: Fault,
+    /// How many of the waypoints that were done are taken back.
+    back: usize,
+    /// Waypoints to add, by their place in the order: one at most, or two exchanged.
+    add: [Option<usize>; 2],
+    /// From which place on the path goes on.
+    on: usize,
+}
+
+impl Chain<'_> {
+    /// Mends a lap: begins far from a fold, so that the seam lies between the ends.
+    pub(super) fn mend_lap(&mut self) -> Result<(), PathError> {
+        let count = self.order.len();
+        let calm = |start: usize| {
+            (0..5).all(|k| {
+                let place = |k: usize| (start + k) % count;
+                let (here, next) = (self.step(place(k)), self.step(place(k + 1)));
+                here.dot(&next) >= 0.0
+            })
+        };
+        let start = (count / 2..count).chain(0..count / 2).find(|&at| calm(at));
+        let Some(start) = start else {
+            return Ok(()); // Too few waypoints, all of them corners.
+        };
+        let first = self.order.first().copied();
+        self.order.rotate_left((start + 2) % count);
+        self.mend_folds()?;
+        let least = self.order.iter().min().copied();
+        let begins = self.order.iter().position(|&index| Some(index) == first);
+        let begins = begins.or_else(|| self.order.iter().position(|&index| Some(index) == least));
+        self.order.rotate_left(begins.unwrap_or(0));
+        Ok(())
+    }
+
+    /// Mends the folds that are certain, and refuses those that may be cusps.
+    pub(super) fn mend_folds(&mut self) -> Result<(), PathError> {
+        let count = self.order.len();
+        if !(1..count).any(|place| self.is_fold(place)) {
+            return Ok(());
+        }
+        // `done` and what comes are places of the order as it was.
+        let mut done: Vec<usize> = Vec::with_capacity(count);
+        let mut left = Vec::new();
+        let mut place = 0;
+        while place < count {
+            if self.folds(&done, place) {
+                if let Some(repair) = self.repair(&done, place) {
+                    let tip = done.last().copied().unwrap_or(0);
+                    done.truncate(done.len() - repair.back);
+                    done.extend(repair.add.iter().flatten());
+                    let index = self.order.get(tip).copied().unwrap_or(0);
+                    let added = repair.add.iter().flatten().count();
+                    let left_out = (repair.back + repair.on - place).saturating_sub(added);
+                    self.note(repair.fault, left_out, index);
+                    place = repair.on;
+                    continue;
+                }
+                left.push(done.len() - 1);
+            }
+            done.push(place);
+            place += 1;
+        }
+        self.order = done
+            .iter()
+            .filter_map(|&place| self.order.get(place).copied())
+            .collect();
+        self.check_folds(&left)
+    }
+
+    /// Refuses corners that may be cusps.
+    pub(super) fn check_corners(&self) -> Result<(), PathError> {
+        let places = 1..self.order.len();
+        let folds: Vec<usize> = places.filter(|&place| self.is_fold(place)).collect();
+        self.check_folds(&folds)
+    }
+
+    /// Refuses folds that are left if they are most of the path, or may be cusps.
+    fn check_folds(&self, left: &[usize]) -> Result<(), PathError> {
+        let count = self.order.len();
+        let index = |place: usize| self.order.get(place).copied().unwrap_or(0);
+        if count >= 12 && 4 * left.len() > count {
+            return Err(PathError::Unordered {
+                folds: left.len(),
+                waypoints: count,
+            });
+        }
+        let cusp = left.iter().copied().find(|&place| {
+            // Over a few waypoints, which noise does not turn round.
+            let (start, end) = (place.saturating_sub(3), (place + 3).min(count - 1));
+            let here = self.at(place);
+            self.turn_at(place) > CUSP && turn(here - self.at(start), self.at(end) - here) > 2.6
+        });
+        cusp.map_or(Ok(()), |place| {
+            Err(PathError::Fold {
+                index: index(place),
+            })
+        })
+    }
+
+    /// Whether the way to `place` folds at the last waypoint that is done.
+    fn folds(&self, done: &[usize], place: usize) -> bool {
+        let [.., before, tip] = done else {
+            return false;
+        };
+        let tip_at = self.at(*tip);
+        (tip_at - self.at(*before)).dot(&(self.at(place) - tip_at)) < 0.0
+    }
+
+    /// How to mend the fold at the last waypoint that is done, on the way to `place`.
+    fn repair(&self, done: &[usize], place: usize) -> Option<Repair> {
+        self.swap(done, place)
+            .or_else(|| self.stand(done, place))
+            .or_else(|| self.step_back(done, place))
+    }
+
+    /// Exchanges the last waypoint and the next, if that makes even steps of a long one, one back, and
+    /// a long one.
+    fn swap(&self, done: &[usize], place: usize) -> Option<Repair> {
+        let [.., before, tip] = done else { return None };
+        let after = self.order.get(place + 1).map(|_| self.at(place + 1))?;
+        let (a, b, c) = (self.at(*before), self.at(*tip), self.at(place));
+        let steps = [c - a, b - c, after - b];
+        let [first, middle, last] = steps;
+        let least = 0.4 * self.spacing_about(done, place);
+        let most = 0.8 * larger(get_distance(a, b), get_distance(c, after));
+        let even = steps
+            .iter()
+            .all(|step| size(*step) > least && size(*step) < most);
+        let ahead = along(first, middle) && along(middle, last);
+        (even && ahead).then_some(Repair {
+            fault: Fault::Swapped,
+            back: 1,
+            add: [Some(place), Some(*tip)],
+            on: place + 1,
+        })
+    }
+
+    /// Leaves one waypoint of a standstill.
+    fn stand(&self, done: &[usize], place: usize) -> Option<Repair> {
+        let tip = *done.last()?;
+        let (mut last, mut folds) = (tip, 1);
+        let mut at = place;
+        let near = |at| get_distance(self.at(at), self.at(tip)) < 8.0 * self.spacing;
+        while at + 1 < self.order.len() && at <= last + APART && near(at) {
+            if self.is_fold(at) {
+                (last, folds) = (at, folds + 1);
+            }
+            at += 1;
+        }
+        let middle = self.middle_of_standstill(tip, last, folds)?;
+        let (point, least) = (self.at(middle), 0.5 * self.spacing);
+        let mut back = 1;
+        // What lies beside it is left out, too.
+        let before = loop {
+            let before = done.get(done.len().checked_sub(back + 1)?)?;
+            if get_distance(self.at(*before), point) >= least {
+                break *before;
+            }
+            back += 1;
+        };
+        let ahead = |at: &usize| get_distance(self.at(*at), point) >= least;
+        let on = (last + 1..self.order.len().min(last + MOST)).find(ahead)?;
+        let straight = along(point - self.at(before), self.at(on) - point);
+        straight.then_some(Repair {
+            fault: Fault::Standstill,
+            back,
+            add: [Some(middle), None],
+            on,
+        })
+    }
+
+    /// Leaves out what a step back passes again: on the way that follows, or on the way before, of
+    /// which it is that with fewer waypoints.
+    fn step_back(&self, done: &[usize], place: usize) -> Option<Repair> {
+        let ahead = self.leave_ahead(done, place);
+        let behind = self.leave_behind(done, place);
+        match (ahead, behind) {
+            (Some(ahead), Some(behind)) if behind.back < ahead.on - place => Some(behind),
+            (None, behind) => behind,
+            (ahead, _) => ahead,
+        }
+    }
+
+    /// Goes on from the last waypoint to the first that lies ahead of it.
+    fn leave_ahead(&self, done: &[usize], place: usize) -> Option<Repair> {
+        let tip = self.at(*done.last()?);
+        let heading = self.heading_of(done)?;
+        let step = |at: usize| self.at(at + 1) - self.at(at);
+        let spacing = self.spacing_about(done, place);
+        let end = self.order.len().min(place + MOST);
+        let progress = |at: usize| heading.dot(&(self.at(at) - tip)) / size(heading);
+        let on = (place + 1..end).find(|&at| progress(at) >= 0.5 * spacing)?;
+        // A way back of several steps was driven, and so are folds, but for noise about the tip.
+        let away = |at: usize| get_distance(self.at(at), tip) > 0.5 * spacing;
+        let back = |at: usize| at + 1 < self.order.len() && heading.dot(&step(at)) < 0.0;
+        let driven = (place..place + 2).all(|at| away(at) && back(at));
+        let folded = (place + 1..on).any(|at| away(at) && self.is_fold(at));
+        let onward = if on + 1 < self.order.len() {
+            step(on)
+        } else {
+            self.at(on) - tip
+        };
+        let straight = along(heading, self.at(on) - tip) && along(self.at(on) - tip, onward);
+        let passed = |at: usize| {
+            let near = done.iter().rev().take(MOST).chain([&on]);
+            near.into_iter()
+                .any(|&kept| get_distance(self.at(kept), self.at(at)) <= spacing)
+        };
+        let certain = !driven && !folded && straight && (place..on).all(passed);
+        certain.then_some(Repair {
+            fault: Fault::StepBack,
+            back: 0,
+            add: [None, None],
+            on,
+        })
+    }
+
+    /// Goes on to `place` from the last waypoint that lies behind it.
+    fn leave_behind(&self, done: &[usize], place: usize) -> Option<Repair> {
+        let here = self.at(place);
+        let end = self.order.len().min(place + MOST);
+        let spacing = self.spacing_about(done, place);
+        let reach = (place + 1..end).find(|&at| get_distance(self.at(at), here) >= spacing)?;
+        let heading = self.at(reach) - here;
+        let progress = |at: usize| heading.dot(&(here - self.at(at))) / size(heading);
+        let mut back = 0;
+        let before = loop {
+            let at = *done.get(done.len().checked_sub(back + 1)?)?;
+            if progress(at) >= 0.5 * spacing {
+                break at;
+            }
+            back += 1;
+            if back > MOST {
+                return None;
+            }
+        };
+        let kept = done.get(..done.len() - back)?;
+        let straight = along(here - self.at(before), heading)
+            && self
+                .heading_of(kept)
+                .is_none_or(|inward| along(inward, here - self.at(before)));
+        let passed = |at: usize| {
+            let mut near = (place..end).chain([before]);
+            near.any(|kept| get_distance(self.at(kept), self.at(at)) <= spacing)
+        };
+        let gone = done.get(done.len() - back..)?;
+        let certain = straight && back > 0 && gone.iter().all(|&at| passed(at));
+        certain.then_some(Repair {
+            fault: Fault::StepBack,
+            back,
+            add: [None, None],
+            on: place,
+        })
+    }
+
+    /// How far apart the waypoints are about a fold [m]: the median of eight on each side.
+    fn spacing_about(&self, done: &[usize], place: usize) -> f64 {
+        let before = done.windows(2).rev().skip(1).take(8);
+        let before = before.filter_map(|pair| match pair {
+            [a, b] => Some(get_distance(self.at(*a), self.at(*b))),
+            _ => None,
+        });
+        let after = (place + 1..self.order.len().saturating_sub(1)).take(8);
+        let after = after.map(|at| get_distance(self.at(at), self.at(at + 1)));
+        let mut lengths: Vec<f64> = before.chain(after).collect();
+        lengths.sort_unstable_by(f64::total_cmp);
+        lengths
+            .get(lengths.len() / 2)
+            .copied()
+            .unwrap_or(self.spacing)
+    }
+
+    /// The chord to the last of these places over at least a spacing, or from the first.
+    fn heading_of(&self, places: &[usize]) -> Option<Point> {
+        let end = self.at(*places.last()?);
+        let mut heading = None;
+        for &place in places.iter().rev().skip(1) {
+            let chord = end - self.at(place);
+            heading = Some(chord);
+            if size(chord) >= self.spacing {
+                break;
+            }
+        }
+        heading
+    }
+}

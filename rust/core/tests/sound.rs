@@ -1,0 +1,259 @@
+//! Faults put into paths that are known: what is left is the path without them.
+
+#![cfg(feature = "alloc")]
+
+use popsteer_core::PathError;
+use popsteer_core::path::sound::{Fault, Sound, sound};
+
+type Xy = Vec<(f64, f64)>;
+
+/// A straight, an arc of a radius of 15 m, and a straight, with a spacing [m].
+fn course(spacing: f64) -> Xy {
+    let (mut x, mut y, mut yaw) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut points = Vec::new();
+    let mut travelled = 0.0;
+    while travelled < 90.0 {
+        points.push((x, y));
+        let turn = if travelled > 30.0 && travelled < 50.0 {
+            spacing / 15.0
+        } else {
+            0.0
+        };
+        yaw += 0.5 * turn;
+        x += spacing * yaw.cos();
+        y += spacing * yaw.sin();
+        yaw += 0.5 * turn;
+        travelled += spacing;
+    }
+    points
+}
+
+fn mend(points: &Xy, closed: bool) -> Result<Sound, PathError> {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    sound(&x, &y, closed, false)
+}
+
+/// The points that are kept, and what was mended.
+fn mended(points: &Xy, closed: bool) -> (Xy, Vec<Fault>) {
+    let sound = mend(points, closed).unwrap();
+    let kept = sound.kept.map_or(points.clone(), |kept| {
+        kept.iter().map(|&index| points[index]).collect()
+    });
+    (kept, sound.mends.iter().map(|mend| mend.fault).collect())
+}
+
+/// The largest turn at a waypoint [rad].
+fn largest_turn(points: &Xy) -> f64 {
+    let turns = points.windows(3).map(|three| {
+        let [a, b, c] = [three[0], three[1], three[2]];
+        let [from, to] = [(b.0 - a.0, b.1 - a.1), (c.0 - b.0, c.1 - b.1)];
+        let cross = from.0 * to.1 - from.1 * to.0;
+        cross.atan2(from.0 * to.0 + from.1 * to.1).abs()
+    });
+    turns.fold(0.0, f64::max)
+}
+
+const SPACINGS: [f64; 3] = [0.1, 0.5, 2.0];
+
+#[test]
+fn test_sound_path_stays_as_it_is() {
+    for spacing in SPACINGS {
+        assert_eq!(mend(&course(spacing), false).unwrap(), Sound::default());
+    }
+    let triangle = vec![(0.0, 0.0), (10.0, 0.0), (5.0, 8.0)];
+    assert_eq!(mend(&triangle, true).unwrap(), Sound::default());
+    // Twins ahead of each waypoint along the path tell the direction well.
+    let twins: Xy = (0..40)
+        .map(|k| (f64::from(k / 2) + 1e-6 * f64::from(k % 2), 0.0))
+        .collect();
+    assert_eq!(mend(&twins, false).unwrap(), Sound::default());
+}
+
+#[test]
+fn test_swapped_waypoints_are_put_in_order_anywhere() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        let count = clean.len();
+        for place in [
+            0,
+            1,
+            2,
+            count / 3,
+            count / 2,
+            count - 4,
+            count - 3,
+            count - 2,
+        ] {
+            let mut points = clean.clone();
+            points.swap(place, place + 1);
+            assert_eq!(
+                mended(&points, false),
+                (clean.clone(), vec![Fault::Swapped]),
+                "{place}"
+            );
+        }
+    }
+}
+
+#[test]
+fn test_step_back_over_waypoints_passed_again_is_left_out() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        for place in [clean.len() / 3, clean.len() / 2] {
+            for back in [2, 3, 5, 20] {
+                if back >= place {
+                    continue;
+                }
+                let mut points = clean[..place].to_vec();
+                points.extend(&clean[place - back..]);
+                assert_eq!(
+                    mended(&points, false),
+                    (clean.clone(), vec![Fault::StepBack])
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn test_goal_behind_the_end_ends_the_path_and_start_ahead_begins_it() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        let mut points = clean.clone();
+        points.push(clean[clean.len() - 4]);
+        let (kept, faults) = mended(&points, false);
+        assert_eq!(
+            (kept, faults),
+            (clean[..clean.len() - 3].to_vec(), vec![Fault::StepBack])
+        );
+        let mut points = clean.clone();
+        points.insert(0, clean[3]);
+        assert_eq!(
+            mended(&points, false),
+            (clean[3..].to_vec(), vec![Fault::StepBack])
+        );
+    }
+}
+
+#[test]
+fn test_standstill_in_noise_leaves_one_waypoint() {
+    // A low-discrepancy sequence for noise of 2 cm.
+    let noise = |k: u32| {
+        let at = |step: f64| 0.04 * ((step * f64::from(k)).fract() - 0.5) * 2.0;
+        (at(0.754_877_666), at(0.569_840_291))
+    };
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        for place in [0, clean.len() / 2, clean.len() - 1] {
+            let mut points = clean[..=place].to_vec();
+            points.extend((1..200).map(|k| {
+                let ((x, y), (dx, dy)) = (clean[place], noise(k));
+                (x + dx, y + dy)
+            }));
+            points.extend(&clean[place + 1..]);
+            let (kept, _) = mended(&points, false);
+            // One waypoint, and perhaps some that happen to lie in line.
+            assert!(kept.len().abs_diff(clean.len()) < 4, "{spacing} {place}");
+            assert!(largest_turn(&kept) < 0.5, "{spacing} {place}");
+            for (x, y) in kept {
+                let off = |&(to_x, to_y): &(f64, f64)| (x - to_x).hypot(y - to_y);
+                assert!(clean.iter().map(off).fold(f64::INFINITY, f64::min) < 0.06);
+            }
+        }
+    }
+}
+
+#[test]
+fn test_end_aside_keeps_the_goal_and_the_direction() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        let (&(x, y), &(from_x, from_y)) = (&clean[clean.len() - 1], &clean[clean.len() - 2]);
+        let (ux, uy) = ((x - from_x) / spacing, (y - from_y) / spacing);
+        for (ahead, aside) in [(0.0, 0.001), (0.1, 0.1), (-0.1, 0.05), (0.3, 0.2)] {
+            let (ahead, aside) = (ahead * spacing, aside * spacing);
+            let goal = (x + ahead * ux - aside * uy, y + ahead * uy + aside * ux);
+            let mut points = clean.clone();
+            points.push(goal);
+            let (kept, _) = mended(&points, false);
+            assert_eq!(kept.len(), clean.len(), "{ahead} {aside}");
+            assert_eq!(kept.last(), Some(&goal));
+        }
+    }
+}
+
+#[test]
+fn test_lap_that_repeats_its_start_ends_before_it() {
+    let ring = |count: u32| -> Xy {
+        let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(count);
+        (0..count)
+            .map(|k| (20.0 * angle(k).cos(), 20.0 * angle(k).sin()))
+            .collect()
+    };
+    for count in [40, 200] {
+        let clean = ring(count);
+        let count = clean.len();
+        let mut points = clean.clone();
+        points.push(clean[0]);
+        assert_eq!(
+            mended(&points, true),
+            (clean.clone(), vec![Fault::Repeated])
+        );
+        // Beyond its start, and all but at it.
+        let mut points = clean.clone();
+        points.extend(&clean[..3]);
+        assert_eq!(mended(&points, true).0.len(), count);
+        let mut points = clean.clone();
+        points.push((clean[0].0 + 3e-4, clean[0].1 - 4e-4));
+        assert_eq!(mended(&points, true).0.len(), count);
+        let mut points = clean.clone();
+        points.swap(0, count - 1);
+        assert_eq!(mended(&points, true).1, [Fault::Swapped]);
+    }
+}
+
+#[test]
+fn test_fold_that_may_be_a_cusp_is_refused_and_one_that_is_told_stays() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        let there = clean.len() / 2;
+        let mut points = clean[..there].to_vec();
+        points.extend(clean[there / 2..there - 1].iter().rev());
+        assert_eq!(
+            mend(&points, false),
+            Err(PathError::Fold { index: there - 1 })
+        );
+        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+        assert_eq!(sound(&x, &y, false, true), Ok(Sound::default()));
+        // A way back of several steps was driven, though the path goes on as before.
+        points.extend(&clean[there / 2..]);
+        assert!(matches!(mend(&points, false), Err(PathError::Fold { .. })));
+    }
+}
+
+#[test]
+fn test_gap_aside_is_refused_and_a_straight_one_is_not() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        let half = clean.len() / 2;
+        let mut points = clean.clone();
+        for point in &mut points[half..] {
+            point.1 += 40.0 * spacing;
+        }
+        let error = mend(&points, false).unwrap_err();
+        assert!(matches!(error, PathError::Gap { index, .. } if index == half - 1));
+        let mut coarse = vec![(-60.0 * spacing, 0.0)];
+        coarse.extend(&clean);
+        assert_eq!(mend(&coarse, false).unwrap(), Sound::default());
+    }
+}
+
+#[test]
+fn test_waypoints_without_an_order_are_refused() {
+    let clean = course(0.5);
+    let count = clean.len();
+    let points: Xy = (0..count).map(|k| clean[k * 77 % count]).collect();
+    assert!(matches!(
+        mend(&points, false),
+        Err(PathError::Unordered { .. })
+    ));
+}
