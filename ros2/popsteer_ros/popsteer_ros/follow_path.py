@@ -35,18 +35,18 @@ class Follow:
     """Drives one goal at a time; a new one takes the place of the old one.
 
     It takes goals while it has a `core`, the node that drives. What Nav2's distributions have
-    otherwise is told by the fields of `action`: codes, and the feedback's tracking errors. `open`
-    is the number of goals whose result is still to come.
+    otherwise is told by the fields of its messages: codes, and the feedback's tracking errors.
+    `open` is the number of goals whose result is still to come.
     """
 
-    def __init__(self, host: Host, action: Any = FollowPath) -> None:
+    def __init__(self, host: Host) -> None:
         self.core: Any = None
-        self._host, self._action = host, action
+        self._host, self._action = host, FollowPath
         self._goal: Any = None
         self.open = 0
         on = {"goal_callback": self._accept, "cancel_callback": lambda _: CancelResponse.ACCEPT}
         self._server = ActionServer(
-            host, light(action), "follow_path", self._execute, result_timeout=_KEPT, **on
+            host, light(FollowPath), "follow_path", self._execute, result_timeout=_KEPT, **on
         )
 
     def stop(self, why: str) -> None:

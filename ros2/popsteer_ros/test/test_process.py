@@ -35,9 +35,11 @@ def started(command: list[str]) -> Iterator[Any]:
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
     ) as process:
-        yield process
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 @pytest.fixture
@@ -128,4 +130,28 @@ def test_launch_file_takes_parameters_a_file_of_them_and_topics(tmp_path: Path) 
         assert car.node.count_subscribers("/odom") > 0
         assert car.until(lambda: car.node.count_publishers("/drive") == 1)
         assert launched.poll() is None
+    car.close()
+
+
+def test_transitions_that_cannot_be_are_refused_and_end_no_drive(node: Any) -> None:
+    car = driving()
+    for label, number in (("", Transition.TRANSITION_CONFIGURE), ("", 99), ("fly", 0)):
+        change = Transition(id=number, label=label)
+        assert not call(car, ChangeState, "change_state", transition=change).success
+    before = len(car.commands)
+    car.rest(0.5)
+    assert car.speed > 3.0
+    assert len(car.commands) > before + 10
+    assert node.poll() is None
+    car.close()
+
+
+def test_goal_has_a_result_where_the_process_ends(node: Any) -> None:
+    car = Car(outside=True)
+    ended = car.goal(100.0).get_result_async()
+    assert car.until(lambda: car.speed > 1.0)
+    node.send_signal(signal.SIGTERM)
+    assert car.until(ended.done, 2.0)
+    assert ended.result().result.error_msg == "the process ends"
+    assert car.until(lambda: car.commands[-1].drive.speed == 0.0, 2.0)
     car.close()

@@ -13,6 +13,7 @@ pytest.importorskip("ready")  # before all that is ROS's
 
 import rclpy
 import rclpy.clock
+from ackermann_msgs.msg import AckermannDrive, AckermannDriveStamped
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav2_msgs.action import FollowPath
@@ -21,7 +22,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from tf2_ros import StaticTransformBroadcaster
-from world import Car, path
+from world import WHEELBASE, Car, path
+
+import popsteer
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
@@ -53,6 +56,75 @@ def test_vehicle_that_is_none_is_refused_when_configured() -> None:
     car.track.trigger_configure()
     assert car.track._state_machine.current_state[1] == "unconfigured"
     car.close()
+
+
+def test_activation_that_fails_says_why_and_can_be_tried_again(
+    capfd: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    car = Car(record=str(tmp_path / "drive.bag"))
+    car.track.trigger_configure()
+    car.track.trigger_activate()
+    assert car.track._state_machine.current_state[1] == "inactive"
+    assert "not activated" in (said := capfd.readouterr().err)
+    assert "drive.bag" in said
+    car.track.set_parameters([Parameter("record", value=str(tmp_path / "drive.mcap"))])
+    car.track.trigger_activate()
+    assert car.track._state_machine.current_state[1] == "active"
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.track.trigger_deactivate()
+    from popsteer import logs
+
+    with pytest.raises(popsteer.PopsteerError):  # no steering in it, but it is a file of messages
+        logs.read(tmp_path / "drive.mcap")
+    assert (tmp_path / "drive.mcap").stat().st_size > 1000
+    car.close()
+
+
+def test_controller_preset_parameters_adaptation_and_monitor_are_parameters(tmp_path: Any) -> None:
+    file = tmp_path / "tuned.toml"
+    car = Car(controller="stanley", set=["cross_track_gain=1.7"], adapt=False, monitor=False)
+    controller = car.drive().track.core.pilot.controller
+    assert isinstance(controller, popsteer.Stanley)
+    assert controller.params.cross_track_gain == 1.7
+    assert (controller.adapt, controller.monitor) == (None, None)
+    car.track.trigger_deactivate()
+    changed = car.track.set_parameters([Parameter("set", value=["no_gain=1.0"])])[0]
+    assert "no_gain" in changed.reason
+    changed = car.track.set_parameters([Parameter("params", value=str(file))])[0]
+    assert not changed.successful
+    car.close()
+
+
+def test_start_in_a_bend_goes_on_from_the_angle_of_the_wheels() -> None:
+    for reported in (True, False):
+        car = Car(steering=reported, max_speed=4.0)
+        if reported:
+            report = car.node.create_publisher(AckermannDriveStamped, "steering", 1)
+            drive = AckermannDrive(steering_angle=0.13)
+            tell = lambda r=report, d=drive: r.publish(AckermannDriveStamped(drive=d))  # noqa: E731
+            car.node.create_timer(0.02, tell)
+        car.turns = not reported
+        car.speed, car.steer = 3.0, 0.13
+        car.start()
+        assert car.until(lambda c=car: c.paths.get_subscription_count() > 0)
+        assert car.until(lambda c=car: c.track.core.intake.measured is not None)
+        if reported:
+            assert car.until(lambda c=car: c.track.core._wheel is not None)
+        car.paths.publish(circle(car, 0.13))
+        assert car.until(lambda c=car: c.commands)
+        assert car.commands[0].drive.steering_angle == pytest.approx(0.13, abs=0.02)
+        car.close()
+
+
+def circle(car: Car, steer: float) -> Path:
+    found = path(0.0, 20.0)
+    radius = WHEELBASE / math.tan(steer)
+    for k, each in enumerate(found.poses):
+        turn = car.yaw + 0.5 * k / radius
+        place = each.pose.position
+        place.x = car.x + radius * (math.sin(turn) - math.sin(car.yaw))
+        place.y = car.y - radius * (math.cos(turn) - math.cos(car.yaw))
+    return found
 
 
 def test_parameters_change_while_it_drives_and_are_checked() -> None:
@@ -311,6 +383,35 @@ def test_simulated_time_gives_the_periods_and_one_that_begins_anew_is_driven_on(
     assert car.track.core.loop.mean_period < 0.2
     assert car.until(lambda: car.track.core.loop.jumps > 0)
     assert car.until(lambda: car.track.core.pilot.state.value == "driving")
+    car.close()
+
+
+def test_bond_tells_the_manager_that_the_node_lives_while_it_is_active() -> None:
+    bond = pytest.importorskip("bond.msg")
+    car = Car()
+    heard: list[Any] = []
+    car.node.create_subscription(bond.Status, "bond", heard.append, 10)
+    car.start()
+    assert car.until(lambda: len(heard) > 3)
+    assert {(each.id, each.active, each.instance_id) for each in heard} == {
+        ("popsteer", True, heard[0].instance_id)
+    }
+    car.track.trigger_deactivate()
+    assert car.until(lambda: not heard[-1].active)
+    car.close()
+
+
+def test_autoware_takes_another_type_of_command_where_that_is_asked_for() -> None:
+    car = Car(autoware=True, command_type="twist").start()
+    topics = car.track.core.options.topics
+    assert (topics.command_type, topics.path_type) == (
+        "geometry_msgs/msg/Twist",
+        "autoware_planning_msgs/msg/Trajectory",
+    )
+    car.close()
+    car = Car(autoware=True).start()
+    assert car.track.core.options.topics.command_type == "autoware_control_msgs/msg/Control"
+    assert car.track.core.options.topics.operation_mode == "/system/operation_mode/state"
     car.close()
 
 

@@ -13,9 +13,12 @@ from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Odometry, Path
 from popsteer_ros.node import Track
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from tf2_ros import TransformBroadcaster
+
+from popsteer.adapters.ros2.paths import inverse, placed
 
 WHEELBASE = 2.7
 
@@ -23,7 +26,15 @@ WHEELBASE = 2.7
 class Car:
     """A kinematic car at 50 Hz, whose odometry drifts: its frame turns and moves in the map."""
 
-    def __init__(self, *, drifts: bool = False, outside: bool = False, **parameters: Any) -> None:
+    def __init__(
+        self,
+        *,
+        drifts: bool = False,
+        origin: tuple[float, float, float] | None = None,
+        outside: bool = False,
+        action: Any = FollowPath,
+        **parameters: Any,
+    ) -> None:
         self.node = rclpy.create_node("car")
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
@@ -34,49 +45,61 @@ class Car:
             self.executor.add_node(self.track)
         self.x = self.y = self.yaw = self.speed = self.steer = 0.0
         self.drifts, self.farthest, self.publishes, self.localised = drifts, 0.0, True, True
-        self.begun = time.monotonic()
+        self.origin = (3.0, 0.0, 0.1) if drifts else origin
+        self.turns = False  # whether odometry says the yaw rate
+        self.ahead, self.stamps = 0.0, True  # of transforms [s]; whether odometry says its time
+        self.begun, self.moved = time.monotonic(), self.node.get_clock().now().nanoseconds
         self.odometry = self.node.create_publisher(Odometry, "odom", 1)
         self.paths = self.node.create_publisher(Path, "path", 1)
         self.tf = TransformBroadcaster(self.node)
         self.commands: list[Any] = []
         self.node.create_subscription(AckermannDriveStamped, "drive", self.obey, 1)
         self.node.create_timer(0.02, self.step)
-        self.client = ActionClient(self.node, FollowPath, "follow_path")
+        self.action = action
+        self.client = ActionClient(self.node, action, "follow_path")
 
     def obey(self, message: Any) -> None:
         self.commands.append(message)
         self.speed, self.steer = message.drive.speed, message.drive.steering_angle
 
+    def frame(self) -> tuple[float, float, float]:
+        """The pose of the odometry's frame in the map."""
+        x, y, yaw = self.origin or (0.0, 0.0, 0.0)
+        passed = time.monotonic() - self.begun if self.drifts else 0.0
+        return x + 0.05 * passed, y, yaw + 0.01 * passed
+
     def step(self) -> None:
-        self.x += 0.02 * self.speed * math.cos(self.yaw)
-        self.y += 0.02 * self.speed * math.sin(self.yaw)
-        self.yaw += 0.02 * self.speed * math.tan(self.steer) / WHEELBASE
+        now = self.node.get_clock().now().nanoseconds
+        # On a machine that is busy a timer is late; after a jump of the clock nothing has moved.
+        dt, self.moved = min(max(1e-9 * (now - self.moved), 0.0), 0.5), now
+        self.x += dt * self.speed * math.cos(self.yaw)
+        self.y += dt * self.speed * math.sin(self.yaw)
+        self.yaw += dt * self.speed * math.tan(self.steer) / WHEELBASE
         self.farthest = max(self.farthest, abs(self.y))
         if not self.publishes:
             return
-        passed = time.monotonic() - self.begun
-        turn, shift = (0.1 + 0.01 * passed, 3.0 + 0.05 * passed) if self.drifts else (0.0, 0.0)
-        now = self.node.get_clock().now().to_msg()
-        if self.drifts and self.localised:
+        clock = self.node.get_clock()
+        origin = self.frame()
+        if self.origin is not None and self.localised:
             moved = TransformStamped()
-            moved.header.stamp, moved.header.frame_id, moved.child_frame_id = now, "map", "odom"
-            moved.transform.translation.x = shift
-            moved.transform.rotation.z, moved.transform.rotation.w = (
-                math.sin(turn / 2),
-                math.cos(turn / 2),
-            )
+            moved.header.stamp = (clock.now() + Duration(seconds=self.ahead)).to_msg()
+            moved.header.frame_id, moved.child_frame_id = "map", "odom"
+            moved.transform.translation.x, moved.transform.translation.y = origin[:2]
+            moved.transform.rotation.z = math.sin(origin[2] / 2)
+            moved.transform.rotation.w = math.cos(origin[2] / 2)
             self.tf.sendTransform(moved)
         message = Odometry()
-        message.header.stamp = now
-        message.header.frame_id = "odom" if self.drifts else "map"
+        if self.stamps:
+            message.header.stamp = clock.now().to_msg()
+        message.header.frame_id = "map" if self.origin is None else "odom"
         message.child_frame_id = "base_link"
-        x, y, yaw = self.x - shift, self.y, self.yaw - turn
-        place = message.pose.pose.position
-        place.x = math.cos(turn) * x + math.sin(turn) * y
-        place.y = -math.sin(turn) * x + math.cos(turn) * y
+        x, y, yaw = placed(inverse(origin), (self.x, self.y, self.yaw))
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
         message.pose.pose.orientation.z = math.sin(yaw / 2)
         message.pose.pose.orientation.w = math.cos(yaw / 2)
         message.twist.twist.linear.x = self.speed
+        if self.turns:
+            message.twist.twist.angular.z = self.speed * math.tan(self.steer) / WHEELBASE
         self.odometry.publish(message)
 
     def until(self, holds: Any, seconds: float = 20.0) -> bool:
@@ -91,9 +114,13 @@ class Car:
         return self
 
     def goal(self, length: float = 12.0, frame: str = "map") -> Any:
+        return self.send(path(self.x, length, frame))
+
+    def send(self, course: Path, controller: str = "") -> Any:
+        """Send a goal, and give its handle."""
         assert self.until(self.client.server_is_ready)
         self.feedback: list[Any] = []
-        goal = FollowPath.Goal(path=path(self.x, length, frame))
+        goal = self.action.Goal(path=course, controller_id=controller)
         sent = self.client.send_goal_async(goal, lambda each: self.feedback.append(each.feedback))
         assert self.until(sent.done)
         return sent.result()
@@ -103,6 +130,24 @@ class Car:
         assert self.until(ended.done, seconds)
         return ended.result().status, ended.result().result.error_code
 
+    def drive(self, length: float = 400.0) -> Car:
+        """Activate the node, send a path, and wait until it drives."""
+        self.start()
+        assert self.until(lambda: self.paths.get_subscription_count() > 0)
+        assert self.until(lambda: self.track.core.intake.measured is not None)
+        self.paths.publish(path(self.x, length))
+        assert self.until(lambda: self.speed > 1.0)
+        return self
+
+    @property
+    def state(self) -> str:
+        """What the node does."""
+        return str(self.track.core.pilot.state.value)
+
+    def rest(self, seconds: float) -> None:
+        """Let time pass."""
+        self.until(lambda: False, seconds)
+
     def close(self) -> None:
         self.executor.shutdown()
         if hasattr(self, "track"):
@@ -111,12 +156,19 @@ class Car:
         self.node.destroy_node()
 
 
-def path(begin: float, length: float, frame: str = "map") -> Path:
+def path(
+    begin: float,
+    length: float,
+    frame: str = "map",
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Path:
+    """The x axis of the map, in a frame that has the pose `origin` there."""
     found = Path()
     found.header.frame_id = frame
     for k in range(int(2 * length) + 1):
         pose = PoseStamped()
         pose.header.frame_id = frame
-        pose.pose.position.x = begin + 0.5 * k
+        place = placed(inverse(origin), (begin + 0.5 * k, 0.0, 0.0))
+        pose.pose.position.x, pose.pose.position.y = place[:2]
         found.poses.append(pose)
     return found

@@ -234,7 +234,8 @@ class Node:
         self.drive = self._steer(now, dt)
         if self.drive is not None and not self._silent:
             self._publish_drive(self.drive, now)
-        self._silent = self._rests and self.stands
+        # Once it stands: what moves the vehicle then is another's business.
+        self._silent = self._silent or (self._rests and self.stands)
         changed = self._tell()
         self.loop.count(dt, time.perf_counter() - began, missed)
         if changed or now - self._reported >= _SECOND / self.options.report_rate:
