@@ -1,7 +1,7 @@
 """The Rust core. Documentation is on the objects themselves; the names are those of `popsteer`."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from inspect import Signature
 from typing import (
     Any,
@@ -217,9 +217,17 @@ class Path:
         yaw: ArrayLike | Literal["spline"] | None = None,
         curvature: ArrayLike | None = None,
         mend: bool = True,
+        source: str | None = None,
     ) -> Self: ...
     @classmethod
-    def from_csv(cls, file: str | os.PathLike[str], *, closed: bool = False) -> Self: ...
+    def from_csv(
+        cls,
+        file: str | os.PathLike[str],
+        *,
+        closed: bool = False,
+        columns: str | Sequence[str] | Mapping[str, str] | None = None,
+        origin: tuple[float, float] | None = None,
+    ) -> Self: ...
     mended: Final[tuple[str, ...]]
     x: Final[_Floats]
     y: Final[_Floats]
@@ -229,6 +237,7 @@ class Path:
     grade: Final[_Floats | None]
     yaw: Final[_Floats | None]
     curvature: Final[_Floats | None]
+    source: Final[str | None]
     length: Final[float]
     closed: Final[bool]
     def __len__(self) -> int: ...

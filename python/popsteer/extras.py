@@ -16,6 +16,7 @@ MODULES = {
     "mpc": ("daqp", "osqp", "scipy"),
     "dask": ("distributed",),
     "parquet": ("pyarrow",),
+    "geo": ("pyproj",),
 }
 """What each extra brings, by the names that Python imports it under."""
 

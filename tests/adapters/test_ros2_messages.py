@@ -18,7 +18,6 @@ pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import conversions, messages
 from popsteer.adapters.ros2.idl import idl_type
-from popsteer.adapters.ros2.intake import load_path
 from popsteer.adapters.ros2.topics import Topics
 from tests.adapters.ros2_domain import Bench
 from tests.adapters.ros2_plant import CAR
@@ -188,19 +187,6 @@ def test_commands_carry_signs_and_amounts_as_their_types_have_them() -> None:
 
 def test_module_gives_its_errors_as_those_of_popsteer() -> None:
     assert issubclass(ros2.MessageError, popsteer.PopsteerError)
-
-
-def test_path_file_is_popsteers_or_a_raceline_of_f1tenth(tmp_path: Any) -> None:
-    file = tmp_path / "line.csv"
-    file.write_text("# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps\n0;0;1;0;0;3\n5;5;1;0;0;4\n")
-    found = load_path(str(file), closed=False)
-    assert (found.x.tolist(), np.array(found.speed).tolist()) == ([0.0, 5.0], [3.0, 4.0])
-    file.write_text("0,1,3\n5,1,4\n")
-    assert np.array(load_path(str(file), closed=False).speed).tolist() == [3.0, 4.0]
-    for text in ("0;0;1\n5;5;1\n", "0;0;1;0;0;fast\n5;5;1;0;0;4\n", "0;0;1;0;0;3\n"):
-        file.write_text(text)
-        with pytest.raises(popsteer.PathError):
-            load_path(str(file), closed=False)
 
 
 def test_twist_turns_by_the_turning_wheelbase_and_understeer() -> None:

@@ -110,7 +110,9 @@ def test_tracks_export_writes_what_compare_reads(
     pedals = ("--longitudinal", "coupled", "--controllers", "pop")
     outcome = command.call(capsys, "compare", "--waypoints", str(file), *pedals)
     shipped = command.call(capsys, "compare", "--track", "slalom", "--controllers", "pop")
-    assert outcome.out.replace("track.csv", "slalom") == shipped.out
+    said, _, rest = outcome.out.partition("\n")
+    assert said.startswith("Read track.csv: 308 waypoints of x (x [m]), y (y [m]), speed (speed")
+    assert rest.replace("track.csv", "slalom") == shipped.out
 
 
 def test_tracks_with_out_writes_each(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -183,10 +185,11 @@ RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", 
 PEDALS = {"--longitudinal", "--set-longitudinal"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 GIVEN = {"--vehicle", "--set-vehicle"}
-ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
-MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+TABLE = {"--closed", "--columns", "--origin"}
+ONE = {"--waypoints", "--track", "--plant", "--set-plant"} | TABLE
+MANY = {"--waypoints", "--tracks", "--plants"} | TABLE
 DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
-LOG = {"--column", "--topic", "--unit"}
+LOG = {"--columns", "--origin", "--topic", "--unit"}
 WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
 WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
@@ -207,13 +210,14 @@ WANTED = {
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),
     "plan": GIVEN
-    | {"--closed", "--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
+    | TABLE
+    | {"--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--report"},
+    "identify": GIVEN | LOG | {"--out", "--report", "--course"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out", "--report"},
+    | {"--waypoints", "--closed", "--path-columns", "--track", "--out", "--report"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN

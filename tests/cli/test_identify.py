@@ -80,11 +80,11 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
 @looped(
     ("arguments", "message"),
     [
-        (["--column", "steer=delta"], "no column 'delta'; there are: t, x, y, yaw, speed, steer"),
-        (["--column", "steer"], "--column must be written NAME=VALUE, got 'steer'"),
+        (["--columns", "steer=delta"], "no column 'delta'; there are: t, x, y, yaw, speed, steer"),
+        (["--columns", "stear=delta"], "columns must be one of t, x, y"),
         (["--unit", "steer=furlong"], "unit of steer must be rad, deg, a number"),
         (["--unit", "steer=-1"], "turns right where steer says left"),
-        (["--topic", "steer=/drive"], "topics are of bags; a CSV file has columns"),
+        (["--topic", "steer=/drive"], "topics are of bags; a table has columns"),
         (["--unit", "speed=0.001"], "move 1000 times as far as speed says: x and y are in mm"),
         (["--vehicle", "none.toml"], "none.toml: No such file"),
         (["--out", "car.json"], "--out must be a file *.toml"),

@@ -79,7 +79,7 @@ def test_plan_keeps_a_stop_and_a_zone_between_waypoints(
 ) -> None:
     recorded, out = tmp_path / "course.csv", tmp_path / "planned.csv"
     rows = [(10.0 * k, 0.0, 0.0 if k == 20 else 12.0) for k in range(41)]
-    np.savetxt(recorded, rows, delimiter=",")
+    np.savetxt(recorded, rows, delimiter=",", header="x,y,speed")
     zones = ("--speed-limit", "102:108:5", "--speed-limit", "299:301:3")
     options = ("--keep-speeds", *zones, "--out", str(out))
     assert command.call(capsys, "plan", str(recorded), *options).status == 0

@@ -25,20 +25,23 @@ _TOO_FEW = re.compile(r": at least 2 waypoints are needed, found [01]$")
 def check(data: bytes, file: Path) -> None:
     """Write the bytes to `file` and read them as waypoints."""
     from popsteer import PathError
-    from popsteer.csv_file import read_waypoints
+    from popsteer.tables import read_waypoints
 
     file.write_bytes(data)
     try:
-        xy, speed = read_waypoints(file)
+        found = read_waypoints(file)
     except PathError as error:
         _check_refusal(error, data, str(file))
         return
+    xy, speed = found.xy, found.speed
     _check_waypoints(xy, speed)
+    assert "\n" not in found.source()
     # Written out in full they are read as the same.
     columns = xy if speed is None else np.column_stack([xy, speed])
     file.write_text("\n".join(",".join(map(repr, row)) for row in columns.tolist()), "utf-8")
-    again_xy, again_speed = read_waypoints(file)
-    assert again_xy.tobytes() == xy.tobytes()
+    again = read_waypoints(file, columns="x,y" if speed is None else "x,y,speed")
+    again_speed = again.speed
+    assert again.xy.tobytes() == xy.tobytes()
     assert (again_speed is None) == (speed is None)
     assert speed is None or again_speed is None or again_speed.tobytes() == speed.tobytes()
 
@@ -69,8 +72,8 @@ def main() -> None:
     import atheris
 
     # Before `check` imports it: only what is imported here reports what it reaches.
-    with atheris.instrument_imports(include=["popsteer.csv_file"]):
-        import popsteer.csv_file  # noqa: F401 - imported to be instrumented
+    with atheris.instrument_imports(include=["popsteer.tables"]):
+        import popsteer.tables  # noqa: F401 - imported to be instrumented
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(dir=memory) as folder:
         file = Path(folder) / "waypoints.csv"

@@ -20,7 +20,7 @@ LAYERS = (
     (
         "state",
         "status",
-        "csv_file",
+        "tables",
         "toml_file",
         "parameters",
         "prediction",

@@ -67,7 +67,8 @@ def test_readme_table_of_the_authors_track_is_what_compare_measures() -> None:
 def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     example = re.search(r"```python\n(.*?)```", README, flags=re.DOTALL)
     assert example is not None
-    (tmp_path / "waypoints.csv").write_text("".join(f"{x}, 0.0, 5.0\n" for x in range(50)))
+    rows = "".join(f"{x}, 0.0, 5.0\n" for x in range(50))
+    (tmp_path / "waypoints.csv").write_text(f"x, y, speed\n{rows}")
     monkeypatch.chdir(tmp_path)
     poses = iter(
         [

@@ -31,6 +31,28 @@ ELSEWHERE = {
 }
 # What the code of a page takes as given, and what it needs beside popsteer.
 GIVEN = {
+    "docs/files.md": """
+import numpy as np
+yaw = 0.1 * np.arange(60)
+x, y, one = 20.0 * np.sin(yaw), 20.0 * (1.0 - np.cos(yaw)), np.ones(60)
+def write(name, head, *columns):
+    np.savetxt(name, np.column_stack(columns), "%.9f", ",", header=head, comments="")
+tum = "# 17b4de0d\\n# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2"
+psi = yaw - np.pi / 2.0
+rows = np.column_stack((20.0 * yaw, x, y, psi, 0.05 * one, 5.0 * one, 0.0 * one))
+np.savetxt("raceline.csv", rows, "%.7f", "; ", header=tum, comments="")
+np.savetxt("logged.csv", np.column_stack((x, y, yaw)), "%f", ", ")
+np.savetxt("three.csv", np.column_stack((x, y, 18.0 * one)), "%f", ",")
+write("survey.csv", "Nr,Rechtswert,Hochwert,Tempo", np.arange(60), x, y, 18.0 * one)
+turn = (np.sin(0.5 * yaw), np.cos(0.5 * yaw))
+s, ns = 1650775094 + np.arange(60) // 20, 50_000_000 * (np.arange(60) % 20)
+head = "s,ns,x,y,qx,qy,qz,qw,V,delta"
+with open("drive.csv", "w", encoding="utf-8") as file:
+    print(head, file=file)
+    for k in range(60):
+        row = (0.25 * k, 0.0, 0.0, 0.0, 0.0, 1.0, 5.0, 0.0)
+        print(s[k], ns[k], *row, sep=",", file=file)
+""",
     "docs/loop.md": """
 import popsteer
 controller = popsteer.Stanley(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))

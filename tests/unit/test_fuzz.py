@@ -116,6 +116,6 @@ def test_csv_reader_check_of_a_wrong_reader_fails(
     def refuse(file: Path) -> None:
         raise IndexError
 
-    monkeypatch.setattr("popsteer.csv_file.read_waypoints", refuse)
+    monkeypatch.setattr("popsteer.tables.read_waypoints", refuse)
     with pytest.raises(IndexError):
         csv_reader.check(b"0,0\n1,1\n", tmp_path / "waypoints.csv")

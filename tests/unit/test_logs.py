@@ -125,11 +125,11 @@ def test_read_csv_leaves_out_rows_with_an_empty_entry(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", "the file is empty"),
-        ("t,x,y,yaw,v,steer\n", "no column 'speed'; there are: t, x, y, yaw, v, steer"),
+        ("t,x,y,yaw,w,steer\n", "no column 'speed'; there are: t, x, y, yaw, w, steer"),
         ("t,x,y,yaw,speed,steer\n0,0,0,0,fast,0\n", "line 2, column 5: 'fast' is not a number"),
-        ("t,x,y,yaw,speed,steer\n0,0,0\n", "line 2: found 3 columns, too few"),
+        ("t,x,y,yaw,speed,steer\n0,0,0\n", "line 2: found 3 columns, the first row has 6"),
         ("t,x,y,yaw,speed,steer\n0,0,0,0,1,0\n", "at least 2 rows are needed, found 1"),
-        ("t,x,y,yaw,speed,steer,x\n0,0,0,0,1,0,9\n", "2 columns are called 'x'"),
+        ("t,x,y,yaw,speed,steer,x\n0,0,0,0,1,0,9\n", "two columns are named x"),
         ("t,x,y,yaw,speed,steer\n", "at least 2 rows are needed, found 0"),
     ],
 )
@@ -182,7 +182,7 @@ def test_read_bag_without_the_topic_names_those_there_are(
         logs.read(file, topics={"steer": "/steer"})
     with pytest.raises(LogError, match="/control/drive is of type ackermann_msgs"):
         logs.read(file, topics={"odometry": "/control/drive"})
-    with pytest.raises(LogError, match="columns are of CSV files"):
+    with pytest.raises(LogError, match="columns and an origin are of tables"):
         logs.read(file, columns={"t": "time"})
 
 

@@ -44,7 +44,7 @@ def test_path_shape_is_read_by_the_names_of_columns(tmp_path: Path) -> None:
     assert np.array_equal(np.asarray(path.yaw), YAW)
     assert np.array_equal(np.asarray(path.curvature), CURVATURE)
     assert path.speed is None
-    file.write_text(text.replace("kappa", "k").replace("yaw_rad", "psi"), encoding="utf-8")
+    file.write_text(text.replace("kappa", "k").replace("yaw_rad", "way"), encoding="utf-8")
     assert popsteer.Path.from_csv(file).yaw is None
 
 

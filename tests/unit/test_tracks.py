@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from popsteer import tracks
-from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError, PathError
+from popsteer.tables import read_waypoints
 from popsteer.tracks import Track
 from popsteer.tracks.catalogue import _MAKERS
 from popsteer.tracks.geometry import FIRST_SPEED
@@ -151,7 +151,8 @@ def test_track_numbers_are_whole_micrometres_so_that_machines_agree(track: Track
 def test_track_exported_and_read_again_has_the_same_bits(track: Track, tmp_path: Path) -> None:
     file = tmp_path / "new folder" / "track.csv"
     track.to_csv(file)
-    xy, speed = read_waypoints(file)
+    found = read_waypoints(file)
+    xy, speed = found.xy, found.speed
     assert xy.tobytes() == track.xy.tobytes()
     assert speed is not None
     assert speed.tobytes() == track.speed.tobytes()
@@ -180,7 +181,7 @@ def test_track_made_by_hand_keeps_a_copy() -> None:
 def test_track_title_with_line_break_stays_in_its_comment(tmp_path: Path) -> None:
     track = Track("own", "a\nb,c", "", np.eye(2), np.ones(2), closed=False)
     track.to_csv(tmp_path / "own.csv")
-    assert len(read_waypoints(tmp_path / "own.csv")[0]) == 2
+    assert len(read_waypoints(tmp_path / "own.csv").xy) == 2
 
 
 @looped(

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 pytest.importorskip("scipy")
 pytest.importorskip("optuna")
+pytest.importorskip("pyproj")
 pytest.importorskip("rosbags")
 
 RECORDED = Path(__file__).with_name("recorded_options.json")
@@ -46,6 +47,7 @@ compare --controllers pop --waypoints way.csv
  --set min_lookahead=3.5
  --set turn_time=7
  --waypoints fast.csv
+ --columns y,x
  --closed
  --plant kinematic-bicycle
  --set-plant dead_time=0.17
@@ -70,6 +72,7 @@ matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
  --set min_lookahead=3.5
  --waypoints fast.csv
  --tracks circle
+ --columns y,x
  --closed
  --plants carla-identified
  --vehicle car.toml
@@ -84,6 +87,14 @@ matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
 matrix --suite standard-1 --controllers pop --plants kinematic-bicycle
  --scenarios slalom
  --conditions noise
+compare --controllers pop --waypoints geo.csv
+ --origin 46.9,8
+matrix --controllers pop --plants kinematic-bicycle --waypoints geo.csv
+ --origin 46.9,8
+sweep --controller pop --waypoints geo.csv
+ --origin 46.9,8
+tune --controller pop --waypoints geo.csv
+ --origin 46.9,8
 stability --controllers pop
  --controllers stanley
  --preset paper
@@ -98,6 +109,7 @@ stability --controllers pop
  --no-adapt
  --dt 0.02
 plan way.csv
+ --columns y,x
  --closed
  --vehicle car.toml
  --set-vehicle max_speed=7
@@ -105,20 +117,27 @@ plan way.csv
  --driving 0:3,20:1
  --braking 0:2,9:4
  --speed-limit 5.5:7.5:1.5
+plan geo.csv
+ --origin 46.9,8
 plan fast.csv
  --smooth 0.2
  --keep-speeds
 identify drive.csv
  --vehicle car.toml
  --set-vehicle wheelbase=2.4
- --column steer=wheel
+ --columns steer=wheel
  --unit steer=deg
  --unit speed=km/h
+ --course
  --topic odometry=/odom
+identify far.csv
+ --origin 46.9,8
+replay far.csv --controllers pop
+ --origin 46.9,8
 replay drive.csv --controllers pop
  --vehicle car.toml
  --set-vehicle wheelbase=2.4
- --column steer=wheel
+ --columns steer=wheel
  --unit steer=deg
  --topic odometry=/odom
  --controllers stanley
@@ -128,6 +147,7 @@ replay drive.csv --controllers pop
  --no-adapt
  --waypoints way.csv
  --waypoints way.csv --closed
+ --waypoints way.csv --path-columns y,x
  --track circle
 sweep --controller pop --waypoints way.csv
  --controller stanley
@@ -136,6 +156,7 @@ sweep --controller pop --waypoints way.csv
  --set min_lookahead=3.5
  --no-adapt
  --waypoints fast.csv
+ --columns y,x
  --closed
  --plant kinematic-bicycle
  --set-plant dead_time=0.17
@@ -166,6 +187,7 @@ tune --controller pop --waypoints way.csv
  --search min_lookahead=uniform(1,4)
  --waypoints fast.csv
  --tracks circle
+ --columns y,x
  --closed
  --plant kinematic-bicycle
  --set-plant dead_time=0.17
@@ -297,9 +319,18 @@ LEFT_OUT = {"--out", "--report", "--record", "--step-time", "--replay-run", "--s
 
 
 def _files(folder: Path) -> None:
-    (folder / "way.csv").write_text("".join(f"{x},{0.1 * x * (x % 3)}\n" for x in range(40)))
-    (folder / "fast.csv").write_text("".join(f"{x},0,4\n" for x in range(40)))
-    log = "".join(f"{0.1 * k},{0.5 * k},0,0,5,0.01,20\n" for k in range(200))
+    (folder / "way.csv").write_text(
+        "".join(
+            f"{12.0 * math.sin(0.12 * k):.6f},{12.0 - 12.0 * math.cos(0.12 * k):.6f}\n"
+            for k in range(40)
+        )
+    )
+    (folder / "fast.csv").write_text("x,y,speed\n" + "".join(f"{x},0,4\n" for x in range(40)))
+    log = "".join(f"{0.1 * k},{0.5 * k},0,0,5,0.01,0.2\n" for k in range(200))
+    east = [8.0 + 1e-5 * k for k in range(200)]
+    (folder / "geo.csv").write_text("lon,lat\n" + "".join(f"{x:.5f},47\n" for x in east))
+    far = "".join(f"{0.1 * k},{x:.5f},47,0,7.6,0.01\n" for k, x in enumerate(east))
+    (folder / "far.csv").write_text(f"t,lon,lat,yaw,speed,steer\n{far}")
     (folder / "drive.csv").write_text(f"t,x,y,yaw,speed,steer,wheel\n{log}")
     popsteer.Vehicle(wheelbase=2.2).save(folder / "car.toml")
     popsteer.PopParams(min_lookahead=3.3).save(folder / "pop.toml")

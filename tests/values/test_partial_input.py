@@ -28,26 +28,27 @@ SIZES = {
     ("t", "ms"): 1e-3,
     ("t", "us"): 1e-6,
     ("t", "ns"): 1e-9,
+    ("t", "min"): 60.0,
     **{
         (name, unit): size
-        for name in "xy"
-        for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001))
+        for name in "xyz"
+        for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1e3), ("ft", 0.3048))
     },
     **{(name, "rad"): 1.0 for name in ("yaw", "steer")},
     **{(name, "deg"): math.pi / 180.0 for name in ("yaw", "steer")},
-    ("speed", "m/s"): 1.0,
-    ("speed", "km/h"): 1000.0 / 3600.0,
-    ("speed", "mph"): 1609.344 / 3600.0,
-    ("speed", "cm/s"): 0.01,
-    ("speed", "kn"): 1852.0 / 3600.0,
+    **{
+        (name, unit): size
+        for name in ("speed", "speed_command")
+        for unit, size in (
+            *(("m/s", 1.0), ("cm/s", 0.01), ("mm/s", 0.001), ("ft/s", 0.3048)),
+            *(("km/h", 1000.0 / 3600.0), ("mph", 1609.344 / 3600.0), ("kn", 1852.0 / 3600.0)),
+        )
+    },
     ("yaw", "rad-north"): -1.0,
     ("yaw", "deg-north"): -math.pi / 180.0,
-    **{("z", unit): size for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001))},
     **{(name, unit): size for name in PEDALS for unit, size in (("1", 1.0), ("%", 0.01))},
     ("acceleration_command", "m/s²"): 1.0,
     ("acceleration_command", "g"): 9.80665,
-    **{("speed_command", unit): size for unit, size in (("m/s", 1.0), ("km/h", 1.0 / 3.6))},
-    ("speed_command", "mph"): 1609.344 / 3600.0,
 }
 T = 0.1 * np.arange(20)
 
@@ -193,7 +194,7 @@ def test_row_of_a_bag_has_the_command_that_holds_then(tmp_path: Path) -> None:
     poses = np.array([[10.0 + 0.1 * k, math.nan, 0.0, 0.0, 0.0, 5.0] for k in range(5)])
     angles = np.array([[10.31, 0.0, 0.3], [10.11, 0.0, 0.1], [10.2, 0.0, 0.2]])
     kind = next(iter(STEERING.values()))
-    log = bag._log(tmp_path, poses, angles, kind, {}, "/drive")
+    log = bag._log(tmp_path, poses, angles, kind, {}, "/drive", ["pose (/odom)"])
     assert log.t == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
     assert log.steer == pytest.approx([0.1, 0.1, 0.2, 0.2, 0.3])
 

@@ -32,7 +32,7 @@ COMMANDS = {
     "plan smooth backwards": "plan turn.csv --smooth 0.1",
     "replay": "replay drive.csv --controllers stanley,pop,pid --set-vehicle wheelbase=2.7",
     "replay on": "replay right.csv --controllers stanley --waypoints bends.csv --no-adapt"
-    " --column steer=wheel --unit steer=deg --unit speed=km/h",
+    " --columns steer=wheel --unit steer=deg --unit speed=km/h",
     "stability": "stability --speeds 4,9 --set min_lookahead=4",
     "compare": "compare --controllers stanley,pop --waypoints bends.csv --start-offset 0.3"
     " --plant kinematic-bicycle --set-vehicle wheelbase=2.5 --speed 3",
@@ -50,10 +50,12 @@ def _write(folder: Path) -> None:
     x = np.arange(0.0, 80.0, 1.0)
     y, speed = 4.0 * np.sin(x / 9.0), 3.0 + 0.02 * x
     rows = np.column_stack((x, y, speed)).round(3).tolist()
-    (folder / "bends.csv").write_text("".join(f"{a},{b},{c}\n" for a, b, c in rows))
+    (folder / "bends.csv").write_text("x,y,speed\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows))
     x = np.append(np.arange(0.0, 20.0, 0.5), np.arange(20.0, 8.0, -0.5))
     rows = np.column_stack((x, 0.01 * x * x, np.where(np.arange(len(x)) < 40, 2.0, -2.0)))
-    (folder / "turn.csv").write_text("".join(f"{a},{b},{c}\n" for a, b, c in rows.tolist()))
+    (folder / "turn.csv").write_text(
+        "x,y,speed\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows.tolist())
+    )
     turn = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     rows = np.column_stack((12.0 * np.cos(turn), 7.0 * np.sin(turn))).round(3).tolist()
     (folder / "lap.csv").write_text("".join(f"{a},{b}\n" for a, b in rows))

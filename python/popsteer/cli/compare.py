@@ -103,6 +103,8 @@ def compare(
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     plant: options.Plant = "carla-identified",
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
@@ -140,7 +142,7 @@ def compare(
         _replay_run(replay_run, out, report, context)
         return
     names = inputs.names("--controllers", controllers)
-    course = inputs.course(waypoints, track, closed=closed)
+    course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
     settings = assigned(Settings(dt=dt), set_run, "the run")
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
@@ -173,10 +175,10 @@ def compare(
             comparison = lab.compare.time_steps(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt
             )
-        origin = lab.report.Origin(
+        made_by = lab.report.Origin(
             outputs.command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
-        outputs.deliver(comparison, out, progress, report, origin)
+        outputs.deliver(comparison, out, progress, report, made_by, [course.path.source])
     if record is not None:
         from popsteer.adapters.ros2.recording import record_run
 
@@ -210,13 +212,13 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
             plant=job.label,
             track=job.course,
         )
-        origin = lab.report.Origin(
+        made_by = lab.report.Origin(
             outputs.command_line(context),
             {job.controller: job.params},
             job.adapt,
             {job.label: job.made(run).plant},
         )
-        outputs.deliver(comparison, out, progress, report, origin)
+        outputs.deliver(comparison, out, progress, report, made_by)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")

@@ -31,7 +31,7 @@ estimated from the motion of the car.
 \b
 Examples:
   popsteer identify drive.mcap --out car.toml
-  popsteer identify drive.csv --unit steer=deg --unit speed=km/h --column yaw=heading
+  popsteer identify drive.csv --unit steer=deg --unit speed=km/h --columns yaw=heading
   popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
   popsteer identify drive.csv --report drive.html
   popsteer identify bag/ --topic odometry=/localization/kinematic_state
@@ -59,14 +59,15 @@ def identify(
         ),
     ] = None,
     set_vehicle: options.SetVehicle = None,
-    column: logs.Column = None,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
     course: Annotated[
         bool,
         options.flag(
             "--course",
-            "yaw is the course over ground of the pose's point, not the car's heading: with"
+            "The yaw is the course over ground of the pose's point, not the car's heading: with"
             " rear_axle given, the heading is that of an axle drawn behind it.",
         ),
     ] = False,
@@ -83,7 +84,7 @@ def identify(
     outputs.check_file(out, ".toml")
     outputs.check_page(report)
     with Progress() as progress:
-        drive = logs.read(log, column, topic, unit, progress)
+        drive = logs.read(log, columns, topic, unit, origin, progress)
         found = identified(
             drive, given, course=course, progress=partial(progress.update, "identify")
         )
@@ -91,11 +92,12 @@ def identify(
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)
     if report is not None:
-        origin = lab.report.Origin(outputs.command_line(context))
-        content[report] = lab.report.of_identification(found, given, origin)
+        made_by = lab.report.Origin(outputs.command_line(context))
+        content[report] = lab.report.of_identification(found, given, made_by)
     write_files_atomic(content)
     below = (found.verdict, *(f"- {note}" for note in found.notes))
-    outputs.show(caption(found), [identified_table(found, given)], below, said, report)
+    tables = [identified_table(found, given)]
+    outputs.show(caption(found), tables, below, said, report, [drive.source])
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
@@ -32,6 +32,7 @@ DEFAULT_TRACK = "racetrack"
 """The track that is driven by default."""
 DEFAULT_CONTROLLER = "preview-pop"
 """The controller by default."""
+_OF_FILE = "given with --waypoints"
 _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
 
@@ -53,18 +54,45 @@ class Tuning(NamedTuple):
     preset: str
 
 
-def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Course:
+def course(
+    waypoints: FilePath | None,
+    track: str | None,
+    *,
+    closed: bool,
+    columns: str | None = None,
+    origin: str | None = None,
+) -> Course:
     """Give the path of a file of waypoints or of a track; ConfigError where both are given."""
     if waypoints is not None:
         if track is not None:
             raise ConfigError("--track", track, "left out where --waypoints is given")
-        return Course(Path.from_csv(os.fspath(waypoints), closed=closed), waypoints.name)
-    if closed:
-        raise ConfigError("--closed", closed, _CLOSED)
+        path = Path.from_csv(waypoints, closed=closed, columns=columns, origin=place(origin))
+        return Course(path, waypoints.name)
+    _check_of_file(closed=closed, columns=columns, origin=origin)
     if track is not None and own.is_reference(track):
         return Course(_own_path(track), own.title(track))
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
     return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name, True)
+
+
+def place(origin: str | None) -> tuple[float, float] | None:
+    """Give the latitude and longitude of ``--origin``; ConfigError where it is not two numbers."""
+    if origin is None:
+        return None
+    try:
+        latitude, longitude = (float(part) for part in origin.split(","))
+    except ValueError:
+        latitude = longitude = math.nan
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        raise ConfigError("--origin", origin, "LAT,LON in degrees")
+    return latitude, longitude
+
+
+def _check_of_file(**given: object) -> None:
+    """Refuse options that are about a file of waypoints where there is none."""
+    for name, value in given.items():
+        if value:
+            raise ConfigError(f"--{name}", value, _CLOSED if name == "closed" else _OF_FILE)
 
 
 def _own_path(name: str) -> Path:
@@ -82,16 +110,24 @@ def _own_path(name: str) -> Path:
 
 
 def courses(
-    waypoints: Sequence[FilePath] | None, tracks: str | None, *, closed: bool
+    waypoints: Sequence[FilePath] | None,
+    tracks: str | None,
+    *,
+    closed: bool,
+    columns: str | None,
+    origin: str | None,
 ) -> list[Course]:
     """Give the paths of the tracks that are named, then those of files of waypoints."""
-    if closed and not waypoints:
-        raise ConfigError("--closed", closed, _CLOSED)
+    if not waypoints:
+        _check_of_file(closed=closed, columns=columns, origin=origin)
     shipped = [] if tracks is None else names("--tracks", tracks)
     if not waypoints and not shipped:
         shipped = [DEFAULT_TRACK]
     found = [course(None, name, closed=False) for name in shipped]
-    found += [course(file, None, closed=closed) for file in waypoints or []]
+    found += [
+        course(file, None, closed=closed, columns=columns, origin=origin)
+        for file in waypoints or []
+    ]
     for place, each in enumerate(found):
         if each.name in (other.name for other in found[:place]):
             raise ConfigError("--waypoints", each.name, "files and tracks of different names")

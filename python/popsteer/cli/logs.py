@@ -10,26 +10,26 @@ import typer
 
 from popsteer import logs
 from popsteer.cli.assignments import pairs
+from popsteer.cli.inputs import place
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
-from popsteer.logs.log import COLUMNS
+from popsteer.logs.bag import TOPICS
 from popsteer.logs.units import UNITS
 
 Log: TypeAlias = Annotated[
-    Path,
+    list[Path],
     typer.Argument(
-        metavar="LOG", help="CSV, MCAP, or the folder of a ROS 2 bag.", show_default=False
-    ),
-]
-Column: TypeAlias = Annotated[
-    list[str] | None,
-    optional(
-        "NAME=COLUMN", f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}."
+        metavar="LOG...",
+        help="A table (CSV, or an export of PlotJuggler, MoTeC or VBOX), or several with one clock;"
+        " MCAP, or the folder of a ROS 2 bag.",
+        show_default=False,
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    optional("NAME=TOPIC", "The topic of a bag; NAME of odometry, steer. By type, if left out."),
+    optional(
+        "NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}. By type, if left out."
+    ),
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
@@ -43,17 +43,19 @@ Unit: TypeAlias = Annotated[
 
 
 def read(
-    file: Path,
-    columns: list[str] | None,
+    files: list[Path],
+    columns: str | None,
     topics: list[str] | None,
     units: list[str] | None,
+    origin: str | None,
     progress: Progress,
 ) -> logs.Log:
-    """Read the log that the options name; LogError where it cannot be read."""
+    """Read the log that the options name; LogError where it cannot be."""
     return logs.read(
-        file,
-        columns=dict(pairs("--column", columns, whole=True)),
+        files,
+        columns=columns,
         topics=dict(pairs("--topic", topics, whole=True)),
         units=dict(pairs("--unit", units, whole=True)),
+        origin=place(origin),
         progress=partial(progress.update, "read"),
     )

@@ -63,6 +63,8 @@ def matrix(
     ] = None,
     tracks: options.Tracks = None,
     closed: options.Closed = False,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     plants: options.Plants = "carla-identified,kinematic-bicycle",
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
@@ -95,7 +97,7 @@ def matrix(
         if chosen is not None:
             raise ConfigError(option, chosen, "given with --suite")
     names = inputs.names("--controllers", controllers)
-    courses = inputs.courses(waypoints, tracks, closed=closed)
+    courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
     outputs.check_folder(out, lab.matrix.table.FILES, report)
     with Progress() as progress:
         movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
@@ -121,10 +123,10 @@ def matrix(
             progress=progress.update,
         )
         content = {} if out is None else lab.matrix.table.matrix_files(found)
-        origin = lab.report.Origin(
+        made_by = lab.report.Origin(
             outputs.command_line(context), tuning.params, tuning.adapt, movers
         )
-        page = b"" if report is None else lab.report.of_matrix(found, origin)
+        page = b"" if report is None else lab.report.of_matrix(found, made_by)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
     if report is not None:
         write_bytes_atomic(report, page)
@@ -133,7 +135,8 @@ def matrix(
         if otherwise := differences(believed, vehicle_of(movers[name])):
             notes.append(f"{name}{otherwise}")
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
-    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said, report)
+    read = [course.path.source for course in courses]
+    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said, report, read)
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())
 
 

@@ -93,8 +93,21 @@ Waypoints: TypeAlias = Annotated[
     Path | None,
     optional(
         "FILE",
-        "Waypoints to follow. Each row has x [m], y [m] and, optionally, a reference speed"
-        " [m/s], separated by commas or white space. # starts a comment.",
+        "Waypoints to follow: a table (CSV, semicolons, tabs or spaces), GPX or GeoJSON. Names in a"
+        " head say what its columns are; see docs/files.md.",
+    ),
+]
+COLUMNS = (
+    "What the columns of the file are, where they do not say so: in their order, as"
+    " x,y,-,'speed [km/h]' (- is left out), or by their names, as speed=V,yaw=psi."
+)
+Columns: TypeAlias = Annotated[str | None, optional("NAMES", COLUMNS)]
+Origin: TypeAlias = Annotated[
+    str | None,
+    optional(
+        "LAT,LON",
+        "Where x = y = 0 of a file with latitudes and longitudes [deg]; its first waypoint, if left"
+        " out. Needs the extra 'geo'.",
     ),
 ]
 Track: TypeAlias = Annotated[

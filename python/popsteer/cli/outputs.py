@@ -121,9 +121,15 @@ def show(
     below: Iterable[str] = (),
     said: str = "",
     page: Path | None = None,
+    read: Iterable[str | None] = (),
 ) -> None:
-    """Print tables with a heading above, notes below, and what was written last: `said`, a page."""
+    """Print tables with a heading above, notes below, and what was written last: `said`, a page.
+
+    `read` are the sources of the files that were read; each is said in a line first.
+    """
     at = console()
+    for source in filter(None, read):
+        say(f"Read {source}.", "dim")
     say(head, "bold")
     for table in tables:
         at.print()
@@ -144,6 +150,7 @@ def deliver(
     progress: Progress,
     report: Path | None,
     origin: Origin,
+    read: Iterable[str | None] = (),
 ) -> None:
     """Write the files of a comparison, then print its table: they are there if a pipe closes."""
     if out is None:
@@ -158,7 +165,7 @@ def deliver(
         files.write_bytes_atomic(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
-    show(caption(comparison), tables, notes(comparison), said, report)
+    show(caption(comparison), tables, notes(comparison), said, report, read)
     say_raised(comparison.runs.values())
 
 

@@ -15,10 +15,10 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
-from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
 from popsteer.files import write_files_atomic
 from popsteer.planning import SpeedLimits
+from popsteer.tables import Waypoints, make_path, read_waypoints
 
 HELP = f"""\
 Find the fastest speeds along a path that a vehicle's limits allow.
@@ -48,11 +48,13 @@ def plan(
         FilePath,
         typer.Argument(
             metavar="WAYPOINTS",
-            help="A row for each waypoint with x [m], y [m] and, optionally, a speed [m/s],"
-            " negative where it is driven backwards.",
+            help="A row for each waypoint with x, y and, optionally, a speed, negative where it is"
+            " driven backwards: a table, GPX or GeoJSON, see docs/files.md.",
         ),
     ],
     closed: Annotated[bool, flag("--closed", "The last waypoint joins the first.")] = False,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     vehicle: Annotated[
         str | None,
         optional(
@@ -103,12 +105,12 @@ def plan(
         raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
     with Progress() as progress:
         progress.update("read", 0.0)
+        found = read_waypoints(waypoints, columns=columns, origin=inputs.place(origin))
         if smooth is None:
-            path = Path.from_csv(waypoints, closed=closed)
+            path = make_path(Path, found, closed=closed)
         else:
-            recorded = _recorded(waypoints, closed=closed)
             progress.update("smooth", 0.1)
-            path = planning.smooth(recorded, smooth, closed=closed)
+            path = planning.smooth(_recorded(found, closed=closed), smooth, closed=closed)
         bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
         progress.update("plan", 0.3)
         profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
@@ -116,8 +118,9 @@ def plan(
             from popsteer.lab.plan.figures import plan_figure
 
             drawn = outputs.draw_figures(out, partial(plan_figure, profile), progress)
-            write_files_atomic({out: profile.as_csv().encode(), **drawn})
-    outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
+            write_files_atomic({out: (found.origin_line() + profile.as_csv()).encode(), **drawn})
+    read = [found.source()]
+    outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)], read=read)
     if profile.too_sharp.size:
         print(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
@@ -126,12 +129,11 @@ def plan(
     print(outputs.written(out, pictures, "--out FILE writes the course, and a figure of it."))
 
 
-def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:
-    """Read a recording, whose waypoints may coincide."""
-    xy, speed = read_waypoints(file)
-    if speed is None or not (speed < 0.0).any():
-        return xy
-    return Path(xy, speed=speed, closed=closed)
+def _recorded(found: Waypoints, *, closed: bool) -> Path | np.ndarray:
+    """Give what is smoothed of a recording, whose waypoints may coincide."""
+    if found.speed is None or not (found.speed < 0.0).any():
+        return found.xy
+    return Path(found.xy, speed=found.speed, closed=closed)
 
 
 def _points(option: str, text: str) -> list[tuple[float, float]]:

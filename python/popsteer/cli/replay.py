@@ -71,7 +71,11 @@ def replay(
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
-    column: logs.Column = None,
+    path_columns: Annotated[
+        str | None, optional("NAMES", "As --columns, of the file of --waypoints.")
+    ] = None,
+    origin: options.Origin = None,
+    columns: options.Columns = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
     out: options.Out = None,
@@ -86,12 +90,12 @@ def replay(
     given = inputs.believed(vehicle, set_vehicle)
     chosen = _chosen(controllers, params, preset, set_)
     course = None
-    if waypoints is not None or track is not None or closed:
-        course = inputs.course(waypoints, track, closed=closed)
+    if waypoints is not None or track is not None or closed or path_columns:
+        course = inputs.course(waypoints, track, closed=closed, columns=path_columns, origin=origin)
     outputs.check_folder(out, FILES, report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
-        drive = logs.read(log, column, topic, unit, progress)
+        drive = logs.read(log, columns, topic, unit, origin, progress)
         found = replayed(
             drive,
             chosen,
@@ -106,11 +110,12 @@ def replay(
     if out is not None:
         said = f"Written to {out}: {', '.join(file.name for file in files)}"
     if report is not None:
-        origin = lab.report.Origin(outputs.command_line(context), chosen, adapt)
-        files[report] = lab.report.of_replay(found, origin)
+        made_by = lab.report.Origin(outputs.command_line(context), chosen, adapt)
+        files[report] = lab.report.of_replay(found, made_by)
     write_files_atomic(files)
     below = (*statuses(found), *drive.remarks, NOTE)
-    outputs.show(caption(found), [replay_table(found)], below, said, report)
+    read = [drive.source, None if course is None else course.path.source]
+    outputs.show(caption(found), [replay_table(found)], below, said, report, read)
 
 
 def _chosen(

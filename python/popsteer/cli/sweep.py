@@ -61,6 +61,8 @@ def sweep(
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     plant: options.OwnPlant = None,
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
@@ -106,7 +108,7 @@ def sweep(
     """Drive one controller thousands of times, each time otherwise."""
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
-    course = inputs.course(waypoints, track, closed=closed)
+    course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [course], [moved])
     job = lab.sweep.Job(
         course.path,
@@ -152,7 +154,8 @@ def sweep(
         worst = summary.worst(rows, 1)[0]["run"]
         said += f"\nThe worst run again: popsteer compare --replay-run {out}:{worst}"
     below = summary.notes(job, rows)
-    outputs.show(summary.caption(job, rows), summary.tables(job, rows), below, said, report)
+    tables, read = summary.tables(job, rows), [course.path.source]
+    outputs.show(summary.caption(job, rows), tables, below, said, report, read)
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])

@@ -68,6 +68,8 @@ def tune(
     ] = None,
     tracks: options.Tracks = None,
     closed: options.Closed = False,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     plant: options.OwnPlant = None,
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
@@ -123,7 +125,7 @@ def tune(
     if not vary and distributions is None:
         # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
-    courses = inputs.courses(waypoints, tracks, closed=closed)
+    courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
     problem = lab.tune.Problem(
         {each.name: each.path for each in courses},
@@ -165,4 +167,5 @@ def tune(
     if out is not None:
         said += f"\nThe trials are in {kept}."
     below = report.notes(tuned, judged)
-    outputs.show(report.caption(tuned), report.tables(judged), below, said)
+    read = [course.path.source for course in courses]
+    outputs.show(report.caption(tuned), report.tables(judged), below, said, read=read)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from popsteer.extras import require
 from popsteer.logs.log import Log, LogError
-from popsteer.logs.messages import ODOMETRY, STEERING, Steering, typestore
+from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS, STEERING, Steering, typestore
 from popsteer.logs.units import converted, factor
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+TOPICS = ("odometry", "steer", "pose", "speed")
+"""What topics may be asked for."""
 _SHOWN = 12
 
 
@@ -35,7 +37,10 @@ def read_bag(
     """Read a log from an MCAP file, or from the folder or file of a ROS 2 bag.
 
     Poses and speeds are those of ``nav_msgs/Odometry``, a row of the log for each; the heading is
-    the quaternion's yaw, the speed ``twist.twist.linear.x``. Angles are those of
+    the quaternion's yaw, the speed ``twist.twist.linear.x``. Where another topic has the poses
+    (``PoseStamped``, ``PoseWithCovarianceStamped``) or the speeds (``TwistStamped``,
+    ``TwistWithCovarianceStamped``, Autoware's ``VelocityReport``), `topics` names it: the rows are
+    those of the poses, and the speeds are interpolated. Angles are those of
     ``ackermann_msgs/AckermannDriveStamped`` (or ``AckermannDrive``), or Autoware's ``Control``
     command or ``SteeringReport``, each at its own time. Times are the messages' own stamps; where
     those are empty, the times of recording.
@@ -45,7 +50,8 @@ def read_bag(
     file : str or os.PathLike
         The file or folder.
     topics : mapping of str to str, optional
-        The topics of ``odometry`` and of ``steer``, where there are several of their types.
+        The topics of ``odometry`` and of ``steer``, where there are several of their types; of
+        ``pose`` and of ``speed``, where odometry has not both.
     units : mapping of str to str, optional
         What is not in the messages' units: ``steer`` as ``-1`` where it counts to the right.
     progress : callable, optional
@@ -69,26 +75,25 @@ def read_bag(
     path, asked = Path(file), dict(topics or {})
     for key, unit in (units or {}).items():
         factor(key, unit)  # refused before the file is read
-    if unknown := [key for key in asked if key not in ("odometry", "steer")]:
-        raise LogError(f"unknown topic {unknown[0]!r}; known: odometry, steer")
+    if unknown := [key for key in asked if key not in TOPICS]:
+        raise LogError(f"unknown topic {unknown[0]!r}; known: {', '.join(TOPICS)}")
     if not path.exists():
         raise LogError(f"{path}: cannot be read: no such file or folder")
     try:
         with AnyReader([path], default_typestore=typestore()) as reader:
-            odometry = _choose(path, reader.connections, "odometry", {ODOMETRY}, asked)
             steer = _choose(path, reader.connections, "steer", STEERING, asked)
-            poses = _read(reader, odometry, ("header", "stamp"), _pose, progress, 0.0)
+            poses, said = _motion(path, reader, asked, progress)
             kind = STEERING[steer[0].msgtype]
 
             def angle(message: Any) -> tuple[float, ...]:  # noqa: ANN401
                 return (float(reduce(getattr, kind.angle, message)),)
 
-            angles = _read(reader, steer, kind.stamp, angle, progress, 0.5)
+            angles = _read(reader, steer, kind.stamp, angle, progress, 0.6)
     except AnyReaderError as error:
-        said = f"{path}: is no bag or MCAP file that can be read: {error}"
+        why = f"{path}: is no bag or MCAP file that can be read: {error}"
         if "end magic" in str(error):
-            said += " If its recording was cut off, mcap recover mends it."
-        raise LogError(said) from error
+            why += " If its recording was cut off, mcap recover mends it."
+        raise LogError(why) from error
     except OSError as error:
         why = error.strerror or str(error)
         raise LogError(f"{path}: cannot be read: {why}") from error
@@ -96,7 +101,8 @@ def read_bag(
         raise
     except Exception as error:  # a broken file may break rosbags anywhere
         raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
-    return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic)
+    said.append(f"steer ({steer[0].topic})")
+    return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic, said)
 
 
 def _choose(
@@ -158,12 +164,58 @@ def _read(
     return np.array(rows)
 
 
-def _pose(message: Any) -> tuple[float, ...]:  # noqa: ANN401
-    place, turn = message.pose.pose.position, message.pose.pose.orientation
+def _motion(
+    path: Path,
+    reader: Any,  # noqa: ANN401 - rosbags is an extra
+    asked: dict[str, str],
+    progress: Callable[[float], object] | None,
+) -> tuple[Floats, list[str]]:
+    """Read poses and speeds, of odometry or of topics of their own, and say of which."""
+
+    def read(what: str, kinds: Mapping[str, Any], values: Any, begun: float) -> tuple[Floats, str]:  # noqa: ANN401
+        types = kinds if what in asked else {ODOMETRY: kinds[ODOMETRY]}
+        key = what if what in asked else "odometry"
+        found = _choose(path, reader.connections, key, types, asked)
+        part, stamp = kinds[found[0].msgtype]
+        rows = _read(reader, found, stamp, partial(values, part), progress, begun)
+        return rows, f"{what} ({found[0].topic})"
+
+    if "pose" in asked or "speed" in asked:
+        poses, pose = read("pose", POSES, _pose, 0.0)
+        speeds, speed = read("speed", SPEEDS, _speed, 0.3)
+        return _joined(path, poses, speeds), [pose, speed]
+
+    def both(part: tuple[str, ...], message: Any) -> tuple[float, ...]:  # noqa: ANN401
+        return _pose(part, message) + _speed(SPEEDS[ODOMETRY][0], message)
+
+    poses, pose = read("pose", POSES, both, 0.0)
+    return poses, [pose.replace("pose", "pose and speed", 1)]
+
+
+def _pose(part: tuple[str, ...], message: Any) -> tuple[float, ...]:  # noqa: ANN401
+    pose = reduce(getattr, part, message)
+    place, turn = pose.position, pose.orientation
     yaw = math.atan2(
         2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
     )
-    return float(place.x), float(place.y), yaw, float(message.twist.twist.linear.x)
+    return float(place.x), float(place.y), yaw
+
+
+def _speed(part: tuple[str, ...], message: Any) -> tuple[float, ...]:  # noqa: ANN401
+    return (float(reduce(getattr, part, message)),)
+
+
+def _joined(path: Path, poses: Floats, speeds: Floats) -> Floats:
+    """Put the speeds to the poses: interpolated at their times."""
+    if not (len(poses) and len(speeds)):
+        raise LogError(f"{path}: its index promises messages that are not there")
+    clock = 1 if np.isnan(poses[:, 0]).any() or np.isnan(speeds[:, 0]).any() else 0
+    order = np.argsort(speeds[:, clock], kind="stable")
+    own, values = speeds[order, clock], speeds[order, 2]
+    there = np.interp(poses[:, clock], own, values, left=math.nan, right=math.nan)
+    if not np.isfinite(there).any():
+        raise LogError(f"{path}: poses and speeds have no time in common")
+    return np.column_stack((poses, there))
 
 
 def _log(
@@ -173,8 +225,9 @@ def _log(
     kind: Steering,
     units: dict[str, str],
     topic: str,
+    said: list[str],
 ) -> Log:
-    """Put both topics on one clock."""
+    """Put all topics on one clock."""
     if not (len(poses) and len(angles)):
         raise LogError(f"{path}: its index promises messages that are not there")
     remarks = []
@@ -198,6 +251,8 @@ def _log(
             f"{topic} has measured angles: dead time and lag are those from the wheels on, not from"
             " the command"
         )
+    if not np.ptp(poses[:, 2:4], axis=0).any():
+        remarks.append(f"{said[0]}: the position never changes")
     scaled: dict[str, Any] = {
         key: converted(key, units.get(key, "1"), poses[:, k])
         for k, key in enumerate(("x", "y", "yaw", "speed"), start=2)
@@ -209,4 +264,5 @@ def _log(
         name=path.name,
         remarks=tuple(remarks),
         commands=(given, steer),
+        source=f"{path.name}: {len(t)} rows of {', '.join(said)}",
     )

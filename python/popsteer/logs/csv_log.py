@@ -1,58 +1,83 @@
-"""Logs from CSV files with named columns."""
+"""Logs from tables: CSV, and the exports of PlotJuggler, rostopic, MoTeC and VBOX."""
 
 from __future__ import annotations
 
-import csv
-import io
+import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer.files import read_bytes
+from popsteer.errors import ConfigError, PathError
+from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import converted, factor
+from popsteer.tables import geo, shown
+from popsteer.tables.columns import Column, Columns, asked_for, check_units, named
+from popsteer.tables.text import Table, read_table
+from popsteer.tables.waypoints import yaw_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-_SHOWN = 12
-_SHOWN_CHARACTERS = 40
+    from popsteer.tables.shown import Floats
+
+_MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
+_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "cm/s": 100.0, "mm/s": 1000.0}
+_FITS = 0.04  # how near a ratio of speeds has to be to one of those
+_LONGEST_WHEELBASE = 20.0  # m; a hand wheel's angle makes a car look longer
+
+
+class _Series(NamedTuple):
+    """A quantity over the times of its own, on the clock of the first file."""
+
+    t: Floats
+    values: Floats
+    said: str
+    """Its column, where that is not called as the quantity is."""
+    is_sure: bool
+    """Whether its unit is told."""
 
 
 def read_csv(
-    file: str | os.PathLike[str],
+    file: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Columns | None = None,
     units: Mapping[str, str] | None = None,
+    origin: tuple[float, float] | None = None,
 ) -> Log:
-    r"""Read a log from a CSV file.
+    r"""Read a log from a table, or from several that have one clock.
 
-    The first line that is no comment (``#``) names the columns; commas, semicolons or tabs separate
-    them. Those of `COLUMNS` must be there, those of `SIGNALS` may; others are left alone. An empty
-    entry leaves its row out.
+    What columns are and in what unit their names say; see docs/files.md. Those of `COLUMNS` must
+    be there, those of `SIGNALS` may; others are left alone. An empty entry leaves its row out; a
+    column that is mostly empty, as an export of several topics has them, and one of another file
+    are put on the position's clock: the angle is held, all else is interpolated.
 
     Parameters
     ----------
-    file : str or os.PathLike
-        The file.
-    columns : mapping of str to str, optional
-        What a column is called in the file, where that is not its name in `COLUMNS`.
+    file : str, os.PathLike or sequence of them
+        The file, or the files.
+    columns : str, sequence of str or mapping of str to str, optional
+        What the columns are: ``"t,x,y,yaw,speed,steer"`` in their order, ``-`` for what is left
+        out; or by their names, ``{"steer": "delta"}`` or ``"steer=delta"``.
     units : mapping of str to str, optional
         What a column is measured in; see `popsteer.logs.units.factor`.
+    origin : tuple of float, optional
+        Latitude and longitude [deg] of x = y = 0, where the file has these.
 
     Returns
     -------
     Log
-        The log.
+        The log; `Log.source` says what was read.
 
     Raises
     ------
     LogError
-        The file cannot be read, has no such column, or has an entry that is not a number.
+        The file cannot be read, has no such column, or has an entry that is not a number; or its
+        numbers show that a unit is another one, and the message says how to tell it.
 
     Examples
     --------
@@ -64,106 +89,237 @@ def read_csv(
     >>> log.speed.tolist()
     [10.0, 10.0]
     """
-    name = os.fsdecode(file)
-    wanted = {key: key for key in COLUMNS} | dict(columns or {})
-    for key, unit in (units or {}).items():
-        factor(key, unit)
-    if unknown := [key for key in wanted if key not in COLUMNS + SIGNALS]:
-        raise LogError(f"unknown column {unknown[0]!r}; known: {', '.join(COLUMNS + SIGNALS)}")
-    text = _text(name)
-    lines = text.splitlines()
-    first = next((k for k, line in enumerate(lines) if _content(line)), None)
-    if first is None:
-        raise LogError(f"{name}: the file is empty")
-    separator = next((mark for mark in ",;\t" if mark in lines[first]), ",")
-    names = [
-        entry.strip() for entry in _entries(f"{name}, line {first + 1}", lines[first], separator)
-    ]
-    wanted |= {key: key for key in SIGNALS if key not in wanted and key in names}
-    places = {}
-    for key, called in wanted.items():
-        if called not in names:
-            there = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+    files = paths(file)
+    given = dict(units or {})
+    for key, unit in given.items():
+        factor(key, unit)  # refused before the file is read
+    try:
+        wanted = asked_for(columns)
+        if isinstance(wanted, dict) and (unknown := [k for k in wanted if k not in _KNOWN]):
+            raise LogError(f"unknown column {unknown[0]!r}; known: {', '.join(_KNOWN)}")
+        series: dict[str, _Series] = {}
+        begun: int | None = None
+        for each in files:
+            found, begun = _read(read_table(each), wanted, given, begun, alone=len(files) == 1)
+            series = {**found, **series}
+        return _log(files, series, given, origin)
+    except (PathError, ConfigError) as error:
+        raise LogError(str(error)) from error
+
+
+def paths(
+    file: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+) -> list[str | os.PathLike[str]]:
+    """Give the files of an argument that may be one or several."""
+    return [file] if isinstance(file, (str, os.PathLike)) else list(file)
+
+
+_KNOWN = (*COLUMNS, *SIGNALS, "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
+
+
+def _read(
+    table: Table,
+    wanted: list[str] | dict[str, str],
+    units: Mapping[str, str],
+    begun: int | None,
+    *,
+    alone: bool,
+) -> tuple[dict[str, _Series], int]:
+    """Read the quantities of a table over its own times, and the clock's origin."""
+    if not table.columns:
+        raise LogError(f"{table.name}: the file is empty")
+    if not alone and isinstance(wanted, dict):
+        wanted = {key: name for key, name in wanted.items() if name in (table.head or [])}
+    places = named(table, wanted)
+    clock.find(table, places)
+    for key in COLUMNS if alone else ("t",):
+        if key not in places and not _has_other(key, places):
+            listed = table.listed() or f"{table.columns} columns without names"
             raise LogError(
-                f"{name}: no column {called!r}; there are: {there} (--column {key}=NAME names"
-                " another)"
+                f"{table.name}: no column {key!r}; there are: {listed} (--columns {key}=NAME names"
+                " one; another file with the same clock may have it)"
             )
-        if names.count(called) > 1:
-            raise LogError(f"{name}: {names.count(called)} columns are called {called!r}")
-        places[key] = names.index(called)
-    values = _numbers(name, lines[first + 1 :], first + 2, separator, places)
-    scaled = dict(zip(places, values.T, strict=True))
-    for key, unit in (units or {}).items():
-        if key in scaled:
-            scaled[key] = converted(key, unit, scaled[key])
-    signals = {key: scaled.pop(key) for key in SIGNALS if key in scaled}
-    return Log(**scaled, name=Path(name).name, signals=signals)
+    places = {key: column for key, column in places.items() if key in _KNOWN}
+    times = clock.read(table, places, units.get("t"))
+    begun = times.origin if begun is None else begun
+    t = times.values + 1e-9 * (times.origin - begun)
+    rest = {key: column for key, column in places.items() if key not in ("t", "t_ns")}
+    sizes = check_units(table.name, {k: c for k, c in rest.items() if k not in units})
+    values = table.numbers([column.place for column in rest.values()], blank=True)
+    found = {"t": _Series(t, t, times.said, times.is_sure)}
+    for k, (key, column) in enumerate(rest.items()):
+        size = sizes.get(key, 1.0)
+        each = values[:, k]
+        if key == "yaw" and column.unit is not None and key not in units:
+            each = converted(key, column.unit, each)  # from north, it has an offset
+        elif size != 1.0:
+            each = each * size
+        said = key if column.name == key else f"{key} ({column})"
+        found[key] = _Series(t, each, said, column.unit is not None or key in units)
+    return found, begun
 
 
-def _text(name: str) -> str:
-    try:
-        return read_bytes(name).decode("utf-8-sig")
-    except OSError as error:
-        raise LogError(f"{name}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise LogError(f"{name}: is not text in UTF-8 at byte {error.start}") from error
-    except ValueError as error:  # a name that no file can have
-        raise LogError(f"{name!r}: cannot be read: {error}") from error
+def _has_other(key: str, places: Mapping[str, Column]) -> bool:
+    """Whether a quantity is told by others."""
+    if key in ("x", "y"):
+        return {"lat", "lon"} <= places.keys()
+    return key == "yaw" and {"qz", "qw"} <= places.keys()
 
 
-def _content(line: str) -> str:
-    return line.partition("#")[0].strip()
+def _log(
+    files: Sequence[str | os.PathLike[str]],
+    series: dict[str, _Series],
+    units: Mapping[str, str],
+    origin: tuple[float, float] | None,
+) -> Log:
+    """Put all on the clock of the position, and find the units that are not told."""
+    name, notes = str(files[0]), []
+    if "x" not in series and {"lat", "lon"} <= series.keys():
+        notes.append(_localise(name, series, origin))
+    elif origin is not None:
+        raise LogError(f"{name}: has no latitudes and longitudes for an origin")
+    if "yaw" not in series and {"qz", "qw"} <= series.keys():
+        parts = {key: each.values for key, each in series.items() if key.startswith("q")}
+        said = f"yaw (of the quaternion {series['qz'].said})"
+        series["yaw"] = _Series(series["qz"].t, yaw_of(parts), said, is_sure=True)
+    for key in COLUMNS:
+        if key not in series:
+            raise LogError(f"{name}: none of {len(files)} files has a column {key!r}")
+    base = series["x"]
+    here = np.isfinite(base.values) & np.isfinite(series["y"].values)
+    merged, columns = [], {}
+    there = [*COLUMNS[1:], *(key for key in SIGNALS if key in series)]
+    for key in there:
+        each = series[key]
+        empty = len(each.t) != len(base.t) or _share(np.isnan(each.values[here])) > _MERGED
+        if empty and key not in ("x", "y"):
+            merged.append(key)
+        columns[key] = _on_clock(key, each, base.t) if empty else each.values
+    rows = here if merged else np.ones(len(base.t), dtype=np.bool_)
+    columns = {
+        key: converted(key, units[key], values[rows]) if key in units else values[rows]
+        for key, values in columns.items()
+    }
+    columns["t"] = base.t[rows]
+    if series["t"].said:
+        notes.append(series["t"].said)
+    if merged:
+        notes.append(f"{', '.join(merged)} put on the position's clock")
+    notes += _settle(name, columns, {key for key in COLUMNS if series[key].is_sure}, units)
+    notes += [f"{key} is in {unit}, as asked for" for key, unit in units.items()]
+    label = Path(files[0]).name
+    read = ", ".join(["t", *(series[key].said for key in there)])
+    source = "; ".join([f"{label}: {len(columns['t'])} rows of {read}", *notes])
+    t, x, y, yaw, speed, steer = (columns[key] for key in COLUMNS)
+    signals = {key: columns[key] for key in SIGNALS if key in columns}
+    return Log(
+        t,
+        x,
+        y,
+        yaw,
+        speed,
+        steer,
+        name=label,
+        remarks=_still(columns),
+        source=source,
+        signals=signals,
+    )
 
 
-def _numbers(
-    name: str, lines: list[str], number: int, separator: str, places: dict[str, int]
-) -> NDArray[np.float64]:
-    """Read the columns at `places`, (N, M): numpy where it can, line by line where not."""
-    use = list(places.values())
-    if not any(_content(line) for line in lines):
-        return np.empty((0, len(use)))
-    try:
-        values: NDArray[np.float64] = np.loadtxt(
-            io.StringIO("\n".join(lines)),
-            delimiter=separator,
-            comments="#",
-            usecols=use,
-            ndmin=2,
-            quotechar='"',
+def _share(flags: NDArray[np.bool_]) -> float:
+    return float(flags.mean()) if flags.size else 0.0
+
+
+def _localise(name: str, series: dict[str, _Series], origin: tuple[float, float] | None) -> str:
+    degrees = np.column_stack((series["lat"].values, series["lon"].values))
+    known = np.isfinite(degrees).all(axis=1)
+    if not known.any():
+        raise LogError(f"{name}: has no positions")
+    if origin is None:
+        origin = round(float(degrees[known][0, 0]), 9), round(float(degrees[known][0, 1]), 9)
+    xy = np.full(degrees.shape, math.nan)
+    xy[known] = geo.local(name, degrees[known], origin)
+    for k, key in enumerate(("x", "y")):
+        said = f"{key} ({('longitude', 'latitude')[k]})"
+        series[key] = _Series(series["lat"].t, xy[:, k], said, is_sure=True)
+    return f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)"
+
+
+def _on_clock(key: str, each: _Series, t: Floats) -> Floats:
+    """Hold or interpolate a quantity at the times of another; NaN before and after its own."""
+    known = np.isfinite(each.values) & np.isfinite(each.t)
+    own, values = each.t[known], each.values[known]
+    if not len(own):
+        return np.full(len(t), math.nan)
+    if key == "steer":  # a command holds until the next one
+        return values[np.clip(np.searchsorted(own, t, side="right") - 1, 0, None)]
+    values = np.unwrap(values) if key == "yaw" else values
+    return np.interp(t, own, values, left=math.nan, right=math.nan)
+
+
+@np.errstate(all="ignore")
+def _settle(
+    name: str, columns: dict[str, Floats], sure: set[str], units: Mapping[str, str]
+) -> list[str]:
+    """Convert what the motion shows to be in another unit, and say it; refuse what stays open."""
+    whole = np.isfinite(np.column_stack([columns[key] for key in COLUMNS])).all(axis=1)
+    if whole.sum() < 20:
+        return []
+    t, x, y, yaw, speed, steer = (columns[key][whole] for key in COLUMNS)
+    notes = []
+    step = max(1, len(t) // 200)  # over some rows: the noise of a position hides a row's motion
+    gone, passed = np.hypot(np.diff(x[::step]), np.diff(y[::step])), np.diff(t[::step])
+    told = np.abs(speed[::step])
+    told = 0.5 * (told[1:] + told[:-1])
+    usual = float(np.median(told))
+    moving = (told > 0.3 * usual) & (passed > 0.0)
+    if usual > 0.0 and moving.sum() >= 5:
+        ratio = float(np.median(told[moving] * passed[moving] / gone[moving].clip(1e-12)))
+        for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
+            if "t" not in sure and abs(ratio / size - 1.0) < 3.0 * _FITS:
+                columns["t"], ratio = columns["t"] / size, ratio / size
+                notes.append(f"t is in {unit}, as speed and positions show")
+        fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
+        if fits and "speed" not in sure:
+            columns["speed"] = columns["speed"] * factor("speed", fits[0])
+            notes.append(f"speed is in {fits[0]}, as the positions show")
+    turned = shown.heading(
+        np.column_stack((x, y)), yaw, ("rad",) if "yaw" in sure else ("rad", "deg"), both_ways=True
+    )
+    if "yaw" not in units and turned is not None and (turned.unit != "rad" or turned.frame):
+        scale, offset = shown.to_yaw(turned)
+        columns["yaw"] = scale * columns["yaw"] + offset
+        notes.append(f"yaw is in {turned}, as the positions show")
+    _check_steer(name, np.column_stack((x, y)), steer)
+    return notes
+
+
+def _check_steer(name: str, xy: Floats, steer: Floats) -> None:
+    """Refuse angles that are not the front wheels': by the wheelbase that they would mean."""
+    most = float(np.max(np.abs(steer)))
+    way = shown.along(xy, float(np.hypot(*np.ptp(xy, axis=0))) / 50.0)
+    length = math.inf
+    if most < math.pi / 2.0 and len(way.moves) > 5 and way.turn > 0.2:
+        turned = np.diff(way.heading) / np.diff(way.s)
+        means = np.add.reduceat(np.tan(steer), way.moves) / np.diff(way.moves, append=len(steer))
+        bends = np.abs(turned) > 0.5 * np.max(np.abs(turned))
+        length = float(np.median(means[:-1][bends] / turned[bends]))
+    elif most < math.pi / 2.0:
+        return
+    if abs(length) > _LONGEST_WHEELBASE:
+        why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
+        raise LogError(
+            f"{name}: steer of up to {most:.3g} would be no front wheels'{why}: --unit steer=deg,"
+            " or deg/RATIO (or rad/RATIO) where it is the hand wheel's"
         )
-    except (ValueError, IndexError):
-        return _carefully(name, lines, number, separator, use)
-    return values
 
 
-def _carefully(
-    name: str, lines: list[str], number: int, separator: str, use: list[int]
-) -> NDArray[np.float64]:
-    rows = []
-    for place, line in enumerate(lines, start=number):
-        content = _content(line)
-        if not content:
-            continue
-        entries = _entries(f"{name}, line {place}", content, separator)
-        if len(entries) <= max(use):
-            raise LogError(f"{name}, line {place}: found {len(entries)} columns, too few")
-        rows.append([_number(f"{name}, line {place}, column {k + 1}", entries[k]) for k in use])
-    return np.array(rows).reshape(-1, len(use))
-
-
-def _entries(where: str, line: str, separator: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=separator))
-    except csv.Error as error:
-        raise LogError(f"{where}: {error}") from None
-
-
-def _number(where: str, entry: str) -> float:
-    entry = entry.strip()
-    if not entry:
-        return float("nan")
-    try:
-        return float(entry)
-    except ValueError:
-        shown = entry if len(entry) <= _SHOWN_CHARACTERS else entry[:_SHOWN_CHARACTERS] + "..."
-        raise LogError(f"{where}: {shown!r} is not a number") from None
+def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:
+    """Say which column never changes although the positions turn, or that those never do."""
+    x, y = columns["x"], columns["y"]
+    if len(x) > 5 and np.ptp(x) == 0.0 and np.ptp(y) == 0.0:
+        return ("the position never changes",)
+    known = np.isfinite(x) & np.isfinite(y)
+    if known.sum() < 20 or shown.along(np.column_stack((x, y))[known]).turn < 1.0:
+        return ()
+    return tuple(f"{key} never changes" for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0)

@@ -6,37 +6,42 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from popsteer.logs.bag import read_bag
-from popsteer.logs.csv_log import read_csv
+from popsteer.logs.csv_log import paths, read_csv
 from popsteer.logs.log import Log, LogError
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
+
+    from popsteer.tables.columns import Columns
 
 
 _BAGS = (".mcap", ".db3", ".bag")
 
 
 def read(
-    file: str | os.PathLike[str],
+    file: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Columns | None = None,
     topics: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
+    origin: tuple[float, float] | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Log:
-    """Read a log: a folder, ``.mcap``, ``.db3`` or ``.bag`` as a bag, all else as CSV.
+    """Read a log: a folder, ``.mcap``, ``.db3`` or ``.bag`` as a bag, all else as a table.
 
     Parameters
     ----------
-    file : str or os.PathLike
-        The file or folder.
-    columns : mapping of str to str, optional
-        Names of columns, for CSV.
+    file : str, os.PathLike or sequence of them
+        The file or folder; or several tables with one clock.
+    columns : str, sequence of str or mapping of str to str, optional
+        Names of columns, for tables, as `read_csv` takes them.
     topics : mapping of str to str, optional
         Names of topics, for bags.
     units : mapping of str to str, optional
         Units, by column.
+    origin : tuple of float, optional
+        Latitude and longitude [deg] of x = y = 0, for tables that have these.
     progress : callable, optional
         Called now and then with the share done, 0 to 1.
 
@@ -52,11 +57,14 @@ def read(
     PopsteerError
         It is a bag, and the extra ``lab`` is not installed.
     """
-    path = Path(file)
-    if path.is_dir() or path.suffix.lower() in _BAGS:
-        if columns:
-            raise LogError(f"{path}: columns are of CSV files; a bag has topics")
-        return read_bag(path, topics=topics, units=units, progress=progress)
-    if topics:
-        raise LogError(f"{path}: topics are of bags; a CSV file has columns")
-    return read_csv(path, columns=columns, units=units)
+    files = paths(file)
+    bags = [each for each in map(Path, files) if each.is_dir() or each.suffix.lower() in _BAGS]
+    if not bags:
+        if topics:
+            raise LogError(f"{files[0]}: topics are of bags; a table has columns")
+        return read_csv(files, columns=columns, units=units, origin=origin)
+    if len(files) > 1:
+        raise LogError(f"{bags[0]}: a bag is read alone; it may have several topics")
+    if columns or origin:
+        raise LogError(f"{bags[0]}: columns and an origin are of tables; a bag has topics")
+    return read_bag(bags[0], topics=topics, units=units, progress=progress)

@@ -21,6 +21,8 @@ SIGNALS = ("throttle", "brake", "acceleration_command", "speed_command", "z")
 """Further columns that a log may have: what the drive was commanded, and the height."""
 _GAP_PERIODS = 5.0
 _SHORTEST_GAP = 0.3
+_LONGEST_PERIOD = 1.0
+_LONGEST_DRIVE = 86400.0
 
 
 class LogError(PopsteerError, ValueError):
@@ -61,6 +63,8 @@ class Log:
     commands : tuple of array_like, optional
         Times [s] and angles [rad] of the commands where they have times of their own; `steer` at
         `t` by default.
+    source : str, optional
+        Where the log came from and how it was read.
 
     Attributes
     ----------
@@ -72,7 +76,8 @@ class Log:
     Raises
     ------
     LogError
-        The columns differ in length, or fewer than two rows are left.
+        The columns differ in length, fewer than two rows are left, or the times are of another
+        unit: a row takes more than 1 s, or the drive more than a day.
 
     Examples
     --------
@@ -92,6 +97,7 @@ class Log:
     remarks: tuple[str, ...] = ()
     commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    source: str = ""
 
     def __init__(  # noqa: PLR0913 - a column each
         self,
@@ -106,6 +112,7 @@ class Log:
         remarks: tuple[str, ...] = (),
         commands: tuple[ArrayLike, ArrayLike] | None = None,
         signals: Mapping[str, ArrayLike] | None = None,
+        source: str = "",
     ) -> None:
         given = dict(zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)) | dict(signals or {})
         columns = {key: np.array(values, dtype=np.float64) for key, values in given.items()}
@@ -120,6 +127,7 @@ class Log:
         if keep.sum() < 2:
             raise LogError(f"{name}: at least 2 rows are needed, found {int(keep.sum())}")
         columns = {key: values[keep] for key, values in columns.items()}
+        _check_time(columns["t"], name)
         gaps = _gaps(columns["t"])
         if gaps:
             longest = max(columns["t"][k] - columns["t"][k - 1] for k in gaps)
@@ -132,6 +140,7 @@ class Log:
             "gaps": gaps,
             "remarks": (*remarks, *found),
             "commands": own,
+            "source": source,
             "signals": {key: columns.pop(key) for key in SIGNALS if key in columns},
         }
         for key, value in {**columns, **others}.items():
@@ -225,6 +234,16 @@ def _rising(times: NDArray[np.float64]) -> NDArray[np.int64]:
         found.append(row)
         row = int(before[row])
     return np.array(found[::-1], dtype=np.int64)
+
+
+def _check_time(t: NDArray[np.float64], name: str) -> None:
+    """Refuse times that are hardly seconds."""
+    period, duration = float(np.median(np.diff(t))), float(t[-1] - t[0])
+    if period > _LONGEST_PERIOD or duration > _LONGEST_DRIVE:
+        raise LogError(
+            f"{name}: a row every {period:.4g} s, {duration:.4g} s in all, is hardly a drive: in"
+            " what unit is t? (--unit t=ms, us or ns)"
+        )
 
 
 def _gaps(t: NDArray[np.float64]) -> tuple[int, ...]:

@@ -7,6 +7,12 @@ from typing import Any, NamedTuple
 ODOMETRY = "nav_msgs/msg/Odometry"
 """The type of poses and speeds."""
 _REPORT = "builtin_interfaces/Time stamp\nfloat32 steering_tire_angle\n"
+_VELOCITY = """\
+std_msgs/Header header
+float32 longitudinal_velocity
+float32 lateral_velocity
+float32 heading_rate
+"""
 _LATERAL = """\
 builtin_interfaces/Time stamp
 builtin_interfaces/Time control_time
@@ -43,10 +49,30 @@ DEFINITIONS = {
     ),
     "autoware_vehicle_msgs/msg/SteeringReport": _REPORT,
     "autoware_auto_vehicle_msgs/msg/SteeringReport": _REPORT,
+    "autoware_vehicle_msgs/msg/VelocityReport": _VELOCITY,
+    "autoware_auto_vehicle_msgs/msg/VelocityReport": _VELOCITY,
     "autoware_control_msgs/msg/Lateral": _LATERAL,
     "autoware_control_msgs/msg/Longitudinal": _LONGITUDINAL,
     "autoware_control_msgs/msg/Control": _CONTROL,
 }
+
+
+_STAMPED = ("header", "stamp")
+_TWIST = ("twist", "linear", "x")
+POSES = {
+    ODOMETRY: (("pose", "pose"), _STAMPED),
+    "geometry_msgs/msg/PoseStamped": (("pose",), _STAMPED),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": (("pose", "pose"), _STAMPED),
+}
+"""The types of poses: where a message has its pose, and where the time of it."""
+SPEEDS = {
+    ODOMETRY: (("twist", *_TWIST), _STAMPED),
+    "geometry_msgs/msg/TwistStamped": (_TWIST, _STAMPED),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": (("twist", *_TWIST), _STAMPED),
+    "autoware_vehicle_msgs/msg/VelocityReport": (("longitudinal_velocity",), _STAMPED),
+    "autoware_auto_vehicle_msgs/msg/VelocityReport": (("longitudinal_velocity",), _STAMPED),
+}
+"""The types of speeds, likewise."""
 
 
 class Steering(NamedTuple):

@@ -88,7 +88,7 @@ class Track:
         r"""Write the track as a CSV file, whole or not at all.
 
         The columns are x [m], y [m] and speed [m/s], under a head of ``#`` comments. Numbers are
-        written so that `popsteer.csv_file.read_waypoints` returns the same bits.
+        written so that `popsteer.Path.from_csv` returns the same bits.
 
         Parameters
         ----------

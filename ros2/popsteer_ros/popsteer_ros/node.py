@@ -19,9 +19,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 
-from popsteer import ConfigError, PopsteerError, Vehicle, controllers, vehicles
+from popsteer import ConfigError, Path, PopsteerError, Vehicle, controllers, vehicles
 from popsteer.adapters.ros2 import Node, Options, Recording, Topics
-from popsteer.adapters.ros2.intake import load_path
 from popsteer.adapters.ros2.node import RANGES
 from popsteer.adapters.ros2.pacing import Pace
 from popsteer.adapters.ros2.topics import COMMANDS
@@ -54,7 +53,8 @@ PARAMETERS: dict[str, tuple[Any, ...]] = {
     "command_type": ("", f"what is published: {', '.join(COMMANDS)}; ackermann if empty"),
     "base_frame": ("", "frame of the vehicle's point; the odometry's child frame if empty"),
     "rear_axle_frame": ("", "frame of the rear axle: its place in base_frame is used"),
-    "path_file": ("", "a path as CSV: x, y, speed; or a raceline s; x; y; psi; kappa; vx; ax"),
+    "path_file": ("", "a path as popsteer.Path.from_csv reads it"),
+    "path_columns": ("", "what the columns of path_file are, as x,y,-,speed; empty: their names"),
     "path_frame": ("map", "frame of path_file"),
     "closed": (Options.closed, "whether the last point of a path joins its first"),
     "steering": (False, "whether the topic steering has the wheels' angle, as it is measured"),
@@ -218,7 +218,10 @@ class Track(LifecycleNode):
             car = (Vehicle.load if name.endswith(".toml") else vehicles.get)(name)
             if sent and sent not in COMMANDS:
                 raise ConfigError.unknown("command_type", sent, COMMANDS)
-            path = load_path(file, closed=given["closed"]) if file else None
+            columns = given["path_columns"] or None
+            path = Path.from_csv(file, closed=given["closed"], columns=columns) if file else None
+            if path is not None:
+                self.get_logger().info(f"read {path.source}")
             kind = given["controller"]
             tuning = tuned(
                 [kind],

@@ -50,6 +50,8 @@ use crate::waypoints::Waypoints;
 /// mend : bool, default True
 ///     Whether to mend what is certainly no part of a path, and to refuse what may be: see Notes.
 ///     False: the waypoints as they stand.
+/// source : str, optional
+///     Where the waypoints came from and how they were read, kept for those who ask.
 ///
 /// Raises
 /// ------
@@ -81,9 +83,14 @@ use crate::waypoints::Waypoints;
 /// ('put 1 swapped pair of waypoints in order, at waypoint 3',)
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
-pub(crate) struct PyPath(pub(crate) Arc<Path>);
+pub(crate) struct PyPath(pub(crate) Arc<Path>, Option<String>);
 
 impl PyPath {
+    /// A path that was made here, of no file.
+    pub(crate) const fn new(path: Arc<Path>) -> Self {
+        Self(path, None)
+    }
+
     pub(crate) fn view(&self) -> PathView<'_> {
         self.0.view()
     }
@@ -120,10 +127,10 @@ impl PyPath {
 impl PyPath {
     #[new]
     #[pyo3(
-        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, yaw=None, curvature=None, mend=true),
-        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, mend=True)"
+        signature = (xy, *more, speed=None, closed=false, reverse=None, grade=None, yaw=None, curvature=None, mend=true, source=None),
+        text_signature = "(xy, *, speed=None, closed=False, reverse=None, grade=None, yaw=None, curvature=None, mend=True, source=None)"
     )]
-    fn new(
+    fn py_new(
         xy: &Bound<'_, PyAny>,
         more: &Bound<'_, PyTuple>,
         speed: Option<&Bound<'_, PyAny>>,
@@ -133,6 +140,7 @@ impl PyPath {
         yaw: Option<&Bound<'_, PyAny>>,
         curvature: Option<&Bound<'_, PyAny>>,
         mend: bool,
+        source: Option<String>,
     ) -> Raises<Self> {
         if !more.is_empty() {
             let words = "Path takes one array of waypoints, shape (N, 2): \
@@ -161,20 +169,27 @@ impl PyPath {
         if is_spline || yaw.is_some() || curvature.is_some() {
             path = path.with_yaw(yaw, curvature)?;
         }
-        Ok(Self(Arc::new(path)))
+        Ok(Self(Arc::new(path), source))
     }
 
-    /// Read a path from a CSV file.
+    /// Read a path from a file: a table (CSV, `;`, tabs, white space), GPX or GeoJSON.
+    ///
+    /// Names in a head, or in the comment directly above the numbers, say what the columns are and
+    /// in what unit; without names it is what they show themselves to be. docs/files.md lists what
+    /// is read. `source` says what was.
     ///
     /// Parameters
     /// ----------
     /// file : str or path-like
-    ///     Columns x [m], y [m] and optionally reference speed [m/s], apart by commas or white
-    ///     space; ``#`` comments. Where the first row names the columns, they are found by name
-    ///     (x, y, speed or v, yaw, curvature or kappa); else they are the first ones. Other columns
-    ///     are left alone.
+    ///     The file.
     /// closed : bool, default False
     ///     Whether the last waypoint leads back to the first.
+    /// columns : str, sequence of str or mapping of str to str, optional
+    ///     What its columns are, where they do not say so: ``"x,y,-,speed [km/h]"`` in their order,
+    ///     ``-`` for what is left out; or ``"speed=V [km/h]"`` by their names.
+    /// origin : tuple of float, optional
+    ///     Latitude and longitude [deg] of x = y = 0, where the file has these; by default the
+    ///     first waypoint. Needs the extra ``geo``.
     ///
     /// Returns
     /// -------
@@ -184,21 +199,38 @@ impl PyPath {
     /// Raises
     /// ------
     /// PathError
-    ///     If the file cannot be read, its names lack x or y, or it makes no path; names file, line
-    ///     and column.
+    ///     If the file cannot be read, does not say what a column is, or makes no path; names file,
+    ///     line and column, and the option that settles it.
+    /// ConfigError
+    ///     If `columns` are not known.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import pathlib, tempfile
+    /// >>> with tempfile.TemporaryDirectory() as folder:
+    /// ...     file = pathlib.Path(folder, "lap.csv")
+    /// ...     _ = file.write_text("x [m],y [m],v [km/h]\n0,0,18\n5,0,36\n")
+    /// ...     path = popsteer.Path.from_csv(file)
+    /// >>> path.speed.tolist(), path.source
+    /// ([5.0, 10.0], 'lap.csv: 2 waypoints of x (x [m]), y (y [m]), speed (v [km/h])')
     #[classmethod]
-    #[pyo3(signature = (file, *, closed=false))]
+    #[pyo3(signature = (file, *, closed=false, columns=None, origin=None))]
     fn from_csv<'py>(
         cls: &Bound<'py, PyType>,
         file: &Bound<'py, PyAny>,
         closed: bool,
+        columns: Option<&Bound<'py, PyAny>>,
+        origin: Option<(f64, f64)>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = cls.py();
-        let read = py.import("popsteer.csv_file")?.getattr("read_columns")?;
-        let (xy, options): (Bound<'py, PyAny>, Bound<'py, PyDict>) =
-            read.call1((file,))?.extract()?;
+        let tables = py.import("popsteer.tables")?;
+        let options = PyDict::new(py);
+        options.set_item("columns", columns)?;
+        options.set_item("origin", origin)?;
+        let read = tables.call_method("read_waypoints", (file,), Some(&options))?;
+        let options = PyDict::new(py);
         options.set_item("closed", closed)?;
-        cls.call((xy,), Some(&options))
+        tables.call_method("make_path", (cls, read), Some(&options))
     }
 
     /// Abscissas of the waypoints, a new array of shape (N,) [m].
@@ -259,6 +291,18 @@ impl PyPath {
         PyTuple::new(py, self.0.mends().iter().map(ToString::to_string))
     }
 
+    /// Where the waypoints came from, how they were read, and what was mended in them; None of a path
+    /// that was made of arrays.
+    #[getter]
+    fn source(&self) -> Option<String> {
+        let mut said = self.1.clone()?;
+        for mend in self.0.mends() {
+            said.push_str("; ");
+            said.push_str(&mend.to_string());
+        }
+        Some(said)
+    }
+
     /// Arc length of the whole path [m], the closing segment included.
     #[getter]
     fn length(&self) -> f64 {
@@ -292,6 +336,7 @@ impl PyPath {
         options.set_item("reverse", self.reverse(py))?;
         options.set_item("grade", self.grade(py))?;
         options.set_item("mend", false)?;
+        options.set_item("source", self.1.as_deref())?;
         if self.0.is_spline() {
             options.set_item("yaw", "spline")?;
         } else {
@@ -314,7 +359,8 @@ impl PyPath {
         mends: Vec<(usize, usize, usize, usize)>,
     ) -> PyResult<Self> {
         let path = cls.call((xy,), Some(options))?;
-        let path = Path::clone(&path.cast::<Self>()?.get().0);
+        let made = path.cast::<Self>()?.get();
+        let path = Path::clone(&made.0);
         let mends = mends.iter().filter_map(|&(fault, times, left_out, index)| {
             let &fault = Fault::ALL.get(fault)?;
             Some(Mend {
@@ -324,7 +370,8 @@ impl PyPath {
                 index,
             })
         });
-        Ok(Self(Arc::new(path.with_mends(&mends.collect::<Vec<_>>()))))
+        let path = path.with_mends(&mends.collect::<Vec<_>>());
+        Ok(Self(Arc::new(path), made.1.clone()))
     }
 
     /// Find the waypoint nearest to a position, of all.
@@ -724,7 +771,6 @@ impl PyPath {
 /// What `_remake` takes.
 type Remade<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>, Bound<'py, PyList>);
 
-/// A position whose coordinates are within the bounds.
 /// The path's direction at `distances` [m] ahead of `arc_length` [m] on segment `segment`, as preview
 /// POP takes it: that of the path's own headings, or else smoothed over `base` [m]. Each is counted on
 /// from the one before, so that none wraps.
@@ -751,6 +797,7 @@ pub(crate) fn path_headings<'py>(
     Ok(PyArray1::from_vec(py, headings))
 }
 
+/// A position whose coordinates are within the bounds.
 fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
     checked("x", x, -MAX_COORDINATE, MAX_COORDINATE)?;
     checked("y", y, -MAX_COORDINATE, MAX_COORDINATE)?;

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from popsteer import Path, PathError
 from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of
 from popsteer.adapters.ros2.messages import ODOMETRY, decode
 from popsteer.adapters.ros2.paths import Points, Pose, inverse, placed, points_of_bytes
@@ -26,6 +22,7 @@ if TYPE_CHECKING:
         def clear(self) -> None:
             """Forget what was heard, of a time that has begun anew."""
 
+    from popsteer import Path
 
 AHEAD = 0.05
 """How far a stamp may lie in the future before the clocks count as apart [s]."""
@@ -242,19 +239,6 @@ class Intake:
             raise MessageError(f"stamp is {now - at:.2f} s old")
         if self.measured is not None and at < self.measured_at:
             raise MessageError(f"stamp is {self.measured_at - at:.3f} s before the last one")
-
-
-def load_path(file: str, *, closed: bool) -> Path:
-    """Read a path with speeds: popsteer's CSV, or a raceline whose columns are s; x; y; ...; vx."""
-    lines = FilePath(file).read_text(encoding="utf-8").splitlines()
-    text = [line for line in lines if line.strip() and not line.startswith("#")]
-    if not text or ";" not in text[0]:
-        return Path.from_csv(file, closed=closed)
-    try:
-        rows = np.loadtxt(text, delimiter=";", usecols=(1, 2, 5), ndmin=2)
-    except ValueError as error:
-        raise PathError(f"{file}: no raceline s; x; y; psi; kappa; vx; ax: {error}") from error
-    return Path(rows[:, :2], speed=rows[:, 2], closed=closed)
 
 
 def _used(convert: Callable[..., Any], name: str, data: bytes, **options: bool) -> Any:  # noqa: ANN401

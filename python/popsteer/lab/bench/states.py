@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from popsteer import Path, Pop, tracks, vehicles
 from popsteer.errors import PathError
 from popsteer.lab.common.timing import Drive
 from popsteer.sim import default_start, run
+from popsteer.tables.text import read_table
 
 if TYPE_CHECKING:
     import os
@@ -79,20 +79,14 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
 
 def _table(file: FilePath, columns: int) -> NDArray[np.float64]:
     """Read a file of numbers between commas: at least two rows, so many columns."""
-    try:
-        with warnings.catch_warnings():  # of an empty file; the shape tells that too
-            warnings.simplefilter("ignore", UserWarning)
-            table = np.loadtxt(file, delimiter=",", ndmin=2)
-    except OSError as error:
-        raise PathError(f"{file}: cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise PathError(f"{file}: {error}") from error
-    if len(table) < 2 or table.shape[1] != columns or not np.isfinite(table).all():
+    table = read_table(file)
+    values = table.numbers(range(table.columns))
+    if len(values) < 2 or values.shape[1] != columns:
         raise PathError(
             f"{file}: must hold at least 2 rows of {columns} finite numbers, has shape"
-            f" {table.shape}"
+            f" {values.shape}"
         )
-    return table
+    return values
 
 
 def _tuples(table: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:

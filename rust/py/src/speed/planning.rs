@@ -33,7 +33,7 @@ pub(crate) fn path_curvature<'py>(
 #[pyfunction(name = "_with_speed")]
 pub(crate) fn with_speed(path: &PyPath, speed: Floats<'_>) -> Raises<PyPath> {
     let found = path.0.with_speed(speed.as_slice()?)?;
-    Ok(PyPath(Arc::new(found)))
+    Ok(PyPath::new(Arc::new(found)))
 }
 
 /// At which waypoints of a path the vehicle changes its direction.

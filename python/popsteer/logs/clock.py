@@ -1,0 +1,137 @@
+"""Times of logs: numbers in any unit, seconds and nanoseconds apart, clocks and dates."""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from popsteer.errors import PathError
+from popsteer.tables.columns import Column
+from popsteer.tables.quantities import factor
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer.tables.text import Table
+
+_CLOCK = re.compile(
+    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]\s*)?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\s*(Z|[+-]\d\d:?\d\d)?$"
+)
+# From where on a stamp counts the epoch's ns, us or ms: 2001, and later than any other could.
+_EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
+
+
+class Times(NamedTuple):
+    """Times of rows [s] since an origin, which keeps the digits that a float has no room for."""
+
+    values: NDArray[np.float64]
+    origin: int
+    """What the times count from [ns]; 0 where they are as in the file."""
+    said: str
+    """In what unit they were, where that is not seconds by itself."""
+    is_sure: bool
+    """Whether the unit was given, or shown by the size."""
+
+
+def find(table: Table, places: dict[str, Column]) -> None:
+    """Find the columns of time: `s` and `ns` beside each other are one."""
+    head = table.head or []
+    if "t_ns" in places and "t" not in places and "s" in head:
+        places["t"] = Column(head.index("s"), "s")
+    if "t_ns" in places and "t" not in places:
+        places["t"] = places.pop("t_ns")
+        if places["t"].unit is None:
+            places["t"] = Column(places["t"].place, places["t"].name, "ns")
+
+
+def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
+    """Read the times of all rows; NaN where there is none.
+
+    Raises PathError, which names line and column, where an entry is neither number nor clock.
+    """
+    column, nanoseconds = places["t"], places.get("t_ns")
+    unit = unit or column.unit
+    use = [column.place] + ([] if nanoseconds is None else [nanoseconds.place])
+    entries = [(line, row) for _, line, row in table.entries(use)]
+    texts = [row[0].strip() for _, row in entries]
+    first = next(filter(None, texts), "")
+    if nanoseconds is not None and first.lstrip("-").isdigit():
+        return _stamps(table, entries, column)
+    if unit == "hhmmss":
+        values = table.numbers([column.place], blank=True)[:, 0]
+        hours, minutes = np.floor(values / 1e4), np.floor(values / 1e2) % 100.0
+        since = 3600.0 * hours + 60.0 * minutes + values % 100.0
+        return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
+    if _CLOCK.match(first):
+        return _clocks(table, entries, column)
+    if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
+        size = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
+        return _counts(table, entries, column, size)
+    values = table.numbers([column.place], blank=True)[:, 0] * factor("t", unit or "s")
+    return Times(values, 0, f"t is in {unit}" if unit not in (None, "s") else "", unit is not None)
+
+
+def _stamps(table: Table, entries: list[tuple[int, list[str]]], column: Column) -> Times:
+    try:
+        stamps = [int(s) * 10**9 + int(ns) for _, (s, ns) in entries]
+    except ValueError:
+        raise PathError(f"{table.name}: {column} and ns are not whole numbers") from None
+    return _since_first(stamps, "t is s + ns")
+
+
+def _counts(table: Table, entries: list[tuple[int, list[str]]], column: Column, unit: str) -> Times:
+    size = {"ns": 1, "us": 10**3, "ms": 10**6}[unit]
+    stamps = []
+    for line, row in entries:
+        if not row[0].isdigit():
+            place = f"{table.where(line)}, column {column.place + 1}"
+            raise PathError(f"{place}: {row[0][:40]!r} is no whole number")
+        stamps.append(int(row[0]) * size)
+    return _since_first(stamps, f"t is in {unit}")
+
+
+def _since_first(stamps: list[int], said: str) -> Times:
+    since = np.array([1e-9 * (stamp - stamps[0]) for stamp in stamps])
+    return Times(since, stamps[0], f"{said}, and counted from the first row", is_sure=True)
+
+
+def _clocks(table: Table, entries: list[tuple[int, list[str]]], column: Column) -> Times:
+    values = []
+    for line, row in entries:
+        value = _clock(row[0])
+        if value is None:
+            place = f"{table.where(line)}, column {column.place + 1}"
+            raise PathError(f"{place}: {row[0][:40]!r} is no time")
+        values.append(value)
+    since = np.array(values)
+    if "-" not in entries[0][1][0]:
+        return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
+    origin = int(since[0])
+    return Times(since - origin, origin * 10**9, "t is a date and a clock", is_sure=True)
+
+
+def _clock(entry: str) -> float | None:
+    """Give the seconds of a clock, since 1970 where it has a date; None if it is none."""
+    found = _CLOCK.match(entry)
+    if found is None:
+        return None
+    year, month, day, hour, minute, second, zone = found.groups()
+    since = 3600.0 * int(hour) + 60.0 * int(minute) + float(second.replace(",", "."))
+    if zone and zone != "Z":
+        away = 60 * int(zone[1:3]) + int(zone[-2:])
+        since -= 60.0 * (away if zone[0] == "+" else -away)
+    try:
+        days = date(int(year), int(month), int(day)).toordinal() - 719163 if year else 0
+    except ValueError:
+        return None
+    return since + 86400.0 * days
+
+
+def _of_one_day(since: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Go on past midnight."""
+    return since + 86400.0 * np.cumsum(np.diff(since, prepend=since[:1]) < -43200.0)

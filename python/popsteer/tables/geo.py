@@ -1,0 +1,109 @@
+"""Latitudes and longitudes: from GPX and GeoJSON, and into a local plane."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+from xml.parsers import expat
+
+import numpy as np
+
+from popsteer.errors import PathError
+from popsteer.extras import require
+from popsteer.tables.kinds import is_json
+
+if TYPE_CHECKING:
+    from popsteer.tables.shown import Floats
+
+_POINTS = ("trkpt", "rtept", "wpt")  # those of a track are waypoints before those of a route
+
+
+def local(name: str, degrees: Floats, origin: tuple[float, float]) -> Floats:
+    """Turn latitudes and longitudes [deg] into x east and y north of an origin [m], (N, 2).
+
+    The plane is a transverse Mercator projection about the origin on WGS 84: lengths are right to
+    1e-6 within 9 km of its meridian.
+    """
+    require("a file of latitudes and longitudes", "geo")
+    from pyproj import Transformer
+    from pyproj.exceptions import ProjError
+
+    for values, most, what in ((degrees, 90.0, 0), (degrees, 360.0, 1)):
+        wrong = np.flatnonzero(np.abs(values[:, what]) > most)
+        if wrong.size:
+            said = "latitude" if what == 0 else "longitude"
+            value = values[wrong[0], what]
+            raise PathError(f"{name}: {said} of waypoint {wrong[0]} is {value:g}", int(wrong[0]))
+    plane = f"+proj=tmerc +lat_0={origin[0]!r} +lon_0={origin[1]!r} +k=1 +ellps=WGS84 +units=m"
+    try:
+        turned = Transformer.from_crs("EPSG:4326", plane, always_xy=True)
+        x, y = turned.transform(degrees[:, 1], degrees[:, 0], errcheck=True)
+    except ProjError as error:
+        raise PathError(f"{name}: lies too far from the origin: {str(error)[:100]}") from error
+    return np.column_stack((x, y))
+
+
+def positions(name: str, text: str) -> Floats | None:
+    """Give latitude and longitude [deg] of each point of a GPX or GeoJSON file; None of others."""
+    if is_json(text) and '"coordinates"' in text:
+        return _geojson(name, text)
+    if text.lstrip().startswith("<") and "<gpx" in text[:5000]:
+        return _gpx(name, text)
+    return None
+
+
+def _gpx(name: str, text: str) -> Floats:
+    found: dict[str, list[tuple[float, float]]] = {kind: [] for kind in _POINTS}
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        kind = tag.rpartition(":")[2]
+        if kind in found:
+            found[kind].append((float(attributes["lat"]), float(attributes["lon"])))
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    try:
+        parser.Parse(text, True)  # noqa: FBT003 - expat takes it by place
+    except (expat.ExpatError, KeyError, ValueError) as error:
+        said = " ".join(str(error).split())[:100]
+        raise PathError(f"{name}, line {parser.CurrentLineNumber}: is no GPX: {said}") from error
+    return _points(name, next((points for points in found.values() if points), []))
+
+
+def _geojson(name: str, text: str) -> Floats:
+    try:
+        lines = _lines(json.loads(text))
+        points = [(point[1], point[0]) for point in lines[0]] if lines else []
+    except (ValueError, RecursionError, TypeError, AttributeError, LookupError) as error:
+        said = " ".join(str(error).split())[:100]
+        raise PathError(f"{name}: is no GeoJSON: {said}") from error
+    if len(lines) > 1:
+        raise PathError(f"{name}: has {len(lines)} lines; keep the one that is the path")
+    return _points(name, points)
+
+
+def _lines(found: Any) -> list[Any]:  # noqa: ANN401 - JSON
+    """Give the coordinates of the lines in a GeoJSON object; of points alone, theirs as one."""
+    kind = found["type"]
+    if kind == "FeatureCollection":
+        parts = [each["geometry"] for each in found["features"]]
+        if parts and all(part["type"] == "Point" for part in parts):
+            return [[part["coordinates"] for part in parts]]
+        return [line for part in parts if part["type"] != "Point" for line in _lines(part)]
+    if kind == "Feature":
+        return _lines(found["geometry"])
+    if kind in ("LineString", "MultiPoint"):
+        return [found["coordinates"]]
+    if kind in ("MultiLineString", "Polygon"):
+        return list(found["coordinates"])
+    raise ValueError(f"no line, but {str(kind)[:40]}")
+
+
+def _points(name: str, points: list[tuple[float, float]]) -> Floats:
+    try:
+        found = np.array(points, dtype=np.float64).reshape(-1, 2)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise PathError(f"{name}: a position is not two numbers") from error
+    if not np.isfinite(found).all():
+        raise PathError(f"{name}: a position is not finite")
+    return found

@@ -1,0 +1,51 @@
+"""Files that are no tables, recognised by how they begin; and what to export instead."""
+
+from __future__ import annotations
+
+import re
+
+_CSV = "export it as CSV with the columns x and y"
+_MAGIC = (
+    (b"\x80\x02", "pickle", _CSV),
+    (b"\x80\x03", "pickle", _CSV),
+    (b"\x80\x04", "pickle", _CSV),
+    (b"\x80\x05", "pickle", _CSV),
+    (b"\x93NUMPY", "numpy array", "numpy.savetxt writes it as text, with header= for the names"),
+    (b"PK\x03\x04", "zip archive (Excel, KMZ and npz are)", _CSV),
+    (b"\x1f\x8b", "gzip archive", "unpack it"),
+    (b"SQLite format 3", "SQLite database", "popsteer reads it as a log if it is named *.db3"),
+    (b"\x89MCAP", "MCAP file", "popsteer reads it as a log if it is named *.mcap"),
+    (b"#ROSBAG", "ROS 1 bag", "popsteer reads it as a log if it is named *.bag"),
+    (b"PAR1", "Parquet file", _CSV),
+    (b"\x89HDF", "HDF5 file", _CSV),
+    (b"MATLAB 5.0", "MATLAB file", "writematrix or writetable writes it as text"),
+    (b"%PDF", "PDF", _CSV),
+    (b"\x89PNG", "picture", _CSV),
+)
+_XML = (("<kml", "KML"), ("<osm", "OSM or lanelet2"), ("<OpenDRIVE", "OpenDRIVE"), ("<gpx", "GPX"))
+_YAML = re.compile(r"(?:\s*(?:#.*)?\n)*(?:---|\s*(?:- )?[A-Za-z_][\w ]*:(?:\s|$))")
+
+
+def is_json(text: str) -> bool:
+    """Whether a text begins as JSON does."""
+    return re.match(r"\s*(?:\{|\[\s*(?:[\[{\"\]\d-]|$))", text) is not None
+
+
+def refusal(data: bytes) -> str | None:
+    """Say of bytes that are no text what they are, and what to do; None where it is not known."""
+    for magic, kind, remedy in _MAGIC:
+        if data.startswith(magic):
+            return f"is a {kind}, no table: {remedy}"
+    return None
+
+
+def text_refusal(text: str) -> str | None:
+    """Say the same of a text: of JSON, XML and YAML."""
+    if is_json(text):
+        return f"is JSON, no table: {_CSV}, or as GeoJSON with a LineString"
+    if text.lstrip().startswith("<"):
+        kind = next((kind for mark, kind in _XML if mark in text[:5000]), "XML")
+        return f"is {kind}, no table: {_CSV}, or as GPX"
+    if _YAML.match(text[:5000]):
+        return f"is YAML, no table: {_CSV}"
+    return None

@@ -1,0 +1,205 @@
+"""What columns are called, and what they are measured in: one table of names, one of units."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from popsteer.errors import PopsteerError
+
+_ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
+_ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0)
+_LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
+_LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048}
+_SPEED = dict.fromkeys(("m/s", "mps", "ms-1"), 1.0)
+_SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph"), 1.0 / 3.6)
+_SPEED |= {"cm/s": 1e-2, "mm/s": 1e-3, "mph": 0.44704, "ft/s": 0.3048}
+_SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
+_TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
+_TIME |= {"ns": 1e-9, "nsec": 1e-9, "nanosec": 1e-9, "min": 60.0}
+_CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "m-1"), 1.0)
+_NONE = {"": 1.0, "-": 1.0}
+_SHARE = {"1": 1.0, "%": 1e-2, "percent": 1e-2}
+_ACCELERATION = dict.fromkeys(("m/s²", "m/s2", "m/s^2", "mps2"), 1.0) | {"g": 9.80665}
+_GRADE = {"-": 1.0, "m/m": 1.0, "%": 1e-2, "percent": 1e-2}
+
+UNITS: dict[str, dict[str, float]] = {
+    "t": _TIME,
+    "x": _LENGTH,
+    "y": _LENGTH,
+    # From north, clockwise, with x to the east; `popsteer.logs.units.converted` turns them.
+    "yaw": _ANGLE | {"rad-north": -1.0, "deg-north": -math.pi / 180.0},
+    "speed": _SPEED,
+    "speed_y": _SPEED,
+    "steer": _ANGLE,
+    "curvature": _CURVATURE,
+    "grade": _GRADE,
+    "lat": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
+    "lon": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
+    "t_ns": _TIME,
+    "direction": _NONE,
+    "throttle": _SHARE,
+    "brake": _SHARE,
+    "acceleration_command": _ACCELERATION,
+    "speed_command": _SPEED,
+    "z": _LENGTH,
+    **{f"q{axis}": _NONE for axis in "xyzw"},
+    **dict.fromkeys(("x_normal", "y_normal", "alpha"), _LENGTH),
+}
+"""What each quantity may be measured in, and what one of it is in the unit of popsteer."""
+
+_NAMES = {
+    "t": "t time stamp timestamp stamp_sec sec secs s_stamp elapsed time_stamp header_stamp"
+    " elapsed_time time_sec seconds rosbagtimestamp session_time",
+    "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
+    " header_stamp_nsecs",
+    "x": "x pos_x position_x x_pos x_position px pose_x coord_x x_coord point_x location_x"
+    " translation_x easting east utm_x utm_easting x_utm positions_x xpos x_raceline",
+    "y": "y pos_y position_y y_pos y_position py pose_y coord_y y_coord point_y location_y"
+    " translation_y northing north utm_y utm_northing y_utm positions_y ypos y_raceline",
+    "yaw": "yaw psi theta heading orientation_yaw pose_yaw yaw_angle heading_angle euler_yaw"
+    " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading",
+    "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
+    " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
+    " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
+    " longitudinal_velocity_mps lin_vel lin_vel_x car_speed",
+    "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
+    "steer": "steer steering steering_angle delta steer_angle wheel_angle steering_tire_angle"
+    " drive_steering_angle steering_wheel_angle front_wheel_angle",
+    "curvature": "curvature kappa curv kappa_racetraj",
+    "grade": "grade slope gradient incline",
+    "direction": "direction gear reverse drive_direction motion_direction dir",
+    "throttle": "throttle",
+    "brake": "brake",
+    "acceleration_command": "acceleration_command",
+    "speed_command": "speed_command",
+    "z": "z",
+    "lat": "lat latitude gps_lat gps_latitude",
+    "lon": "lon lng long longitude gps_lon gps_long gps_longitude",
+    **{
+        f"q{axis}": f"q{axis} q_{axis} orientation_{axis} quat_{axis} quaternion_{axis}"
+        f" rotation_{axis} rot_{axis} {axis}_quat"
+        for axis in "xyzw"
+    },
+    "x_normal": "x_normvec",
+    "y_normal": "y_normvec",
+    "alpha": "alpha",
+}
+QUANTITY_OF = {name: key for key, names in _NAMES.items() for name in names.split()}
+# What says where a value comes from, not what it is: /odom/pose/pose/position/x is an x.
+_SOURCES = frozenset(
+    [
+        "field",
+        "pose",
+        "twist",
+        "odom",
+        "odometry",
+        "ego",
+        "car",
+        "vehicle",
+        "state",
+        "base",
+        "link",
+        "map",
+        "local",
+        "global",
+        "world",
+        "ref",
+        "data",
+        "msg",
+        "current",
+        "actual",
+        "measured",
+        "robot",
+        "path",
+        "wp",
+        "waypoint",
+        "waypoints",
+        "header",
+        "drive",
+        "sample",
+    ]
+)
+_UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
+class Meaning(NamedTuple):
+    """What a column is, and in what unit its name has it; None where the name has none."""
+
+    quantity: str | None
+    unit: str | None
+
+
+def meaning(name: str) -> Meaning:
+    """Say what a column of a name is: by its last words, without unit and source.
+
+    Examples
+    --------
+    >>> meaning("vx_mps"), meaning("/odom/pose/pose/position/x"), meaning("Ground Speed [km/h]")
+    (Meaning(quantity='speed', unit='mps'), Meaning(quantity='x', unit=None), \
+Meaning(quantity='speed', unit='km/h'))
+    """
+    bracket = _UNIT.search(name)
+    plain = name[: bracket.start()] if bracket else name
+    words = [word for word in re.split(r"[^0-9a-zµ°%]+", plain.strip().lower()) if word]
+    unit = bracket[1].replace(" ", "").replace("²", "2") if bracket else None
+    found = _known(words)
+    if found is None and unit is None:
+        for count in (1, 2):  # vx_mps, speed_km_h
+            shorter, last = _known(words[:-count]), words[-count:]
+            for spelled in ("/".join(last), "".join(last)):
+                if shorter is not None and spelled in UNITS[shorter]:
+                    return Meaning(shorter, spelled)
+    return Meaning(found, unit or None)
+
+
+def _known(words: list[str]) -> str | None:
+    plain = [word for word in words if word not in _SOURCES]
+    for each in (words, plain, words[-2:] if len(plain) > 2 else plain):
+        if "_".join(each) in QUANTITY_OF:
+            return QUANTITY_OF["_".join(each)]
+    return None
+
+
+def factor(quantity: str, unit: str) -> float:
+    """Give what a number in a unit is to be multiplied by.
+
+    `unit` is one of `UNITS`, a number, or either of them over a number: ``deg/15.5`` for the hand
+    wheel's angle with a ratio of 15.5. A minus before it turns the sign. Raises PopsteerError where
+    it is not known.
+
+    Examples
+    --------
+    >>> factor("speed", "km/h") == 1 / 3.6, factor("steer", "-1"), factor("steer", "rad/20")
+    (True, -1.0, 0.05)
+    """
+    known = UNITS[quantity]
+    if unit in known or unit.lower() in known:
+        return known.get(unit, known.get(unit.lower(), 1.0))
+    sign, text = (-1.0, unit[1:]) if unit.startswith("-") else (1.0, unit)
+    name, _, ratio = text.partition("/") if text not in known else (text, "", "")
+    try:
+        size = known[name] if name in known else float(name)
+        found = sign * size / (float(ratio) if ratio else 1.0)
+    except (ValueError, ZeroDivisionError):
+        found = 0.0
+    if not math.isfinite(found) or found == 0.0:
+        listed = ", ".join(spelled(quantity))
+        raise PopsteerError(
+            f"unit of {quantity} must be {listed}, a number, or one of them over a number, got"
+            f" {unit[:40]!r}"
+        )
+    return found
+
+
+def spelled(quantity: str) -> list[str]:
+    """Give a spelling of each unit of a quantity.
+
+    Examples
+    --------
+    >>> spelled("yaw")
+    ['rad', 'deg', 'rad-north', 'deg-north']
+    """
+    known = UNITS[quantity]
+    return [unit for unit in known if next(u for u in known if known[u] == known[unit]) == unit]

@@ -1,0 +1,278 @@
+"""What a column without a name shows itself to be, against the waypoints beside it.
+
+Each function is a test of one hypothesis: it compares the column with what the waypoints say, and
+gives the evidence or None. What could be two things is none.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+_AGREE = 0.8  # share of the waypoints at which a column agrees: recordings have their standstills
+_HEADING = 0.15  # rad between a heading and the chord of its neighbours, which noise turns
+_FITS = 0.05  # relative difference of a rate or a ratio
+_LEAST = 5  # waypoints, before anything is shown
+_TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
+
+
+class Along(NamedTuple):
+    """The waypoints as evidence: where they move, by how much, and in which direction."""
+
+    moves: NDArray[np.int64]
+    """Waypoints that do not repeat the one before."""
+    s: Floats
+    """Arc length at those [m]."""
+    heading: Floats
+    """Direction of the chord of their neighbours [rad], unwrapped."""
+    points: Floats
+    """Their positions [m], shape (N, 2)."""
+
+    @property
+    def turn(self) -> float:
+        """How far the direction reaches [rad]."""
+        return float(np.ptp(self.heading)) if len(self.heading) else 0.0
+
+
+def along(xy: Floats, reach: float = 0.0) -> Along:
+    """Measure waypoints, without those that stand: less than `reach` [m] from the last that counts.
+
+    By default a third of the usual step: noise at rest has no direction.
+    """
+    steps = np.hypot(*np.diff(xy, axis=0).T)
+    if reach <= 0.0 and (steps > 0.0).any():
+        reach = float(np.median(steps[steps > 0.0])) / 3.0
+    x, y = xy[0].tolist()
+    moves = [0]
+    for k, (here_x, here_y) in enumerate(xy.tolist()):
+        if abs(here_x - x) + abs(here_y - y) >= reach and math.hypot(here_x - x, here_y - y) > 0.0:
+            x, y = here_x, here_y
+            moves.append(k)
+    there = xy[moves]
+    s = np.concatenate(([0.0], np.cumsum(steps)))[moves]
+    if len(there) < 2:
+        return Along(np.array(moves), s, np.zeros(len(there)), there)
+    ends = np.vstack((2.0 * there[0] - there[1], there, 2.0 * there[-1] - there[-2]))
+    chord = ends[2:] - ends[:-2]
+    return Along(np.array(moves), s, np.unwrap(np.arctan2(chord[:, 1], chord[:, 0])), there)
+
+
+_FRAMES = (
+    ("", 1.0, 0.0),
+    ("from north, clockwise", -1.0, np.pi / 2),
+    ("from y, counter-clockwise", 1.0, np.pi / 2),
+    ("clockwise", -1.0, 0.0),
+)
+
+
+class Heading(NamedTuple):
+    """A column as a heading: its unit and frame in words, and as popsteer has it [rad]."""
+
+    unit: str
+    frame: str
+    yaw: Floats
+    backwards: NDArray[np.bool_]
+    """Where the vehicle looks against the waypoints."""
+
+    def __str__(self) -> str:
+        return ", ".join(filter(None, (self.unit, self.frame)))
+
+
+def heading(
+    xy: Floats, values: Floats, units: tuple[str, ...] = ("rad", "deg"), *, both_ways: bool = False
+) -> Heading | None:
+    """Find the unit and the frame in which a column is the direction of waypoints.
+
+    With `both_ways` it may also look against the waypoints, where they are driven backwards.
+    """
+    # A recording's noise hides its direction from one row to the next, not over a hundredth of it.
+    coarse = float(np.hypot(*np.ptp(xy, axis=0))) / 100.0
+    ways = (along(xy), along(xy, coarse))
+    found = (_heading(way, values, units, both_ways=both_ways) for way in ways)
+    return next((each for each in found if each is not None), None)
+
+
+def _heading(
+    way: Along, values: Floats, units: tuple[str, ...], *, both_ways: bool
+) -> Heading | None:
+    if len(way.moves) < (2 if both_ways else _LEAST):
+        return None
+    if not both_ways and way.turn < _TURN:
+        return None  # beside a straight line any constant may be near its direction
+    found = []
+    for unit in units:
+        if unit == "deg" and way.turn < _TURN and np.max(np.abs(values)) <= 2.0 * np.pi:
+            continue  # few degrees agree with any straight line along x
+        scale = np.pi / 180.0 if unit == "deg" else 1.0
+        for frame, sign, offset in _FRAMES:
+            yaw = sign * scale * values + offset
+            off = np.abs(_wrapped(yaw[way.moves] - way.heading))
+            against = off > np.pi / 2
+            off = np.where(against, np.pi - off, off) if both_ways else off
+            error = float(np.quantile(off, _AGREE))
+            share = float(against.mean()) if both_ways else 0.0
+            found.append((error + 0.1 * share, error, Heading(unit, frame, yaw, against)))
+    found.sort(key=lambda each: each[0])
+    best, error, chosen = found[0]
+    rivals = (
+        score
+        for score, _, other in found[1:]
+        if np.quantile(np.abs(_wrapped(other.yaw - chosen.yaw)), _AGREE) > _HEADING
+    )
+    if error > _HEADING or (
+        way.turn >= _TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02
+    ):
+        return None
+    backwards = np.zeros(len(values), dtype=np.bool_)
+    if both_ways:
+        steps = np.diff(way.points, axis=0)
+        ahead = np.arctan2(steps[:, 1], steps[:, 0])
+        off = np.abs(_wrapped(chosen.yaw[way.moves[:-1]] - ahead))
+        if _is_reversing(off):
+            latest = np.searchsorted(way.moves[:-1], np.arange(len(values)), "right") - 1
+            backwards = (off > np.pi / 2)[latest]
+    return chosen._replace(backwards=backwards)
+
+
+def to_yaw(turned: Heading) -> tuple[float, float]:
+    """Give factor and offset [rad] that turn a column into popsteer's yaw."""
+    sign, offset = next((sign, offset) for name, sign, offset in _FRAMES if name == turned.frame)
+    return sign * (np.pi / 180.0 if turned.unit == "deg" else 1.0), offset
+
+
+def _is_reversing(off: Floats) -> bool:
+    """Whether a heading looks clearly against the waypoints, and for some of them in a row."""
+    against = off > np.pi / 2
+    ends = np.flatnonzero(np.diff(against)) + 1
+    runs = np.diff(np.concatenate(([0], ends, [len(off)])))
+    clear = np.minimum(off, np.pi - off) < 3.0 * _HEADING
+    return bool(against.any() and runs.min() >= _LEAST and clear[against].mean() > _AGREE)
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def is_arc(way: Along, values: Floats) -> bool:
+    """Whether a column is the arc length along the waypoints."""
+    here, gone = values[way.moves] - values[0], way.s
+    return _agrees(np.diff(here), np.diff(gone)) and abs(here[-1] - gone[-1]) <= _FITS * gone[-1]
+
+
+def is_count(values: Floats) -> bool:
+    """Whether a column counts the rows."""
+    return len(values) >= _LEAST and bool(np.all(np.diff(values) == 1.0)) and values[0] in (0, 1)
+
+
+def is_time(values: Floats) -> bool:
+    """Whether a column rises with every row as a clock does: evenly, or from the epoch on."""
+    steps = np.diff(values)
+    if len(steps) < _LEAST - 1 or not np.all(steps >= 0.0) or values[0] == values[-1]:
+        return False
+    return bool(values[0] > 1e8 or np.quantile(steps, 0.9) <= 3.0 * np.median(steps) > 0.0)
+
+
+def is_rate(way: Along, values: Floats, time: Floats) -> bool:
+    """Whether a column is the speed at which the waypoints are passed at some times."""
+    here = np.abs(values[way.moves])
+    steps = np.diff(time[way.moves])
+    if not np.all(steps > 0.0):
+        return False
+    return _agrees(np.diff(way.s) / steps, 0.5 * (here[1:] + here[:-1]))
+
+
+def is_recorded_speed(way: Along, values: Floats) -> bool:
+    """Whether waypoints lie as far apart as a recorder with an even period leaves them.
+
+    The distances vary by a third at least, and are proportional to the column.
+    """
+    here, steps = np.abs(values[way.moves]), np.diff(way.s)
+    mean = 0.5 * (here[1:] + here[:-1])
+    if len(steps) < 20 or np.std(steps) < 0.3 * np.mean(steps) or not (mean > 0.0).all():
+        return False
+    return _agrees(steps / np.median(steps / mean), mean)
+
+
+def is_planned_speed(way: Along, values: Floats) -> bool:
+    """Whether a column is slow where the waypoints bend, as a speed has to be.
+
+    Either its ranks correlate with those of the curvature by -0.5 or less (13 public racelines:
+    -0.61 to -0.87; 57 track widths and heights: -0.42 to 0.37), or the lateral acceleration that
+    it means reaches a limit and stays there: its 99 % quantile is at most 1.3 times the one of
+    90 % (1.07 to 1.26; 1.57 to 7.3). A throttle is low there, too, so a speed has to exceed 1.5;
+    and it has to be drivable (30 m/s²).
+    """
+    here = values[way.moves]
+    slow, fast = (float(each) for each in np.quantile(here, (0.01, 1.0)))
+    if len(here) < 30 or here.min() < 0.0 or fast < max(1.5, 1.3 * slow):
+        return False
+    window = max(way.s[-1] / 60.0, 3.0 * float(np.median(np.diff(way.s))))
+    middle = 0.5 * (way.s[1:] + way.s[:-1])
+    steps = np.diff(way.points, axis=0)
+    turned = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    ahead, behind = (np.interp(way.s + k * window, middle, turned) for k in (0.5, -0.5))
+    bend = np.abs(ahead - behind) / window
+    most, usual = np.quantile(here * here * bend, (0.99, 0.9))
+    if most > 30.0 or np.ptp(bend) == 0.0 or way.turn < 1.0:
+        return False
+    if most <= 1.3 * usual and fast >= 2.0 * slow:
+        return True
+    ranks = np.array([np.argsort(np.argsort(each, kind="stable")) for each in (here, bend)])
+    return bool(np.corrcoef(ranks.astype(np.float64))[0, 1] <= -0.5)
+
+
+def is_curvature(way: Along, values: Floats) -> bool:
+    """Whether a column is the curvature of the waypoints, who turn by half a radian at least."""
+    if len(way.s) < _LEAST or way.turn < 0.5:
+        return False
+    here = values[way.moves]
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (here[1:] + here[:-1]) * np.diff(way.s))))
+    return bool(np.max(np.abs(turned - way.heading + way.heading[0])) <= 0.1 * way.turn + _HEADING)
+
+
+def is_acceleration(way: Along, values: Floats, speed: Floats) -> bool:
+    """Whether a column is the acceleration that another has as a speed: a = d(v²/2)/ds."""
+    here, fast = values[way.moves], speed[way.moves]
+    if len(here) < _LEAST or np.ptp(fast) < 0.1 * np.max(np.abs(fast)):
+        return False
+    gained = np.diff(0.5 * fast * fast) / np.diff(way.s)
+    mean = 0.5 * (here[1:] + here[:-1])
+    if np.ptp(mean) == 0.0 or np.ptp(gained) == 0.0:
+        return False
+    return bool(np.corrcoef(gained, mean)[0, 1] > 0.9) and bool(
+        0.7 < np.std(mean) / np.std(gained) < 1.4
+    )
+
+
+def is_direction(way: Along, first: Floats, second: Floats) -> bool:
+    """Whether two columns are a unit vector along the waypoints, or to their side."""
+    off = _wrapped(np.arctan2(second, first)[way.moves] - way.heading)
+    turned = np.abs(_wrapped(2.0 * off))  # 0 along and against, pi to either side
+    return bool(np.all(np.abs(first * first + second * second - 1.0) < 0.01)) and bool(
+        min(np.quantile(turned, _AGREE), np.quantile(np.pi - turned, _AGREE)) < 4.0 * _HEADING
+    )
+
+
+def is_degrees(first: Floats, second: Floats) -> bool:
+    """Whether two columns are latitude and longitude: a road of a few hundredths of a degree."""
+    both = np.column_stack((first, second))
+    reach, far = np.ptp(both, axis=0).max(), np.abs(both).max()
+    steps = np.hypot(*np.diff(both, axis=0).T)
+    usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+    return bool(0.0 < usual < 1e-3 and reach < 1.0 and reach < 0.02 * far and far <= 360.0)
+
+
+def _agrees(one: Floats, other: Floats) -> bool:
+    """Whether two series are alike, sum and most of their values."""
+    if len(one) < _LEAST - 1 or not len(other):
+        return False
+    scale = float(np.median(np.abs(other)))
+    off = np.abs(one - other) <= _FITS * np.maximum(np.abs(other), scale)
+    return scale > 0.0 and bool(off.mean() >= _AGREE)

@@ -1,0 +1,297 @@
+"""Tables as text: what separates the columns, what they are called, and the numbers in them.
+
+A table is read as `csv` reads a line: entries between commas, semicolons, tabs or white space, in
+quotes or not. What stands above the numbers is found by what it is: the names are the last row
+without a number whose columns are known, units may stand below them (MoTeC), and titles or sections
+above (VBOX). Without such a row the comment directly above the numbers is it, where it has as many
+entries and one is known.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import re
+from array import array
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.errors import PathError
+from popsteer.files import read_bytes
+from popsteer.tables import kinds
+from popsteer.tables.quantities import UNITS, meaning
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+_SAMPLE = 200  # rows from which separator, names and preamble are found
+_SHOWN = 12  # names of columns in a message
+_SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
+_LARGEST = 1e100
+_LONGEST = 1_000_000  # characters of a line
+_UNITS = {unit for units in UNITS.values() for unit in units} - {""}
+_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+_SECTION = re.compile(r"\[([A-Za-z ]+)\]$")
+
+
+def read_text(file: str | os.PathLike[str]) -> tuple[str, str]:
+    """Read a file's name and text; PathError says in one line why it is none."""
+    name = os.fsdecode(file)
+    try:
+        data = read_bytes(name)
+    except OSError as error:
+        raise PathError(f"{name}: cannot be read: {error.strerror or error}") from error
+    except ValueError as error:  # a name that no file can have, with a null character in it
+        raise PathError(f"{name!r}: cannot be read: {error}") from error
+    if refused := kinds.refusal(data):
+        raise PathError(f"{name}: {refused}")
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        text = data.decode("utf-16" if wide else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise PathError(f"{name}, line {line}: is not text in UTF-8") from error
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise PathError(f"{name}, line {line}: holds a null character, is not text")
+    return name, text
+
+
+@dataclass(frozen=True)
+class Table:
+    """The rows of a text, and what is known of them before their numbers are read."""
+
+    name: str
+    text: str
+    separator: str | None
+    """None: white space."""
+    decimal_comma: bool
+    columns: int
+    head: list[str] | None = None
+    head_line: int = 0
+    start: int = 0
+    """The line after which the numbers begin."""
+    comments: list[str] = field(default_factory=list)
+    vbox: bool = False
+
+    def where(self, line: int) -> str:
+        """Name a line, as messages do."""
+        return f"{self.name}, line {line}"
+
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
+        """Give the rows of numbers: each line's number and its entries."""
+        for line, content in _contents(self.name, self.text):
+            if line > self.start and not (self.vbox and _SECTION.match(content)):
+                yield line, split(content, self.separator)
+
+    def entries(self, columns: Sequence[int]) -> Iterator[tuple[int, int, list[str]]]:
+        """Give what stands in some columns: index of the row, line, entries."""
+        for index, (line, row) in enumerate(self.rows()):
+            if len(row) != self.columns:
+                self._check_count(line, row, index)
+            yield index, line, [row[k] for k in columns]
+
+    def _check_count(self, line: int, row: list[str], index: int) -> None:
+        """Refuse a row of another number of columns; one empty entry more ends in a separator."""
+        while len(row) > self.columns and not row[-1]:
+            row.pop()
+        if len(row) != self.columns:
+            raise PathError(
+                f"{self.where(line)}: found {_counted(len(row))}, the first row has {self.columns}",
+                index,
+            )
+
+    def numbers(self, columns: Sequence[int], *, blank: bool = False) -> NDArray[np.float64]:
+        """Read columns, shape (N, len(columns)); with `blank` an empty entry is NaN.
+
+        Raises PathError, which names line and column, where an entry is not a finite number.
+        """
+        values = array("d")
+        parse = _parse_comma if self.decimal_comma else _parse
+        for index, line, row in self.entries(columns):
+            for column, entry in zip(columns, row, strict=True):
+                value = parse(entry)
+                if value is not None and abs(value) <= _LARGEST:
+                    values.append(value)
+                elif blank and (value is not None or not entry):
+                    values.append(math.nan)
+                else:
+                    self._refuse(line, column, index, entry, value)
+        return np.array(values).reshape(-1, len(columns))
+
+    def _refuse(self, line: int, column: int, index: int, entry: str, value: float | None) -> None:
+        shown = entry if len(entry) <= _SHOWN_CHARACTERS else entry[:_SHOWN_CHARACTERS] + "..."
+        fault = "is not a number" if value is None else "is not finite"
+        fault = "is too large" if value is not None and math.isfinite(value) else fault
+        raise PathError(f"{self.where(line)}, column {column + 1}: {shown!r} {fault}", index)
+
+    def is_text(self, column: int) -> bool:
+        """Whether a column's first entries are no numbers."""
+        parse = _parse_comma if self.decimal_comma else _parse
+        shown = [row[column] for _, row in islice(self.rows(), 3) if len(row) > column]
+        return bool(shown) and all(parse(entry) is None for entry in shown)
+
+    def listed(self) -> str:
+        """List the names of the columns, for a message."""
+        names = [each or '""' for each in self.head or []]
+        return (", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else ""))[:200]
+
+
+def read_table(file: str | os.PathLike[str]) -> Table:
+    """Find separator, names and first row of a table; PathError where a text is none."""
+    return table_of(*read_text(file))
+
+
+def table_of(name: str, text: str) -> Table:
+    """Do the same for a text that was read."""
+    sample = list(islice(_contents(name, text), _SAMPLE))
+    if refused := kinds.text_refusal(text):
+        raise PathError(f"{name}: {refused}")
+    separator = _separator([content for _, content in sample[-20:]])
+    marks = {match[1] for _, content in sample if (match := _SECTION.match(content))}
+    rows = [
+        (line, split(content, separator)) for line, content in sample if not _SECTION.match(content)
+    ]
+    comma = separator in (";", "\t") and any(
+        _COMMA.match(entry) for _, row in rows for entry in row
+    )
+    found = Table(name, text, separator, comma, 0)
+    if not rows:
+        return found
+    parse = _parse_comma if comma else _parse
+    place, units = _head(rows, parse)
+    comments = _comments(text, rows[0 if place is None else place][0])
+    if place is None:
+        columns = len(rows[0][1])
+        head = _head_of_comment(comments, columns, separator)
+        found = replace(found, columns=columns, head=head, start=rows[0][0] - 1)
+    else:
+        line, head = rows[place]
+        while len(head) > 2 and not head[-1]:
+            head = head[:-1]
+        if units:
+            below = rows[place + 1][1]
+            head = [f"{a} [{b}]" if b else a for a, b in zip(head, below, strict=True)]
+        start = rows[place + units][0]
+        found = replace(found, columns=len(head), head=head, head_line=line, start=start)
+    if found.columns < 2:
+        message = (
+            f"{found.where(rows[0][0])}: found {_counted(found.columns)}, at least 2 are needed (x"
+            " and y, separated by a comma, a semicolon or white space)"
+        )
+        raise PathError(message)
+    if marks >= {"column names", "data"} and found.head is not None:
+        found = replace(found, head=[_VBOX.get(each, each) for each in found.head], vbox=True)
+    return replace(found, comments=comments)
+
+
+# Racelogic's VBOX writes minutes, positive to the north and to the west.
+_VBOX = {"lat": "lat [min]", "long": "lon [-min]", "velocity": "velocity [km/h]"}
+_VBOX |= {"heading": "heading [deg]", "time": "time [hhmmss]"}
+
+
+def split(content: str, separator: str | None) -> list[str]:
+    """Split a line into its entries, without quotes and surrounding white space."""
+    if separator is None:
+        return [entry.strip('"') for entry in content.split()]
+    if '"' in content:
+        reader = csv.reader((content,), delimiter=separator, skipinitialspace=True)
+        return [entry.strip() for entry in next(reader)]
+    return [entry.strip() for entry in content.split(separator)]
+
+
+def _contents(name: str, text: str) -> Iterator[tuple[int, str]]:
+    """Give the lines that hold more than a comment, with their numbers.
+
+    They end where editors end them; str.splitlines would also at a form feed or U+2028, and the
+    numbers in messages would drift from those an editor shows.
+    """
+    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
+        if len(line) > _LONGEST:
+            raise PathError(f"{name}, line {number}: is longer than {_LONGEST:,} characters")
+        content = line if '"' in line else line.partition("#")[0]
+        content = content.strip()
+        if content and not content.startswith(("#", "%", "//")):
+            yield number, content
+
+
+def _comments(text: str, before: int) -> list[str]:
+    lines = islice(io.StringIO(text, newline=None), before - 1)
+    stripped = (line.strip() for line in lines)
+    return [line.lstrip("#%/ ") for line in stripped if line.startswith(("#", "%", "//"))]
+
+
+def _separator(lines: list[str]) -> str | None:
+    for mark in (";", "\t", ","):
+        counts = [line.count(mark) for line in lines]
+        most = 2 * sum(map(bool, counts)) + bool(counts[:1] and counts[0]) > len(counts)
+        if most and (mark != "\t" or min(counts) > 0):
+            return mark
+    return None
+
+
+def _head(
+    rows: list[tuple[int, list[str]]], parse: Callable[[str], float | None]
+) -> tuple[int | None, int]:
+    """Find the row of names, None if there is none; and how many rows of units are below it."""
+
+    def is_names(place: int) -> bool:
+        row = rows[place][1]
+        return any(row) and all(parse(entry) is None for entry in row)
+
+    def has_data(place: int, columns: int) -> bool:
+        there = rows[place : place + 2]
+        return bool(there) and all(
+            len(row) in (columns, columns + 1) and not is_names(place + k)
+            for k, (_, row) in enumerate(there)
+        )
+
+    for place, (_, row) in enumerate(rows):
+        known = sum(meaning(entry).quantity is not None for entry in row)
+        if known < 2 or not is_names(place):
+            continue
+        if any(len(rows[k][1]) == len(row) and not is_names(k) for k in range(place)):
+            break  # below numbers already
+        below = rows[place + 1][1] if place + 1 < len(rows) else []
+        units = int(len(below) == len(row) and all(b in _UNITS or not b for b in below))
+        if place == 0 or has_data(place + 1 + units, len(row)):
+            return place, units
+    return (0, 0) if is_names(0) else (None, 0)
+
+
+def _head_of_comment(comments: list[str], columns: int, separator: str | None) -> list[str] | None:
+    """Take the comment above the numbers for names, where it has as many and one is known."""
+    if not comments:
+        return None
+    for mark in dict.fromkeys((separator, ";", ",", "\t", None)):
+        text = comments[-1].rstrip(mark)
+        names = split(re.sub(r"\s+([\[(])", r"\1", text) if mark is None else text, mark)
+        if len(names) == columns and any(meaning(each).quantity for each in names):
+            return names
+    return None
+
+
+def _counted(number: int) -> str:
+    return f"{number} column" if number == 1 else f"{number} columns"
+
+
+def _parse(entry: str) -> float | None:
+    """Read a number as CSV files write it; None if it is not one."""
+    if "_" in entry:  # float() reads 1_000, which in a table is a slip rather than a number
+        return None
+    try:
+        return float(entry)
+    except ValueError:
+        return None
+
+
+def _parse_comma(entry: str) -> float | None:
+    """Read a number with a decimal comma; a dot beside it would be one of thousands."""
+    return None if "." in entry else _parse(entry.replace(",", "."))

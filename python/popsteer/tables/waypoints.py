@@ -1,0 +1,331 @@
+"""Waypoints from a file: x and y, what else a path takes, and a line that says what was read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.errors import ConfigError, PathError
+from popsteer.tables import geo, shown
+from popsteer.tables.columns import Column, Columns, asked_for, check_units, explained, named
+from popsteer.tables.text import Table, read_text, table_of
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Mapping
+
+    from popsteer.tables.shown import Floats
+
+_AT_REST = 0.1  # m/s: a negative speed nearer to 0 is no driving backwards, if the yaw says none
+_RADIANS: tuple[str, ...] = ("rad",)
+_OF_A_PATH = ("x", "y", "lat", "lon", "yaw", "qx", "qy", "qz", "qw", "speed", "speed_y")
+_OF_A_PATH += ("curvature", "grade", "direction", "x_normal", "y_normal", "alpha")
+_SHAPE = ("yaw", "curvature")
+
+
+@dataclass
+class Waypoints:
+    """What a file has of a path."""
+
+    name: str
+    xy: Floats
+    more: dict[str, Any] = field(default_factory=dict)
+    """``speed``, ``yaw``, ``curvature``, ``grade``, ``reverse``, as `Path` takes them."""
+    read: list[str] = field(default_factory=list)
+    """The columns that were read, and as what."""
+    notes: list[str] = field(default_factory=list)
+    """What was ignored, converted or found, in words."""
+    table: Table | None = None
+    origin: tuple[float, float] | None = None
+    """Latitude and longitude of x = y = 0 [deg], where the file has these."""
+
+    @property
+    def speed(self) -> Floats | None:
+        """The speeds [m/s], if there are any."""
+        return self.more.get("speed")
+
+    def source(self) -> str:
+        """Say in one line what was read."""
+        read = f"{len(self.xy)} waypoints of {', '.join(self.read)}"
+        return "; ".join([f"{FilePath(self.name).name}: {read}", *self.notes])
+
+    def origin_line(self) -> str:
+        """Word the origin as the comment that a file of this path begins with; empty without."""
+        if self.origin is None:
+            return ""
+        return f"# origin, latitude and longitude [deg]: {self.origin[0]!r}, {self.origin[1]!r}\n"
+
+
+def read_waypoints(
+    file: str | os.PathLike[str],
+    *,
+    columns: Columns | None = None,
+    origin: tuple[float, float] | None = None,
+) -> Waypoints:
+    """Read waypoints from a table, GPX or GeoJSON; see docs/files.md for what is read as what.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file.
+    columns : str, sequence of str or mapping of str to str, optional
+        What its columns are: ``"x,y,-,speed [km/h]"`` in their order, or ``"speed=V [km/h]"`` by
+        their names. By default their names say so, or what they show themselves to be.
+    origin : tuple of float, optional
+        Latitude and longitude [deg] of x = y = 0, for a file that has these; the first waypoint's
+        by default.
+
+    Returns
+    -------
+    Waypoints
+        Positions [m], speeds [m/s], yaws [rad], and `Waypoints.source`, which says what was read.
+
+    Raises
+    ------
+    PathError
+        The file cannot be read, is no table, or does not say what a column is; the message names
+        file and place, and the option that settles it. Its `index` is the waypoint.
+    ConfigError
+        `columns` are not known, or there is an `origin` for a file without degrees.
+    MissingExtra
+        The file has latitudes and longitudes, and the extra ``geo`` is not installed.
+    """
+    wanted = asked_for(columns)
+    name, text = read_text(file)
+    found = _read(name, text, wanted, origin)
+    if origin is not None and found.origin is None:
+        raise ConfigError("origin", origin, f"left out, as {name} has no latitudes and longitudes")
+    return _judged(found)
+
+
+def _read(
+    name: str,
+    text: str,
+    wanted: list[str] | dict[str, str],
+    origin: tuple[float, float] | None,
+) -> Waypoints:
+    if (degrees := geo.positions(name, text)) is not None:
+        found = Waypoints(name, np.empty((0, 2)), read=["latitude", "longitude"])
+        _check_count(name, len(degrees))
+        found.xy = _local(found, degrees, origin)
+        return found
+    table = table_of(name, text)
+    if not table.columns:
+        _check_count(name, 0)
+    return _read_table(table, wanted, origin)
+
+
+def make_path(make: Callable[..., Any], found: Waypoints, *, closed: bool) -> Any:  # noqa: ANN401
+    """Make a `Path` of waypoints that were read; PathError names file and line.
+
+    A yaw or a curvature that contradicts the waypoints is left out, and said.
+    """
+    given = {**found.more, "closed": closed}
+    while True:
+        try:
+            return make(found.xy, **given, source=found.source())
+        except PathError as error:  # noqa: PERF203 - twice at most
+            wrong = next((key for key in _SHAPE if key in given and key in str(error)), None)
+            if wrong is None:
+                raise PathError(f"{_place(found, error.index)}: {error}", error.index) from error
+            given.pop(wrong)
+            found.notes.append(f"{wrong} ignored: {error}"[:200])
+
+
+def _place(found: Waypoints, index: int | None) -> str:
+    if found.table is None or index is None:
+        return found.name
+    lines = (line for k, (line, _) in enumerate(found.table.rows()) if k == index)
+    line = next(lines, None)
+    return found.name if line is None else found.table.where(line)
+
+
+def _check_count(name: str, count: int) -> None:
+    if count < 2:
+        raise PathError(f"{name}: at least 2 waypoints are needed, found {count}")
+
+
+def _read_table(
+    table: Table, wanted: list[str] | dict[str, str], origin: tuple[float, float] | None
+) -> Waypoints:
+    if not wanted and table.head is None:
+        texts = [k for k in range(table.columns) if table.is_text(k)]
+        if texts and len(texts) < table.columns - 1:
+            _refuse_text(table, texts)
+        values = table.numbers(range(table.columns))
+        _check_count(table.name, len(values))
+        places, notes = explained(table.name, values)
+        columns = {key: values[:, column.place] for key, column in places.items()}
+        found = Waypoints(table.name, np.column_stack((columns["x"], columns["y"])), table=table)
+        found.read.append(f"x, y (columns {places['x'].place + 1}, {places['y'].place + 1})")
+        found.notes += notes
+    else:
+        places = {key: each for key, each in named(table, wanted).items() if key in _OF_A_PATH}
+        _check_position(table, places)
+        factors = check_units(table.name, places)
+        use = list(places)
+        values = table.numbers([places[key].place for key in use])
+        _check_count(table.name, len(values))
+        # A factor of 1 leaves the bits, also those of a zero.
+        columns = {
+            key: values[:, k] * factors[key] if factors[key] != 1.0 else values[:, k].copy()
+            for k, key in enumerate(use)
+        }
+        if "yaw" in places and str(places["yaw"].unit).endswith("-north"):
+            columns["yaw"] += np.pi / 2.0
+        found = Waypoints(table.name, np.empty((0, 2)), table=table)
+        found.xy = _position(found, columns, places, origin)
+        head = table.head or []
+        used = {column.place for column in places.values()}
+        ignored = [str(Column(k, name)) for k, name in enumerate(head) if k not in used and name]
+        if ignored:
+            found.notes.append(f"ignored: {', '.join(ignored[:6])}{', ...' * (len(ignored) > 6)}")
+    _add(found, columns, places)
+    return found
+
+
+def _refuse_text(table: Table, texts: list[int]) -> None:
+    first = table.rows()
+    entry = next(first)[1][texts[0]][:40]
+    rest = iter(("x", "y"))
+    shown_as = ["-" if k in texts else next(rest, "-") for k in range(table.columns)]
+    raise PathError(
+        f"{table.name}: column {texts[0] + 1} is text ({entry!r}) without a name (--columns"
+        f" {','.join(shown_as)} reads the others, in the order of the rows)"
+    )
+
+
+def _check_position(table: Table, places: Mapping[str, Column]) -> None:
+    if {"lat", "lon"} <= places.keys() and not {"x", "y"} <= places.keys():
+        return
+    for key in ("x", "y"):
+        if key not in places:
+            where = table.where(table.head_line) if table.head_line else table.name
+            listed = table.listed() or f"{table.columns} columns without names"
+            raise PathError(
+                f"{where}: no column is named {key}; there are: {listed} (--columns {key}=NAME says"
+                " which)"
+            )
+
+
+def _position(
+    found: Waypoints,
+    columns: dict[str, Floats],
+    places: Mapping[str, Column],
+    origin: tuple[float, float] | None,
+) -> Floats:
+    """Give x and y: as they are, from latitude and longitude, or beside a reference line."""
+    if "x" not in columns or "y" not in columns:
+        degrees = np.column_stack((columns["lat"], columns["lon"]))
+        found.read += [f"latitude ({places['lat']})", f"longitude ({places['lon']})"]
+        return _local(found, degrees, origin)
+    x, y = columns["x"], columns["y"]
+    if places["x"].unit is None and shown.is_degrees(x, y):
+        raise PathError(
+            f"{found.name}: {places['x']} and {places['y']} are degrees rather than metres:"
+            f" --columns lon={places['x']},lat={places['y']} reads them as longitude and latitude"
+        )
+    found.read += [_said("x", places["x"]), _said("y", places["y"])]
+    if {"x_normal", "y_normal", "alpha"} <= columns.keys():
+        found.notes.append("x and y are the raceline's: the reference line + alpha * normal vector")
+        x = x + columns["alpha"] * columns["x_normal"]
+        y = y + columns["alpha"] * columns["y_normal"]
+    return np.column_stack((x, y))
+
+
+def _local(found: Waypoints, degrees: Floats, origin: tuple[float, float] | None) -> Floats:
+    if origin is None:
+        origin = round(float(degrees[0, 0]), 9), round(float(degrees[0, 1]), 9)
+    found.origin = origin
+    found.notes.append(f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)")
+    return geo.local(found.name, degrees, origin)
+
+
+def _said(quantity: str, column: Column) -> str:
+    return quantity if str(column) == quantity else f"{quantity} ({column})"
+
+
+@np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
+def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
+    """Add what a path takes beside its positions."""
+    _add_yaw(found, columns, places)
+    _add_speed(found, columns, places)
+    for key in ("curvature", "grade"):
+        if key in columns:
+            found.more[key] = columns[key]
+            found.read.append(_said(key, places[key]))
+    if "direction" in columns:
+        values, name = columns["direction"], places["direction"].name
+        back = values != 0.0 if "reverse" in name.lower() else values < 0.0
+        found.read.append(f"direction ({places['direction']})")
+        if back.any() and not (columns.get("speed", 0.0 * values) < 0.0).any():
+            found.more["reverse"] = back.tolist()
+
+
+def _add_yaw(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
+    if "qz" in columns and "qw" in columns and "yaw" not in columns:
+        columns["yaw"] = yaw_of(columns)
+        said, units = "yaw (of the quaternion)", _RADIANS
+    elif "yaw" in columns:
+        unit = places["yaw"].unit
+        said, units = _said("yaw", places["yaw"]), _RADIANS if unit else ("rad", "deg")
+    else:
+        return
+    yaw = columns["yaw"]
+    turned = shown.heading(found.xy, yaw, units, both_ways=bool(found.table and found.table.head))
+    if turned is None:
+        found.notes.append(f"{said} ignored: it is not the waypoints' direction")
+        return
+    found.read.append(said)
+    exact = turned.unit == "rad" and not turned.frame
+    found.more["yaw"] = yaw if exact else turned.yaw
+    if not exact:
+        found.notes.append(f"yaw is in {turned}")
+    if turned.backwards.any() and not (columns.get("speed", yaw * 0.0) < 0.0).any():
+        found.more["reverse"] = turned.backwards.tolist()
+    elif not turned.backwards.any() and "speed" in columns:
+        # Noise at rest: the heading says that nothing is driven backwards.
+        rest = (columns["speed"] < 0.0) & (columns["speed"] > -_AT_REST)
+        columns["speed"][rest] = 0.0
+
+
+def yaw_of(columns: Mapping[str, Floats]) -> Floats:
+    """Give the yaw of a quaternion's columns [rad]; x and y are 0 where they are missing."""
+    z, w = columns["qz"], columns["qw"]
+    x, y = columns.get("qx", 0.0 * z), columns.get("qy", 0.0 * z)
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _add_speed(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
+    if "speed" not in columns:
+        return
+    speed, said = columns["speed"], _said("speed", places["speed"])
+    if "speed_y" in columns and np.any(columns["speed_y"] != 0.0):
+        other = columns["speed_y"]
+        if shown.heading(found.xy, np.arctan2(other, speed), ("rad",)) is not None:
+            said = f"speed (of {places['speed']} and {places['speed_y']})"
+            speed = np.hypot(speed, other)
+    found.more["speed"] = speed
+    found.read.append(said)
+
+
+@np.errstate(all="ignore")
+def _judged(found: Waypoints) -> Waypoints:
+    """Say how much is driven backwards, and whether the ends meet."""
+    xy, speed = found.xy, found.more.get("speed")
+    steps = np.hypot(*np.diff(xy, axis=0).T)
+    total = float(steps.sum())
+    back = np.array(found.more.get("reverse", np.zeros(len(xy))), dtype=bool)
+    if speed is not None:
+        back = back | (speed < 0.0)
+    share = float(steps[back[:-1]].sum()) / total if total > 0.0 else 0.0
+    if share > 0.0:
+        found.notes.append(f"{100.0 * share:.0f} % of the length is driven backwards")
+    gap = float(np.hypot(*(xy[-1] - xy[0])))
+    usual = float(np.median(steps[steps > 0.0])) if total > 0.0 else 0.0
+    if total > 4.0 * gap and gap <= 3.0 * usual:
+        found.notes.append(f"the last waypoint is {gap:.2f} m from the first")
+    return found

@@ -1,0 +1,420 @@
+"""Files as people have them: each kind read right, or refused with the option that settles it."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from popsteer import ConfigError, Path, PathError, planning, tracks
+from popsteer.tables import read_waypoints
+from popsteer.tables.quantities import Meaning, meaning
+from tests.helpers import ROOT, looped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path as FilePath
+
+CASES = ROOT.parent / "shared" / "cases" / "paths"
+# An arc of 14 m radius, 50 waypoints 1.4 m apart along it, from (3, -2) in direction 0.4.
+N, RADIUS, STEP, START = 50, 14.0, 1.4, 0.4
+S = STEP * np.arange(N)
+YAW = START + S / RADIUS
+X = 3.0 + RADIUS * (np.sin(YAW) - math.sin(START))
+Y = -2.0 - RADIUS * (np.cos(YAW) - math.cos(START))
+SPEED = np.full(N, 3.5)
+ONE, NONE = np.ones(N), np.zeros(N)
+WRAPPED = (YAW + np.pi) % (2.0 * np.pi) - np.pi
+FROM_NORTH = np.degrees(np.pi / 2 - YAW) % 360.0
+HEIGHT = 41.5 + 0.3 * np.sin(S)
+
+
+def _rows(columns: tuple[Any, ...], separator: str = ",", style: str = "%.9f") -> str:
+    return "".join(
+        separator.join(each if isinstance(each, str) else style % each for each in row) + "\n"
+        for row in zip(*columns, strict=True)
+    )
+
+
+def _write(folder: FilePath, text: str) -> FilePath:
+    file = folder / "path.csv"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def _agrees(path: Path, what: str) -> None:
+    """Check that a path is the course above, with speed (v), yaw (y) or curvature (k)."""
+    assert np.asarray(path.x) == pytest.approx(X, abs=2e-3)
+    assert np.asarray(path.y) == pytest.approx(Y, abs=2e-3)
+    assert (path.speed is not None) == ("v" in what)
+    assert path.speed is None or np.asarray(path.speed) == pytest.approx(SPEED, abs=1e-6)
+    assert (path.yaw is not None) == bool(set("yk") & set(what))
+    if path.yaw is not None:
+        off = (np.asarray(path.yaw) - YAW + np.pi) % (2.0 * np.pi) - np.pi
+        assert np.abs(off).max() < (1e-3 if "y" in what else 0.05)
+    assert path.reverse is None
+
+
+K = NONE + 1.0 / RADIUS
+READ: dict[str, tuple[str, str]] = {
+    "head": ("x,y,speed\n" + _rows((X, Y, SPEED)), "v"),
+    "popsteer": ("# a comment\n# x [m], y [m], speed [m/s]\n" + _rows((X, Y, SPEED)), "v"),
+    "comment, other order": ("# speed [m/s], x [m], y [m]\n" + _rows((SPEED, X, Y)), "v"),
+    "TUM raceline": (
+        "# 17b4\n# 603f\n# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n"
+        + _rows((S, X, Y, YAW - np.pi / 2, K, SPEED, NONE), "; "),
+        "vyk",
+    ),
+    "TUM centre line": (
+        "# x_m,y_m,w_tr_right_m,w_tr_left_m\n" + _rows((X, Y, 1.3 * ONE, 1.1 * ONE)),
+        "",
+    ),
+    "TUM trajectory planner": (
+        "# x_ref_m; y_ref_m; width_right_m; width_left_m; x_normvec_m; y_normvec_m; alpha_m;"
+        " s_racetraj_m; psi_racetraj_rad; kappa_racetraj_radpm; vx_racetraj_mps; ax_racetraj_mps2\n"
+        + _rows(
+            (
+                X - 0.7 * np.sin(YAW),
+                Y + 0.7 * np.cos(YAW),
+                4 * ONE,
+                5 * ONE,
+                np.sin(YAW),
+                -np.cos(YAW),
+                0.7 * ONE,
+                S,
+                YAW - np.pi / 2,
+                K,
+                SPEED,
+                NONE,
+            ),
+            ";",
+        ),
+        "vyk",
+    ),
+    "F1TENTH raceline without a head": (
+        _rows((S, X, Y, YAW - np.pi / 2, K)),
+        "yk",
+    ),
+    "F1TENTH logger": (_rows((X, Y, WRAPPED, SPEED), ", ", "%f"), "vy"),
+    "F1TENTH, x, y, yaw": (_rows((X, Y, WRAPPED), ",", "%.18e"), "y"),
+    "capstone": (_rows((X, Y, NONE, np.degrees(WRAPPED))), "y"),
+    "highway map": (_rows((X, Y, S, np.sin(YAW), -np.cos(YAW)), " "), ""),
+    "Unity": (_rows((X, NONE, Y)), ""),
+    "time first": (_rows((S / 3.5, X, Y, WRAPPED, SPEED)), "vy"),
+    "stamp first": (_rows((1.68e9 + np.round(S), X, Y)), ""),
+    "stamp last": (_rows((X, Y, 1.68e9 + np.round(S))), ""),
+    "Autoware mini": (
+        "x,y,z,yaw,velocity,change_flag,steering_flag\n"
+        + _rows((X, Y, HEIGHT, np.degrees(WRAPPED), SPEED, NONE, 3 * ONE)),
+        "vy",
+    ),
+    "Autoware's path saver": (
+        "x, y, z, roll[rad], pitch[rad], yaw[rad], linear_velocity[m/s], angular_velocity[rad/s],"
+        " linear_acceleration[m/s^2]\n"
+        + _rows((X, Y, HEIGHT, NONE, NONE, WRAPPED, SPEED, NONE, NONE)),
+        "vy",
+    ),
+    "Apollo": (
+        "x,y,z,speed,acceleration,curvature,curvature_change_rate,time,theta,gear,s,throttle\n"
+        + _rows((X, Y, HEIGHT, SPEED, NONE, K, NONE, 1.4e9 + S, WRAPPED, ONE, S, ONE)),
+        "vyk",
+    ),
+    "pandas": (",x,y,speed\n" + _rows(([str(k) for k in range(N)], X, Y, SPEED)), "v"),
+    "semicolons": ("x;y;speed\n" + _rows((X, Y, SPEED), ";"), "v"),
+    "decimal commas": ("x;y;speed\n" + _rows((X, Y, SPEED), ";").replace(".", ","), "v"),
+    "tabs": ("x [m]\ty [m]\tspeed\n" + _rows((X, Y, SPEED), "\t"), "v"),
+    "quoted": ('"x","y","speed"\n' + _rows((X, Y, SPEED), ",", '"%.9f"'), "v"),
+    "km/h": ("x [m],y [m],speed [km/h]\n" + _rows((X, Y, 3.6 * SPEED)), "v"),
+    "km/h by a suffix": ("x,y,speed_kmh\n" + _rows((X, Y, 3.6 * SPEED)), "v"),
+    "km/h in parentheses": ("x(m),y(m),speed(km/h)\n" + _rows((X, Y, 3.6 * SPEED)), "v"),
+    "mph": ("x,y,v_mph\n" + _rows((X, Y, SPEED / 0.44704)), "v"),
+    "cm": ("x [cm],y [cm],speed [m/s]\n" + _rows((100 * X, 100 * Y, SPEED)), "v"),
+    "degrees": ("x [m],y [m],yaw [deg]\n" + _rows((X, Y, np.degrees(YAW))), "y"),
+    "compass": ("x,y,heading,v\n" + _rows((X, Y, FROM_NORTH, SPEED)), "vy"),
+    "psi": ("x,y,psi,v\n" + _rows((X, Y, WRAPPED, SPEED)), "vy"),
+    "quaternion": (
+        "field.pose.position.x,field.pose.position.y,field.pose.orientation.z,"
+        "field.pose.orientation.w\n" + _rows((X, Y, np.sin(YAW / 2), np.cos(YAW / 2))),
+        "y",
+    ),
+    "velocity over ground": (
+        "x,y,vx,vy\n" + _rows((X, Y, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
+        "v",
+    ),
+}
+
+
+@looped("kind", list(READ))
+def test_path_of_each_kind_of_file_is_read_right(tmp_path: Any, kind: str) -> None:
+    text, what = READ[kind]
+    path = Path.from_csv(_write(tmp_path, text))
+    _agrees(path, what)
+    assert path.source is not None
+    assert path.source.startswith(f"path.csv: {N} waypoints of x")
+    assert "\n" not in path.source
+
+
+REFUSED: dict[str, tuple[str, str, str, str]] = {
+    # text, what is said, the option that settles it, what is then read
+    "speed alone": (_rows((X, Y, SPEED)), r"column 3 \(3.5 to 3.5\)", "x,y,speed", "v"),
+    "width alone": (_rows((X, Y, 1.1 * ONE)), r"column 3 \(1.1 to 1.1\)", "x,y,-", ""),
+    "two widths": (_rows((X, Y, 1.1 * ONE, 1.2 * ONE)), "column 3 .*, column 4", "x,y,-,-", ""),
+    "a count, or x": (_rows((np.arange(N) * ONE, X, Y)), "column 3", "-,x,y", ""),
+    "a time, or x": (_rows((S / 3.5, X, Y)), "column 3", "-,x,y", ""),
+    "throttle": (_rows((X, Y, 0.2 + 0.02 * np.sin(S))), "column 3", "x,y,-", ""),
+    "Autoware 1": (_rows((X, Y, 85.7 * ONE, SPEED)), "column 3 .*, column 4", "x,y,-,speed", "v"),
+    "Autoware 2": (
+        _rows((X, Y, 85.7 * ONE, YAW, SPEED)),
+        "column 3 .*, column 5",
+        "x,y,-,yaw,speed",
+        "vy",
+    ),
+    "cones": (
+        _rows((["yellow", "blue"] * (N // 2), X, Y, NONE, NONE)),
+        "column 1 is text .'yellow'.",
+        "-,x,y,-,-",
+        "",
+    ),
+    "no unit of speed": (
+        "x,y,speed [furlong]\n" + _rows((X, Y, SPEED)),
+        r"speed \[furlong\]: the unit 'furlong' of speed is not known",
+        "x,y,speed",
+        "v",
+    ),
+    "two of one kind": (
+        "/a/pose/position/x,/b/pose/position/x,y\n" + _rows((X, 9.0 + X, Y)),
+        "two columns could be x",
+        "x=/a/pose/position/x",
+        "",
+    ),
+    "another name": ("abscissa,y\n" + _rows((X, Y)), "no column is named x", "x=abscissa", ""),
+}
+
+
+@looped("kind", list(REFUSED))
+def test_path_that_says_too_little_is_refused_with_the_option_that_settles_it(
+    tmp_path: Any, kind: str
+) -> None:
+    text, said, columns, what = REFUSED[kind]
+    file = _write(tmp_path, text)
+    with pytest.raises(PathError, match=said) as refused:
+        Path.from_csv(file)
+    assert "--columns " in str(refused.value)
+    assert "\n" not in str(refused.value)
+    _agrees(Path.from_csv(file, columns=columns), what)
+    if "=" not in columns:
+        _agrees(Path.from_csv(file, columns=columns.split(",")), what)
+
+
+@looped(
+    ("text", "said"),
+    [
+        ('{"x": [1, 2]}', "is JSON"),
+        ("<?xml version='1.0'?>\n<kml/>", "is KML"),
+        ("<?xml version='1.0'?>\n<OpenDRIVE/>", "is OpenDRIVE"),
+        ("waypoints:\n  - x: 1\n", "is YAML"),
+        ("\x80\x04\x95", "is a pickle"),
+        ("PK\x03\x04", "is a zip"),
+    ],
+)
+def test_file_that_is_no_table_is_named_and_told_what_to_export(
+    tmp_path: Any, text: str, said: str
+) -> None:
+    file = tmp_path / "path.csv"
+    file.write_bytes(text.encode("latin-1"))
+    with pytest.raises(PathError, match=f"{said}.*: export it|unpack"):
+        Path.from_csv(file)
+
+
+def test_columns_that_are_not_known_are_refused() -> None:
+    for columns in ("x,y,velo", {"velo": "v"}, ["x", "why"]):
+        with pytest.raises(ConfigError, match="columns must be"):
+            Path.from_csv("nowhere.csv", columns=columns)
+
+
+def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) -> None:
+    turns = np.linspace(0.0, 4.0 * np.pi, 400)
+    radius = 40.0 + 25.0 * np.cos(3.0 * turns / 2.0)
+    xy = np.column_stack((radius * np.cos(turns / 2.0), radius * np.sin(turns / 2.0)))
+    fast = planning.speed_profile(Path(xy)).speed
+    path = Path.from_csv(_write(tmp_path, _rows((*xy.T, fast))))
+    assert path.speed is not None
+    assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
+    width = 7.0 + 2.0 * np.sin(5.0 * turns)
+    with pytest.raises(PathError, match="column 3"):
+        Path.from_csv(_write(tmp_path, _rows((*xy.T, width))))
+    speed = 3.0 + 2.0 * np.sin(S / 4.0)  # 10 rows a second
+    gone = np.concatenate(([0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))))
+    x, y = 30.0 * np.sin(gone / 30.0), 30.0 * np.cos(gone / 30.0)
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, speed))))
+    assert path.speed is not None
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
+
+
+def test_recorded_heading_is_found_among_noise_at_rest(tmp_path: Any) -> None:
+    draw = np.random.default_rng(4)
+    rest = 60
+    x = np.concatenate((np.full(rest, X[0]), np.repeat(X, 5))) + draw.normal(0, 0.02, rest + 5 * N)
+    y = np.concatenate((np.full(rest, Y[0]), np.repeat(Y, 5))) + draw.normal(0, 0.02, rest + 5 * N)
+    yaw = np.concatenate((np.full(rest, YAW[0]), np.repeat(WRAPPED, 5)))
+    found = read_waypoints(_write(tmp_path, _rows((x, y, yaw))))
+    assert found.more["yaw"] == pytest.approx(yaw)
+
+
+def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> None:
+    x = np.concatenate((np.arange(0.0, 20.0), np.arange(19.0, 9.0, -1.0)))
+    y, yaw = 0.01 * np.arange(30.0), np.zeros(30)
+    path = Path.from_csv(_write(tmp_path, "x,y,yaw\n" + _rows((x, y, yaw))))
+    assert path.reverse is not None
+    assert np.flatnonzero(path.reverse)[0] in (19, 20)
+    assert "% of the length is driven backwards" in str(path.source)
+    signs = np.where(np.arange(30) < 20, 1.0, -1.0)
+    for name in ("gear", "direction"):
+        path = Path.from_csv(_write(tmp_path, f"x,y,{name}\n" + _rows((x, y, signs))))
+        assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
+
+
+def test_yaw_that_is_none_of_the_waypoints_is_left_out_and_said(tmp_path: Any) -> None:
+    path = Path.from_csv(_write(tmp_path, "x,y,yaw\n" + _rows((X, Y, 7.0 * np.sin(9.0 * S)))))
+    assert path.yaw is None
+    assert "yaw ignored" in str(path.source)
+
+
+def test_grade_is_read_by_its_name_and_unit(tmp_path: Any) -> None:
+    text = "x,y,grade [%]\n" + _rows((X, Y, 4.0 * ONE))
+    assert np.asarray(Path.from_csv(_write(tmp_path, text)).grade) == pytest.approx(0.04 * ONE)
+
+
+def test_waypoints_that_meet_their_first_are_said(tmp_path: Any) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
+    file = _write(tmp_path, _rows((5.0 * np.cos(turn), 5.0 * np.sin(turn))))
+    assert "the last waypoint is 0.78 m from the first" in str(Path.from_csv(file).source)
+    assert "the last waypoint" not in str(Path.from_csv(_write(tmp_path, _rows((X, Y)))).source)
+
+
+def test_what_popsteer_writes_is_read_back_to_the_bit(tmp_path: Any) -> None:
+    shipped = tracks.get("racetrack")
+    shipped.to_csv(tmp_path / "track.csv")
+    path = Path.from_csv(tmp_path / "track.csv", closed=shipped.closed)
+    assert np.column_stack((path.x, path.y)).tobytes() == shipped.xy.tobytes()
+    assert np.asarray(path.speed).tobytes() == shipped.speed.tobytes()
+    profile = planning.speed_profile(path)
+    profile.to_csv(tmp_path / "plan.csv")
+    again = Path.from_csv(tmp_path / "plan.csv", closed=shipped.closed)
+    assert np.asarray(again.speed).tobytes() == np.asarray(profile.path.speed).tobytes()
+
+
+@looped(
+    ("name", "found"),
+    [
+        ("X", ("x", None)),
+        ("x_m", ("x", "m")),
+        ("v_km_h", ("speed", "km/h")),
+        ("psi (deg)", ("yaw", "deg")),
+        ("linear_velocity[m/s]", ("speed", "m/s")),
+        ("field.twist.twist.linear.x", ("speed", None)),
+        ("field.twist.twist.angular.x", (None, None)),
+        ("linear_acceleration[m/s^2]", (None, "m/s^2")),
+        ("w_tr_right_m", (None, None)),
+        ("q.w", ("qw", None)),
+        ("kappa_radpm", ("curvature", "radpm")),
+        ("Steering Angle", ("steer", None)),
+    ],
+)
+def test_meaning_of_a_name(name: str, found: tuple[str | None, str | None]) -> None:
+    assert meaning(name) == Meaning(*found)
+
+
+LAT, LON = 47.3, 8.5  # a sphere of WGS 84's larger radius is wrong by 0.4 % to the north
+
+
+def _degrees() -> tuple[Any, Any]:
+    east = 111319.49 * math.cos(math.radians(LAT))
+    return LAT + Y / 111319.49, LON + X / east
+
+
+def _flat(path: Path) -> None:
+    assert np.hypot(np.diff(path.x), np.diff(path.y)) == pytest.approx(
+        np.hypot(np.diff(X), np.diff(Y)), rel=6e-3
+    )
+
+
+@pytest.fixture
+def geo() -> None:
+    pytest.importorskip("pyproj")
+
+
+def _gpx(lat: Any, lon: Any) -> str:
+    points = "".join(f'<trkpt lat="{a!r}" lon="{b!r}"/>' for a, b in zip(lat, lon, strict=True))
+    return f"<?xml version='1.0'?>\n<gpx><trk><trkseg>{points}</trkseg></trk></gpx>"
+
+
+def _geojson(lat: Any, lon: Any) -> str:
+    line = {"type": "LineString", "coordinates": np.column_stack((lon, lat)).tolist()}
+    return json.dumps({"type": "Feature", "properties": {}, "geometry": line})
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda a, b: "latitude,longitude\n" + _rows((a, b), ",", "%.10f"),
+        lambda a, b: "lon [deg],lat [deg]\n" + _rows((b, a), ",", "%.10f"),
+        _gpx,
+        _geojson,
+    ],
+)
+def test_latitudes_and_longitudes_become_a_local_plane(
+    tmp_path: Any, geo: None, made: Callable[[Any, Any], str]
+) -> None:
+    lat, lon = _degrees()
+    file = _write(tmp_path, made(lat.tolist(), lon.tolist()))
+    path = Path.from_csv(file)
+    _flat(path)
+    assert (path.x[0], path.y[0]) == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert f"origin {lat[0]:.6f}" in str(path.source)
+    kept = Path.from_csv(file, origin=(LAT, LON))
+    assert (kept.x[0], kept.y[0]) == pytest.approx((X[0], Y[0]), rel=6e-3)
+
+
+@looped(
+    ("head", "columns"),
+    [("X,Y,id\n", "lon=X,lat=Y"), ("", "lon,lat")],
+)
+def test_degrees_without_a_name_are_refused_and_read_as_they_are_called(
+    tmp_path: Any, head: str, columns: str
+) -> None:
+    pytest.importorskip("pyproj")
+    lat, lon = _degrees()
+    more = (np.arange(N) * ONE,) if head else ()
+    file = _write(tmp_path, head + _rows((lon, lat, *more), ",", "%.10f"))
+    with pytest.raises(PathError, match="are degrees"):
+        Path.from_csv(file)
+    _flat(Path.from_csv(file, columns=columns))
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs the cases beside the checkout")
+def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
+    pytest.importorskip("pyproj")
+    yaw = 0.1 * np.arange(60)
+    x, y = 20.0 * np.sin(yaw), 20.0 * (1.0 - np.cos(yaw))
+    special = ("lap_small_open", "closed_first_repeated", "comment_header_reordered")
+    for file in sorted(CASES.iterdir()):
+        try:
+            path = Path.from_csv(file)
+        except PathError as error:
+            said = str(error)
+        else:
+            said = ""
+        if said or file.stem in special:
+            assert not said or "--columns " in said, file.name
+            continue
+        assert np.asarray(path.x)[:60] - path.x[0] == pytest.approx(x, abs=0.2), file.name
+        assert np.asarray(path.y)[:60] - path.y[0] == pytest.approx(y, abs=0.2), file.name
+        if path.speed is not None:
+            assert np.asarray(path.speed) == pytest.approx(5.0, abs=1e-3), file.name
+        if path.yaw is not None:
+            off = (np.asarray(path.yaw)[:60] - yaw + np.pi) % (2.0 * np.pi) - np.pi
+            assert np.abs(off).max() < 0.06, file.name
