@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING, Any, NoReturn, final
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+_SEGMENT_OF_PLACE = ("waypoint", "measured_waypoint")
+"""What `place.segment` was called up to version 0.3, when measured and predicted vehicle had one
+each; still readable."""
+
 
 @final
 class State:
@@ -50,6 +54,9 @@ class State:
         try:
             return self._fields[name]
         except KeyError:
+            if name in _SEGMENT_OF_PLACE and "place" in self._fields:
+                place = self._fields["place"]
+                return None if place is None else place.segment
             text = f"this state has no field {name!r}; it has {', '.join(self._fields)}"
             raise AttributeError(text, name=name, obj=self) from None
 

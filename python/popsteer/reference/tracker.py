@@ -65,9 +65,7 @@ class TrackerState(Generic[StateT]):
     law: StateT
     """What the controller remembers."""
     waypoint: int | None = None
-    """The segment of the last projection of the predicted vehicle; None before the first step."""
-    measured_waypoint: int | None = None
-    """The same of the measured vehicle, where there is a dead time."""
+    """The segment of the last projection of the measured vehicle; None before the first step."""
     steer: float = 0.0
     """The angle last commanded [rad]."""
     speed: float = 0.0
@@ -134,11 +132,10 @@ class Tracker(Generic[StateT]):
         # Since the last step it may have driven faster than now.
         travelled = max(abs(speed), abs(state.speed)) * dt
         state.speed = speed
-        at = here = law.follow.locate(path, state.waypoint, predicted, dt, travelled)
-        state.waypoint = at.closest.segment
+        at = here = law.follow.locate(path, state.waypoint, vehicle, dt, travelled)
+        state.waypoint = here.closest.segment
         if law.vehicle.dead_time > 0.0:
-            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt, travelled)
-            state.measured_waypoint = here.closest.segment
+            at = law.follow.offset(path, here, predicted, travelled)
 
         if not self._bare:
             # The angle that the wheels were given.

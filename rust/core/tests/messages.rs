@@ -1,6 +1,7 @@
 //! What a person reads of a refusal: it names the thing, the bound and the value.
 
 use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams};
+use popsteer_core::path::{Place, Spot};
 use popsteer_core::{Path, PathError, Reported, Status, Tracker, Vehicle, VehicleState};
 
 fn refused(x: &[f64], y: &[f64]) -> PathError {
@@ -58,9 +59,10 @@ fn test_refused_parameters_and_inputs_say_why() {
         error.to_string(),
         "speed must be in [-10000.0, 10000.0], got 100000.0"
     );
-    state.waypoint = Some(7);
+    let point = popsteer_core::Point::new(0.0, 0.0);
+    state.place = Place::Known(Spot { segment: 7, point });
     let error = tracker.check_state(&path.view(), &state).unwrap_err();
-    assert_eq!(error.to_string(), "waypoint must be below 2, got 7.0");
+    assert_eq!(error.to_string(), "place.segment must be below 2, got 7.0");
 }
 
 #[test]

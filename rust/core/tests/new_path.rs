@@ -4,8 +4,8 @@ use popsteer_core::laws::{
     LateralLaw, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, Stanley,
     StanleyParams,
 };
-use popsteer_core::path::locate::locate_by_scan;
-use popsteer_core::tracker::{Place, Predicted};
+use popsteer_core::path::{Place, Spot};
+use popsteer_core::tracker::Predicted;
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::{Path, Point, Reported, Tracker, Vehicle, VehicleState};
 
@@ -248,7 +248,7 @@ fn test_new_path_that_comes_back_beside_itself_is_driven_on_the_right_branch() {
             new = new.with_reverse(&vec![true; x.len()]).unwrap();
         }
         tracker.set_path(&mut state, &old.view(), &new.view());
-        let found = state.waypoint.unwrap();
+        let found = state.place.segment().unwrap();
         assert!(found > 83, "{found}");
     }
 }
@@ -340,66 +340,6 @@ fn test_prediction_is_what_happens_where_the_vehicle_does_what_it_says() {
     predicted(Pop::new(CAR, PopParams::DEFAULT).unwrap(), 120);
 }
 
-/// The measured vehicle's place on the new path is the scan's: about the predicted one's, as far as
-/// the two are apart and a step's search, and along the old path.
-#[test]
-fn test_measured_place_is_found_on_the_new_path_as_the_scan_finds_it() {
-    let tracker = Tracker::of(Stanley::new(LATE, StanleyParams::DEFAULT).unwrap());
-    let follow = *tracker.follow();
-    // Far from the origin: loops of 7 m, which cross themselves at all angles.
-    let coil = |shift: f64| {
-        let (x, y): (Vec<f64>, Vec<f64>) = (0..500)
-            .map(|k| {
-                let s = 0.4 * f64::from(k);
-                let angle = 4.0 * (0.11 * s).sin();
-                let (x, y) = (7.0 * angle.cos(), 7.0 * angle.sin());
-                (
-                    300.0 + 0.1 * s + x + shift,
-                    -200.0 + y + 2.0 * (0.05 * s).cos(),
-                )
-            })
-            .unzip();
-        Path::new(&x, &y, None, false).unwrap()
-    };
-    let (old, new) = (coil(0.0), coil(0.05));
-    let mut compared = 0;
-    for last in (20..480).step_by(3) {
-        for (ahead, aside) in [(0.0, 0.4), (-3.0, 0.2), (-6.0, -1.0), (4.0, 2.5)] {
-            let view = old.view();
-            let point = |k: usize| Point::new(view.x()[k], view.y()[k]);
-            let (start, end) = (point(last), point(last + 1));
-            let along = end - start;
-            let length = along.x.hypot(along.y);
-            let along = Point::new(along.x / length, along.y / length);
-            let mut state = tracker.initial_state();
-            state.waypoint = Some(last);
-            state.measured_waypoint = Some(last);
-            let predicted = Point::new(0.5 * (start.x + end.x), 0.5 * (start.y + end.y));
-            let measured = Point::new(
-                predicted.x + ahead * along.x - aside * along.y,
-                predicted.y + ahead * along.y + aside * along.x,
-            );
-            state.place = Some(Place {
-                predicted,
-                measured,
-            });
-            tracker.set_path(&mut state, &view, &new.view());
-            let reach = follow.search_distance + ahead.hypot(aside);
-            let found = locate_by_scan(
-                &new.view(),
-                state.waypoint.unwrap(),
-                measured,
-                along,
-                reach,
-                follow.opposite_distance,
-            );
-            assert_eq!(state.measured_waypoint, Some(found.segment), "{last}");
-            compared += usize::from(found.segment.abs_diff(state.waypoint.unwrap()) > 3);
-        }
-    }
-    assert!(compared > 100, "{compared}");
-}
-
 /// A path that moves aside a little twice before the next step has moved a little each time.
 #[test]
 fn test_path_that_moves_twice_before_a_step_starts_no_hand_over() {
@@ -447,14 +387,16 @@ fn test_path_of_laps_loses_those_driven_and_gains_those_to_drive() {
             let (old, new) = (laps(before, 0.0, noise), laps(after, shift, noise));
             let point = |k: usize| Point::new(old.view().x()[k], old.view().y()[k]);
             let mut state = tracker.initial_state();
-            state.waypoint = Some(place);
-            let predicted = (point(place) + point(place + 1)) * 0.5;
-            state.place = Some(Place {
-                predicted,
-                measured: predicted,
+            state.place = Place::Known(Spot {
+                segment: place,
+                point: (point(place) + point(place + 1)) * 0.5,
             });
             tracker.set_path(&mut state, &old.view(), &new.view());
-            assert_eq!(state.waypoint, Some(expected), "{after:?} {shift} {noise}");
+            assert_eq!(
+                state.place.segment(),
+                Some(expected),
+                "{after:?} {shift} {noise}"
+            );
         }
     }
 }

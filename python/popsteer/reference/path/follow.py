@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference.math import PI, cos, sin, sqrt
 from popsteer.reference.path.locate import locate
-from popsteer.reference.path.relocalise import relocalise
+from popsteer.reference.path.relocalise import first_as_good, relocalise
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
+
+_AS_GOOD = 0.075
+"""How much farther a place may be, and still be as good as the nearest, in opposite distances."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,7 @@ class Follow:
         that is None, or if the vehicle is lost.
         """
         if waypoint is None:
-            start = self._first_segment(path, vehicle, dt, travelled)
+            start = self._first_segment(path, vehicle)
         else:
             start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt, travelled)
@@ -109,22 +112,29 @@ class Follow:
         changed = waypoint is not None and at.reverse != path.is_reverse(start)
         return replace(at, direction_changed=changed)
 
-    def _first_segment(
-        self, path: PathView, vehicle: VehicleState, dt: float, travelled: float
-    ) -> int:
+    def offset(
+        self, path: PathView, at: Located, vehicle: VehicleState, travelled: float
+    ) -> Located:
+        """Project the same vehicle elsewhere, as an offset from where it is, on the same leg."""
+        along = at.closest.along
+        moved = (vehicle.x - at.vehicle.x) * along[0] + (vehicle.y - at.vehicle.y) * along[1]
+        length = sqrt(along[0] * along[0] + along[1] * along[1])
+        arc = at.closest.arc_length(path) + moved / length
+        segment = _on_leg(path, at.closest.segment, arc)
+        found = self._locate_from(path, segment, vehicle, at.dt, travelled)
+        return replace(found, direction_changed=at.direction_changed, off_path=at.off_path)
+
+    def _first_segment(self, path: PathView, vehicle: VehicleState) -> int:
         """Find the segment of a vehicle that was on no path before.
 
-        Where a path comes by its start again, a vehicle within noise of the start is there.
+        Where an open path passes it more than once, the first of the places that are as good within
+        noise.
         """
         found = self._find_anew(path, vehicle)
         if path.closed:
             return found
-        start = self._locate_from(path, 0, vehicle, dt, travelled).closest
-        end = self._locate_from(path, found, vehicle, dt, travelled).closest
-        ahead = start.along[0] * end.along[0] + start.along[1] * end.along[1] > 0.0
-        same_way = ahead == (path.is_reverse(0) == path.is_reverse(found))
-        farther = sqrt(start.squared_distance) - sqrt(end.squared_distance)
-        return start.segment if same_way and farther <= self.arrival_distance else found
+        base, noise = vehicle.ahead(self.base), _AS_GOOD * self.opposite_distance
+        return first_as_good(path, (base.x, base.y), vehicle.yaw, self.opposite_distance, noise)
 
     def _locate_from(
         self, path: PathView, segment: int, vehicle: VehicleState, dt: float, travelled: float
@@ -176,3 +186,16 @@ class Follow:
         """Search the whole path for the vehicle's `base`."""
         base = vehicle.ahead(self.base)
         return relocalise(path, (base.x, base.y), vehicle.yaw, self.opposite_distance)
+
+
+def _on_leg(path: PathView, start: int, arc: float) -> int:
+    """Return the segment at `arc` [m] of the leg that segment `start` is on."""
+    beyond = path.closed and not 0.0 <= arc < path.length
+    around = path.length if arc < 0.0 else -path.length
+    segment = path.segment_by_arc(arc + around if beyond else arc)
+    if path.reverse is None or (path.closed and all(path.reverse)):
+        return segment
+    if path.section(start) == path.section(segment):
+        return segment
+    first, last = path.section(start)
+    return last if arc > path.s[start] else first

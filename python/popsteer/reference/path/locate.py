@@ -68,7 +68,7 @@ def locate(
         behind = closest_points[k - 1].squared_distance if k > 0 else inf
         ahead = closest_points[k + 1].squared_distance if k + 1 < len(closest_points) else inf
         if behind >= closest.squared_distance < ahead:
-            cost = _least_cost(path, closest, heading, opposite_distance)
+            cost = least_cost(path, closest, heading, opposite_distance)
             if cost < least:
                 best, least = closest, cost
     length = sqrt(best.squared_length)
@@ -101,7 +101,7 @@ def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
     return found
 
 
-def _least_cost(
+def least_cost(
     path: PathView, closest: ClosestPoint, heading: Point, opposite_distance: float
 ) -> float:
     """Return the cost of a closest point: the lesser of two, by segment and by smoothed direction.

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin
+from popsteer.reference.path.locate import least_cost
 from popsteer.reference.path.projection import find_closest_point_between
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
 
@@ -20,13 +21,32 @@ def relocalise(path: PathView, position: Point, yaw: float, opposite_distance: f
     segment, the cost [m] is distance + opposite_distance (1 - cos d) / 2; of several segments as
     good the first is taken.
     """
+    places = _places(path, position, yaw)
+    costs = [closest.cost(heading, opposite_distance) for closest, heading in places]
+    return costs.index(min(costs))
+
+
+def first_as_good(
+    path: PathView, position: Point, yaw: float, opposite_distance: float, noise: float
+) -> int:
+    """Find the first segment along the path that costs at most `noise` [m] more than the least.
+
+    Its cost is by its own direction or by the path's smoothed one, whichever is less.
+    """
+    places = _places(path, position, yaw)
+    limit = min(closest.cost(heading, opposite_distance) for closest, heading in places) + noise
+    costs = (least_cost(path, *place, opposite_distance) for place in places)
+    return next(segment for segment, cost in enumerate(costs) if cost <= limit)
+
+
+def _places(path: PathView, position: Point, yaw: float) -> list[tuple[ClosestPoint, Point]]:
+    """Return the closest point of each segment, and the heading as one that drives forward there."""
     forward = (cos(yaw), sin(yaw))
     backward = (-forward[0], -forward[1])
-    found, least = 0, inf
-    for segment in range(path.segments):
-        closest = find_closest_point_between(path, segment, position, 0.0, 1.0)
-        heading = backward if path.is_reverse(segment) else forward
-        cost = closest.cost(heading, opposite_distance)
-        if cost < least:
-            found, least = segment, cost
-    return found
+    return [
+        (
+            find_closest_point_between(path, segment, position, 0.0, 1.0),
+            backward if path.is_reverse(segment) else forward,
+        )
+        for segment in range(path.segments)
+    ]

@@ -1,5 +1,6 @@
 //! The best of several segments by distance and heading, for a vehicle that may be anywhere.
 
+use super::locate::least_cost;
 use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
@@ -39,14 +40,33 @@ impl Best {
         if closest.squared_distance > most * most {
             return;
         }
-        let heading = if path.is_reverse(segment) {
-            -self.heading
-        } else {
-            self.heading
-        };
+        let heading = self.heading_on(path, segment);
         let candidate = (closest.cost(heading, self.opposite_distance), segment);
         if candidate < self.least {
             self.least = candidate;
+        }
+    }
+
+    /// What segment `segment` of `path` costs [m], by its direction or the path's smoothed one: the
+    /// lesser.
+    #[inline]
+    pub(super) fn least_cost(&self, path: &PathView<'_>, segment: usize) -> f64 {
+        let closest = ClosestPoint::within(path, segment, self.position);
+        least_cost(
+            path,
+            &closest,
+            self.heading_on(path, segment),
+            self.opposite_distance,
+        )
+    }
+
+    /// The heading of the vehicle, as one that drives forward on segment `segment`.
+    #[inline]
+    fn heading_on(&self, path: &PathView<'_>, segment: usize) -> Point {
+        if path.is_reverse(segment) {
+            -self.heading
+        } else {
+            self.heading
         }
     }
 }

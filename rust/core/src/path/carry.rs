@@ -6,7 +6,7 @@
 //! the place is looked for where the progress says: as far from the start as on the old path, or
 //! as far from the end. Only where the new path is elsewhere there, the whole of it is searched.
 
-use super::locate::locate;
+use super::locate::{least_cost, locate};
 use super::projection::ClosestPoint;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
@@ -59,7 +59,7 @@ pub fn carry_over(
     let looks = if is_reverse { yaw + PI } else { yaw };
     let found = relocalise_within(new, place.point, looks, opposite_distance, budget);
     let anywhere = ClosestPoint::new(new, found.segment, place.point);
-    let cost = |at: &ClosestPoint| at.cost(along, opposite_distance);
+    let cost = |at: &ClosestPoint| least_cost(new, at, along, opposite_distance);
 
     let arc = here.arc_length(old);
     let from_end = new.length() - (old.length() - arc);

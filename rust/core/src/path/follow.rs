@@ -6,10 +6,9 @@
 //! path is driven backwards, [`Follow::locate`] gives them the mirrored vehicle, and
 //! [`Located::mirror`] converts their angle.
 
-use super::index::{Found, STEP_BUDGET};
 use super::locate::locate;
+use super::place::{Place, Spot};
 use super::projection::ClosestPoint;
-use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{PI, cos, larger, sin, sqrt};
@@ -85,11 +84,8 @@ impl Follow {
     }
 
     /// Projects the tracked point of a checked vehicle near segment `waypoint`, from which it can
-    /// have `travelled` so far [m] in the period `dt` [s]; on the whole path if that is none.
-    ///
-    /// The search of the whole path may run out of [`STEP_BUDGET`] and then gives the best place so
-    /// far. A first step takes that place. A lost vehicle takes it only if it is no longer lost
-    /// there, and else keeps its last place.
+    /// have `travelled` so far [m] in the period `dt` [s]; on the whole path if that is none. As
+    /// [`find`](Self::find).
     #[inline]
     pub fn locate_within(
         &self,
@@ -99,58 +95,11 @@ impl Follow {
         dt: f64,
         travelled: f64,
     ) -> Located {
-        let start = match waypoint {
-            Some(waypoint) => path.segment_at(waypoint),
-            None => self.first_segment(path, vehicle, dt, travelled),
-        };
-        let mut at = self.locate_from(path, start, vehicle, dt, travelled);
-        if path.reverse().is_some()
-            && let Some(next) = self.next_section(path, &at, vehicle)
-        {
-            at = self.locate_from(path, next, vehicle, dt, travelled);
-        }
-        let squared_lost = self.lost_distance * self.lost_distance;
-        if at.closest.squared_distance > squared_lost {
-            let found = self.find_anew(path, vehicle);
-            let anew = self.locate_from(path, found.segment, vehicle, dt, travelled);
-            let is_found = found.is_exact || anew.closest.squared_distance <= squared_lost;
-            if is_found && anew.closest.squared_distance < at.closest.squared_distance {
-                at = anew;
-            }
-            at.off_path = true;
-        }
-        at.direction_changed = waypoint.is_some() && at.reverse != path.is_reverse(start);
-        at
-    }
-
-    /// The segment of a vehicle that was on no path before. Where an open path comes by its start again,
-    /// as there and back, a vehicle within noise of the start is there.
-    fn first_segment(
-        &self,
-        path: &PathView<'_>,
-        vehicle: VehicleState,
-        dt: f64,
-        travelled: f64,
-    ) -> usize {
-        let found = self.find_anew(path, vehicle).segment;
-        if path.is_closed() {
-            return found;
-        }
-        let at = |segment| {
-            self.locate_from(path, segment, vehicle, dt, travelled)
-                .closest
-        };
-        let (start, end) = (at(0), at(found));
-        let (one, other) = (start.along(), end.along());
-        let ahead = one.dot(&other) > 0.0;
-        let same_way = ahead == (path.is_reverse(0) == path.is_reverse(found));
-        let noise = self.arrival_distance;
-        let farther = sqrt(start.squared_distance) - sqrt(end.squared_distance);
-        if same_way && farther <= noise {
-            start.segment
-        } else {
-            found
-        }
+        let place = waypoint.map_or(Place::Unknown, |segment| {
+            let point = path.waypoint(segment);
+            Place::Known(Spot { segment, point })
+        });
+        self.find(path, &place, vehicle, dt, travelled)
     }
 
     /// The same of a vehicle that has travelled at its present speed.
@@ -167,7 +116,7 @@ impl Follow {
     }
 
     #[inline]
-    fn locate_from(
+    pub(super) fn locate_from(
         &self,
         path: &PathView<'_>,
         segment: usize,
@@ -206,7 +155,7 @@ impl Follow {
     ///
     /// The rear axle decides for every tracked point and every point of the pose, so that all
     /// change direction in one step. The projection only tells which cusp is next.
-    fn next_section(
+    pub(super) fn next_section(
         &self,
         path: &PathView<'_>,
         at: &Located,
@@ -226,15 +175,6 @@ impl Follow {
         let to = end - vehicle.point_ahead(self.rear_axle);
         let remaining = to.dot(&along) / sqrt(along.dot(&along));
         (remaining <= self.arrival_distance).then_some(next)
-    }
-
-    /// Searches the whole path for the vehicle's `base`.
-    #[cold]
-    fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> Found {
-        let base = vehicle.ahead(self.base);
-        let position = Point::new(base.x, base.y);
-        let opposite_distance = self.opposite_distance;
-        relocalise_within(path, position, vehicle.yaw, opposite_distance, STEP_BUDGET)
     }
 }
 

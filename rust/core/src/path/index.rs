@@ -41,7 +41,6 @@ pub(super) fn search(
 ) -> Found {
     let position = best.position;
     let runs = boxes.len() / 2;
-    let first_run = runs.next_power_of_two();
     let start = path.waypoint(0);
     let size = path.length() + start.x.abs() + start.y.abs() + position.x.abs() + position.y.abs();
     let margin = MARGIN * (size + best.opposite_distance);
@@ -77,9 +76,7 @@ pub(super) fn search(
                 next = Some(near);
                 continue;
             }
-            // The leaves of the tree lie on its last two levels; the runs begin on the lower one.
-            let before = if node < first_run { runs } else { 0 };
-            let first = (node + before - first_run) * RUN;
+            let first = run_of(node, runs) * RUN;
             for segment in first..path.segments().min(first + RUN) {
                 best.visit(path, segment);
             }
@@ -97,6 +94,53 @@ pub(super) fn search(
         is_exact,
         visits: visited,
     }
+}
+
+/// The first segment along `path` that costs at most `limit` [m] by `best`, where `budget` boxes
+/// are enough to find it.
+pub(super) fn first_within(
+    path: &PathView<'_>,
+    boxes: &[Bounds],
+    best: &Best,
+    limit: f64,
+    budget: usize,
+) -> Option<usize> {
+    let runs = boxes.len() / 2;
+    // A box that rounding lets in has segments that are weighed and found to cost more.
+    let reach = limit + MARGIN * (path.length() + limit);
+    // Depth first, the left half first, is the order along the path.
+    let mut pending = [1; LEVELS];
+    let mut count = 1;
+    for _ in 0..budget {
+        count = usize::checked_sub(count, 1)?;
+        let node = pending.get(count).copied()?;
+        let far = boxes.get(node)?.squared_distance(best.position) > reach * reach;
+        if far {
+            continue;
+        }
+        if node < runs {
+            for child in [2 * node + 1, 2 * node] {
+                *pending.get_mut(count)? = child;
+                count += 1;
+            }
+            continue;
+        }
+        let first = run_of(node, runs) * RUN;
+        let mut segments = first..path.segments().min(first + RUN);
+        let found = segments.find(|&segment| best.least_cost(path, segment) <= limit);
+        if found.is_some() {
+            return found;
+        }
+    }
+    None
+}
+
+/// The run that leaf `node` of a tree of so many `runs` holds: the leaves lie on its last two levels,
+/// and the runs begin on the lower one.
+fn run_of(node: usize, runs: usize) -> usize {
+    let first_run = runs.next_power_of_two();
+    let before = if node < first_run { runs } else { 0 };
+    node + before - first_run
 }
 
 #[cfg(test)]

@@ -144,7 +144,7 @@ fn facing(
 /// The lesser of two costs: by the direction of the segment, [`ClosestPoint::cost`], and by the
 /// path's smoothed direction. A single segment of noisy waypoints or of a staircase may lead
 /// anywhere; the path about it does not.
-fn least_cost(
+pub(super) fn least_cost(
     path: &PathView<'_>,
     closest: &ClosestPoint,
     heading: Point,

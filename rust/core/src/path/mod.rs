@@ -5,7 +5,7 @@
 //! - [`projection`] is the closest point of a segment; [`locate`] finds it along the arc around the
 //!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on
 //!   long paths.
-//! - [`follow`] takes a vehicle along the path in both directions.
+//! - [`follow`] takes a vehicle along the path in both directions, and [`place`] says where it is.
 //! - [`carry`] takes a place over to a path that replaces another.
 //! - `shape` is the curve that headings and curvatures of a planner's own make.
 //! - [`preview`] gives the path's turns ahead, [`stop`] distance and speed to the next stop.
@@ -24,6 +24,7 @@ pub mod measure;
 mod nearby;
 #[cfg(feature = "alloc")]
 mod owned;
+pub mod place;
 pub mod preview;
 pub mod projection;
 pub mod relocalise;
@@ -40,6 +41,7 @@ pub use follow::{Follow, Located};
 pub use index::{Found, STEP_BUDGET};
 #[cfg(feature = "alloc")]
 pub use owned::Path;
+pub use place::{Place, Spot};
 pub use projection::{ClosestPoint, Projection};
 pub use stop::Ahead;
 pub use view::PathView;

@@ -38,6 +38,27 @@ pub fn relocalise_within(
     }
 }
 
+/// The first segment along the path that costs at most `noise` [m] more than the segment `found` for a
+/// vehicle at `position` with heading `yaw`, `best` being both; `found` where the `budget` of boxes does
+/// not reach one.
+pub fn first_as_good(
+    path: &PathView<'_>,
+    position: Point,
+    yaw: f64,
+    opposite_distance: f64,
+    (found, noise): (usize, f64),
+    budget: usize,
+) -> usize {
+    let mut best = Best::new(position, yaw, opposite_distance);
+    best.visit(path, found);
+    let limit = best.least.0 + noise;
+    let first = match path.index {
+        Some(boxes) => index::first_within(path, boxes, &best, limit, budget),
+        None => (0..found).find(|&segment| best.least_cost(path, segment) <= limit),
+    };
+    first.unwrap_or(found)
+}
+
 /// The segment to start from after a jump to `position` with heading `yaw`: the one of least
 /// distance plus a penalty that grows as the heading turns away from the path, up to
 /// `opposite_distance` [m] against it; the first of several. Visits every segment.

@@ -23,7 +23,8 @@ impl<L: LateralLaw> Tracker<L> {
     ///
     /// The time `dt` of a held input is added to the next step, which then is one step over the
     /// whole time, and has to report for all of it: what is `reported` with a held input is
-    /// ignored. A `dt` that is itself refused counts as that of the last step.
+    /// ignored. A `dt` that is itself refused counts as no time: a clock that repeats a stamp, or goes
+    /// back, shows the time with its next stamp, and one that leaps ahead is not believed.
     pub fn step_or_hold(
         &self,
         path: &PathView<'_>,
@@ -53,9 +54,9 @@ impl<S> Tracking<S> {
     }
 
     /// Notes an input that is missing, or refused, `dt` [s] after the last: the next step covers
-    /// its time. A `dt` out of its range counts as that of the last step.
+    /// its time. A `dt` out of its range counts as no time.
     pub fn miss(&mut self, dt: f64) {
-        let dt = checked_dt(dt).unwrap_or(self.period);
+        let dt = checked_dt(dt).unwrap_or(0.0);
         self.held_time = saturate(self.held_time + dt, 0.0, MAX_DT);
     }
 

@@ -15,5 +15,5 @@ pub use command::Command;
 pub use intend::Predicted;
 pub use monitor::{MonitorParams, MonitorState};
 pub use reported::Reported;
-pub use state::{Answer, Deviation, Handover, Model, Place, TrackerState, Tracking};
+pub use state::{Answer, Deviation, Handover, Model, TrackerState, Tracking};
 pub use step::Tracker;

@@ -5,15 +5,15 @@
 //! starts a hand-over.
 
 use crate::bounds::MIN_DT;
-use crate::geometry::{Point, get_distance};
+use crate::geometry::Point;
 use crate::laws::{LateralLaw, LateralState};
 use crate::math::{saturate, sqrt};
 use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::index::STEP_BUDGET;
-use crate::path::locate::locate;
+use crate::path::place::Spot;
 use crate::path::projection::ClosestPoint;
 use crate::path::view::PathView;
-use crate::tracker::state::{HANDOVER_TIME, Handover, Place, Tracking};
+use crate::tracker::state::{HANDOVER_TIME, Handover, Tracking};
 use crate::tracker::step::Tracker;
 
 /// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
@@ -31,44 +31,28 @@ impl<L: LateralLaw> Tracker<L> {
     /// elsewhere the command changes over from the present angle within [`HANDOVER_TIME`]; a
     /// hand-over in progress keeps its end. Before the first step nothing changes.
     pub fn set_path(&self, state: &mut Tracking<L::State>, old: &PathView<'_>, new: &PathView<'_>) {
-        let Some(last) = state.waypoint else {
-            state.measured_waypoint = None;
+        let Some(Spot { segment, point }) = state.place.spot() else {
             return;
         };
-        let measured = state.measured_waypoint.unwrap_or(last);
-        if goes_on(old, new, last) && goes_on(old, new, measured) {
+        if goes_on(old, new, segment) {
             return;
         }
-        let Some(place) = state.place else {
-            // After a jump it is not known where on the old path the vehicle was.
-            state.jump_to(None);
-            return state.hand_over();
-        };
-        let last = old.segment_at(last);
+        let last = old.segment_at(segment);
         let is_reverse = old.is_reverse(last);
-        let opposite = self.follow().opposite_distance;
-        let limit = ELSEWHERE * self.vehicle().wheelbase;
+        let follow = self.follow();
+        let (opposite, reach) = (follow.opposite_distance, follow.search_distance);
         let progress = Progress {
             segment: last,
-            point: place.predicted,
-            reach: self.follow().search_distance,
+            point,
+            reach,
         };
-        let closest = carry_over(old, new, progress, opposite, limit, STEP_BUDGET);
-        let closest = closest.on_curve(new, place.predicted);
+        let closest = carry_over(old, new, progress, opposite, follow.noise(), STEP_BUDGET);
+        let closest = closest.on_curve(new, point);
         let (start, end) = old.segment(last);
         let along = end - start;
-
-        if state.measured_waypoint.is_some() {
-            let along = along / sqrt(along.dot(&along));
-            let apart = get_distance(place.predicted, place.measured);
-            let reach = self.follow().search_distance + apart;
-            let found = locate(new, closest.segment, place.measured, along, reach, opposite);
-            state.measured_waypoint = Some(found.segment);
-        }
-        state.waypoint = Some(closest.segment);
-        state.place = Some(Place {
-            predicted: closest.point,
-            ..place
+        state.place = state.place.moved(Spot {
+            segment: closest.segment,
+            point: closest.point,
         });
 
         let changes_direction = new.is_reverse(closest.segment) != is_reverse;

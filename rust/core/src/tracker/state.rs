@@ -7,6 +7,7 @@ use crate::error::{InputError, input_within};
 use crate::geometry::Point;
 use crate::laws::LateralState;
 use crate::math::{atan2, wrap};
+use crate::path::Place;
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
 use crate::tracker::monitor::state::MonitorState;
@@ -68,27 +69,6 @@ impl Deviation {
         input_within("answer", self.along.x, most)?;
         input_within("answer", self.along.y, most)?;
         Ok(())
-    }
-}
-
-/// The projections of the last step, by which the place is found on another path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Place {
-    /// That of the predicted vehicle [m].
-    pub predicted: Point,
-    /// That of the measured one [m].
-    pub measured: Point,
-}
-
-impl Place {
-    pub(super) fn checked(self) -> Result<Self, InputError> {
-        let most = 4.0 * MAX_COORDINATE;
-        for point in [self.predicted, self.measured] {
-            input_within("place", point.x, most)?;
-            input_within("place", point.y, most)?;
-        }
-        Ok(self)
     }
 }
 
@@ -212,12 +192,8 @@ parts! {
     Tracking {
         /// What the controller remembers.
         law: S,
-        /// The segment of the last projection of the predicted vehicle; None before the first step.
-        waypoint: Option<usize>,
-        /// The same of the measured vehicle, where there is a dead time.
-        measured_waypoint: Option<usize>,
-        /// Where both were projected to; None before the first step and after a jump.
-        place: Option<Place>,
+        /// Where the measured vehicle is on the path.
+        place: Place,
         /// The angle last commanded [rad].
         steer: f64,
         /// A hand-over that is not over.
@@ -293,13 +269,13 @@ impl Model {
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Sets the place on the path after a jump. The motion until then is not used for estimates.
-    pub fn set_waypoint(&mut self, waypoint: usize) {
-        self.jump_to(Some(waypoint));
+    /// The localisation has jumped, or the vehicle was searched for: it is near `place`, and the motion
+    /// until now is not used for estimates.
+    pub(super) fn jump_to(&mut self, place: Place) {
+        self.tracking.jump(place);
         self.model.estimator.last_measured = None;
         self.gate = None;
         if let Some(monitor) = &mut self.monitor {
-            monitor.interrupt();
             monitor.within = false;
         }
     }
@@ -316,13 +292,14 @@ impl<S> Tracking<S> {
 }
 
 impl<S: LateralState> Tracking<S> {
-    /// Starts the next step from this waypoint, or from the whole path: what was measured against
-    /// the path before says nothing of the errors from here on.
-    pub(super) fn jump_to(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-        self.measured_waypoint = waypoint;
-        self.place = None;
+    /// The localisation has jumped: what was measured against the path before says nothing of the
+    /// errors from here on.
+    pub(super) fn jump(&mut self, place: Place) {
+        self.place = place;
         self.law.interrupt();
+        if let Some(monitor) = &mut self.monitor {
+            monitor.interrupt();
+        }
     }
 }
 

@@ -6,12 +6,14 @@
 
 use crate::bounds::MAX_DT;
 use crate::error::{ConfigError, InputError, input_in_range};
-use crate::geometry::{Point, get_distance};
+use crate::geometry::Point;
 use crate::laws::law::check_steer;
 use crate::laws::{Belief, Decision, LateralLaw, LateralState};
 use crate::math::larger;
 use crate::path::follow::{Follow, Located};
+use crate::path::place::{Place, Spot};
 use crate::path::preview::wheel_at_rest;
+use crate::path::projection::ClosestPoint;
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
@@ -20,7 +22,7 @@ use crate::tracker::command::Command;
 use crate::tracker::monitor::{Measured, Monitor, MonitorParams, MonitorState};
 use crate::tracker::reported::Reported;
 use crate::tracker::state::{
-    Answer, Deviation, HANDOVER_TIME, Handover, Model, Place, TrackerState, Tracking, widest_offset,
+    Answer, Deviation, HANDOVER_TIME, Handover, Model, TrackerState, Tracking, widest_offset,
 };
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
@@ -124,9 +126,7 @@ impl<L: LateralLaw> Tracker<L> {
     pub fn initial_state(&self) -> TrackerState<L::State> {
         let tracking = Tracking {
             law: self.law.initial_state(),
-            waypoint: None,
-            measured_waypoint: None,
-            place: None,
+            place: Place::Unknown,
             steer: 0.0,
             handover: None,
             held: 0,
@@ -185,7 +185,9 @@ impl<L: LateralLaw> Tracker<L> {
         let follow = self.follow();
         let base = vehicle.ahead(follow.base);
         let position = Point::new(base.x, base.y);
-        state.set_waypoint(relocalise(path, position, yaw, follow.opposite_distance));
+        let segment = relocalise(path, position, yaw, follow.opposite_distance);
+        let point = ClosestPoint::new(path, segment, position).point;
+        state.jump_to(Place::Lost(Spot { segment, point }));
         Ok(())
     }
 
@@ -201,15 +203,13 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Result<(), InputError> {
         let vehicle = self.law.vehicle();
         self.law.check_state(&state.law)?;
-        path.check_waypoint("waypoint", state.waypoint)?;
-        path.check_waypoint("measured_waypoint", state.measured_waypoint)?;
+        state.place.checked(path)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
             check_steer("handover.offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover.remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
-        state.place.map(Place::checked).transpose()?;
         input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
         input_in_range("period", state.period, 0.0, MAX_DT)?;
         state.answer.map(Answer::checked).transpose()?;
@@ -291,9 +291,9 @@ impl<L: LateralLaw> Tracker<L> {
         reported: Reported,
     ) -> Result<Status, InputError> {
         let vehicle = vehicle.checked()?;
-        let dt = checked_dt(dt)?;
+        let period = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
-        let dt = state.elapse(&mut model.estimator, dt);
+        let dt = state.elapse(&mut model.estimator, period);
         if let Some(applied) = reported.applied_steer {
             // The command that was applied takes the place of the last one.
             state.steer = applied;
@@ -307,32 +307,28 @@ impl<L: LateralLaw> Tracker<L> {
 
         let follow = self.law.follow();
         let (here, predicted) = (perception.here, perception.predicted);
-        // Since the last step it may have driven faster than now. After a jump both are looked for
-        // from the place of the measured vehicle.
+        // Since the last step it may have driven faster than now.
         let last = state.answer.as_ref();
         let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
         let travelled = larger(here.speed.abs(), faster) * dt;
-        let ahead = if state.place.is_none() && state.waypoint.is_some() {
-            let from = Point::new(here.x, here.y);
-            get_distance(from, Point::new(predicted.x, predicted.y))
-        } else {
-            0.0
-        };
-        let at = follow.locate_within(path, state.waypoint, predicted, dt, travelled + ahead);
-        state.waypoint = Some(at.closest.segment);
-        let measured = self.locate_measured(path, state, here, belief.estimate, dt, travelled);
-        let located = measured.as_ref().unwrap_or(&at);
+        let located = follow.find(path, &state.place, here, dt, travelled);
         if let Some(adapt) = &self.adapt {
             // A pose that was given before carries no new information.
             if reached.wheels.is_some() {
                 let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
                 let since = (reached.time, bend);
-                self.observe_slip(&mut model.estimator, adapt, located, vehicle, since);
+                self.observe_slip(&mut model.estimator, adapt, &located, vehicle, since);
             }
             belief.estimate = model.estimator.estimate;
         }
 
-        let fault = self.find_faults(state, model, located, here, lately);
+        let at = if self.models && belief.estimate.delays(self.law.vehicle()) {
+            follow.offset(path, &located, predicted, travelled)
+        } else {
+            located
+        };
+
+        let fault = self.find_faults(state, model, &located, here, lately);
         if fault.contains(Status::IMPLAUSIBLE) {
             // Wheels that do not obey are no late wheels: nothing is learnt from them.
             model.estimator.last_measured = None;
@@ -347,10 +343,11 @@ impl<L: LateralLaw> Tracker<L> {
             state.law.set_steer(steer);
             Status::OK
         } else {
-            self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
+            // While inputs were missing the command stood: their time is none to turn the wheels in.
+            self.limit(state, steer, at.vehicle.speed, period, &belief.estimate)
         };
-        let ahead = Ahead::of(path, follow, located);
-        state.remember(&at, located, decision.target, ahead, here);
+        let ahead = Ahead::of(path, follow, &located);
+        state.remember(&at, &located, decision.target, ahead, here);
         let status = decision.status
             | fault
             | pose
@@ -386,29 +383,6 @@ impl<L: LateralLaw> Tracker<L> {
             rest
         } else {
             self.law.decide(path, &mut state.law, at, belief)
-        }
-    }
-
-    /// Where on the path the measured vehicle is; None if the predicted one is the same.
-    #[inline]
-    fn locate_measured(
-        &self,
-        path: &PathView<'_>,
-        state: &mut Tracking<L::State>,
-        vehicle: VehicleState,
-        estimate: Estimate,
-        dt: f64,
-        travelled: f64,
-    ) -> Option<Located> {
-        if self.models && estimate.delays(self.law.vehicle()) {
-            let (follow, start) = (self.law.follow(), state.measured_waypoint);
-            let measured = follow.locate_within(path, start, vehicle, dt, travelled);
-            state.measured_waypoint = Some(measured.closest.segment);
-            Some(measured)
-        } else {
-            // One that a state of another vehicle brought along may be none of this path.
-            state.measured_waypoint = None;
-            None
         }
     }
 
@@ -482,10 +456,7 @@ impl<L: LateralLaw> Tracker<L> {
         let believed = gate.believed;
         if jumped {
             model.estimator.last_measured = None;
-            state.jump_to(None);
-            if let Some(monitor) = &mut state.monitor {
-                monitor.interrupt();
-            }
+            state.jump(state.place.lost());
         }
         (believed, status)
     }
@@ -538,9 +509,6 @@ impl<S> Tracking<S> {
             ahead,
             vehicle,
         });
-        self.place = Some(Place {
-            predicted: predicted.closest.point,
-            measured: here.closest.point,
-        });
+        self.place = Place::of(here);
     }
 }
