@@ -79,7 +79,11 @@ def stated(car: logged.Car, found: Identification) -> list[Stated]:
         "steer_play": car.play,
         "rear_axle": -car.point,
     }
-    values = {**found.vehicle.as_dict(), "delay": found.delay, "turning_length": found.turning_length}
+    values = {
+        **found.vehicle.as_dict(),
+        "delay": found.delay,
+        "turning_length": found.turning_length,
+    }
     values["steer_play"] = found.fit.values.get("steer_play", 0.0)
     errors = {**found.errors, "delay": found.delay_error}
     errors["turning_length"] = found.turning_length_error

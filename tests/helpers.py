@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import settings
 
+from popsteer import State
 from studies.layout import AUTHORS
 
 if TYPE_CHECKING:
@@ -29,6 +30,11 @@ def authors_data() -> Path:
 def named(field: str) -> str:
     """What to look for in a TypeError about `field`: Python 3.10 takes no notes with a name."""
     return field if sys.version_info >= (3, 11) else "."
+
+
+def placed(segment: int, lost: bool = False) -> State:
+    """The place of a controller's state: on this segment of a path, somewhere."""
+    return State(segment=segment, point=(3.0, 0.5), lost=lost)
 
 
 def long_drives() -> settings:

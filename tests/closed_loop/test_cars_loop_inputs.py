@@ -97,9 +97,27 @@ def _loops(name: str, car: popsteer.Vehicle, lost: set[int]) -> tuple[Any, Any]:
 @pytest.mark.parametrize("late", [False, True])
 def test_both_loops_give_the_same_angles(name: str, missed: int, late: bool) -> None:
     car = CAR if late else popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+    # A rate limit knows that the wheels do not turn while a command is held; see the next test.
+    car = car.replace(max_steer_rate=None)
     lost = {k for k in range(5, 120) if k % (missed + 7) >= 7}
     stepped, held = _loops(name, car, lost)
     assert stepped.state == held.state
+
+
+@each_law
+@pytest.mark.parametrize("wheelbase", [0.16, 2.7, 12.0])
+@pytest.mark.parametrize("missed", [1, 5, 40])
+def test_wheels_turn_in_no_time_that_was_held(name: str, missed: int, wheelbase: float) -> None:
+    car = popsteer.Vehicle(wheelbase=wheelbase, max_steer=0.6, max_steer_rate=0.3)
+    path = popsteer.Path([(wheelbase * k, 0.0) for k in range(60)])
+    law = controllers.get(name).controller(path, car)
+    speed = 2.0 * wheelbase
+    # It comes back after the gap a wheelbase beside the path, and wants to turn far.
+    for k in range(20 + missed):
+        x = math.nan if k >= 20 else speed * DT * k
+        before = law.step_or_hold(x, 0.0, 0.0, speed, DT).steer
+    after = law.step_or_hold(speed * DT * k, wheelbase, 0.0, speed, DT).steer
+    assert abs(after - before) <= 0.3 * DT + 1e-12
 
 
 @pytest.mark.parametrize("missed", [1, 5, 9])
@@ -129,16 +147,32 @@ def test_nothing_is_estimated_across_a_gap() -> None:
     assert controller.estimate == before
 
 
-def test_dt_that_is_refused_counts_as_that_of_the_last_step() -> None:
+@pytest.mark.parametrize("dt", [0.0, -0.04, -60.0, 2000.0, math.nan, math.inf])
+def test_dt_that_is_refused_counts_as_no_time(dt: float) -> None:
     one, other = (popsteer.Pid(COURSE.whole(), CAR) for _ in range(2))
     for controller in (one, other):
         controller.step(0.0, 0.2, 0.0, SPEED, 0.04)
-    assert other.state.period == 0.04
-    one.step_or_hold(math.nan, 0.2, 0.0, SPEED, 0.04)
-    other.step_or_hold(0.4, 0.2, 0.0, SPEED, math.nan)
-    assert other.state.held_time == 0.04
-    assert one.step(0.8, 0.1, 0.0, SPEED, 0.04) == other.step(0.8, 0.1, 0.0, SPEED, 0.04)
+    for _ in range(100):
+        held = other.step_or_hold(0.4, 0.2, 0.0, SPEED, dt, hold_limit=100)
+        assert held.status == Status.INPUT_HELD
     assert other.state.held_time == 0.0
+    # The next stamp tells all of it.
+    assert one.step(0.8, 0.1, 0.0, SPEED, 0.08) == other.step(0.8, 0.1, 0.0, SPEED, 0.08)
+    assert other.state.period == 0.08
+
+
+@pytest.mark.parametrize("ticks", [2, 3, 5])
+@pytest.mark.parametrize("period", [0.004, 0.01, 0.02])
+def test_clock_that_repeats_its_stamps_counts_the_time_that_passes(
+    ticks: int, period: float
+) -> None:
+    controller = popsteer.PreviewPop(popsteer.Path([(0.0, 0.0), (100.0, 0.0)]), CAR)
+    for k in range(300):
+        dt = 0.0 if k % ticks else ticks * period
+        command = controller.step_or_hold(6.0 * period * k, 0.0, 0.0, 6.0, dt)
+        assert command.status.level != "fault"
+        if k % ticks == 0:
+            assert controller.state.period == pytest.approx(ticks * period)
 
 
 def test_time_held_for_ever_is_bounded() -> None:

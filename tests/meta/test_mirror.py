@@ -35,6 +35,7 @@ HELD = {
     "params.rs": f"{_TWINS}error.py",
     "laws/params.rs": f"{_TWINS}laws/law.py",
     "path/best.rs": f"{_TWINS}path/relocalise.py",
+    "path/place.rs": f"{_TWINS}path/follow.py",
     "laws/pid/mod.rs": f"{_TWINS}laws/pid.py",
     "laws/pid/error_buffer.rs": f"{_TWINS}laws/pid.py",
     "laws/preview_pop/mod.rs": f"{_TWINS}laws/preview_pop/__init__.py",

@@ -61,7 +61,7 @@ def _plain(value: Any) -> Any:
 
 def _remembered(state: Any, like: reference.TrackerState[Any]) -> dict[str, Any]:
     """What a state has of what the reference's tracker remembers."""
-    tracked = ("waypoint", "measured_waypoint", "steer")
+    tracked = ("waypoint", "steer")
     in_flight = state.in_flight
     return {
         **(vars(like.law) if state is like else _own(state, like.law)),
@@ -241,7 +241,6 @@ class Controller(Pair):
         self.twin.state = reference.TrackerState(
             law,
             state.waypoint,
-            state.measured_waypoint,
             state.steer,
             0.0 if state.answer is None else state.answer.vehicle.speed,
             None if in_flight is None else InFlight(in_flight.commands, in_flight.wheel),

@@ -188,7 +188,7 @@ def decided(
     params = getattr(reference, law.params_name)(**controller.params.as_dict())
     twin = getattr(reference, law.name)(car, params)
     x, y, yaw, speed, dt = step
-    vehicle = VehicleState(x, y, yaw, speed)
+    vehicle = predicted = VehicleState(x, y, yaw, speed)
     wheel, estimate = before.steer, reference.Estimate()
     if after.in_flight is not None:
         in_flight = InFlight(after.in_flight.commands, after.in_flight.wheel)
@@ -197,11 +197,13 @@ def decided(
         estimate = _estimate(after, slip_of=before)
         if car.dead_time > 0.0:
             then, wheel = in_flight.predict(car, vehicle.ahead(car.no_slip), estimate)
-            vehicle = then.bounded().ahead(-car.no_slip).bounded()
+            predicted = then.bounded().ahead(-car.no_slip).bounded()
         estimate = _estimate(after, slip_of=after)
     faster = 0.0 if before.answer is None else abs(before.answer.vehicle.speed)
     travelled = max(abs(speed), faster) * dt
     at = twin.follow.locate(path, before.waypoint, vehicle, dt, travelled)
+    if car.dead_time > 0.0:
+        at = twin.follow.offset(path, at, predicted, travelled)
     state = twin.STATE()
     # What a buffer holds stands in the law itself here.
     own = before.law.as_dict()

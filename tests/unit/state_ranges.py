@@ -12,7 +12,7 @@ from popsteer import State
 DEVIATION = State(cross_track_error=0.5, yaw=0.1, along=(1.0, 0.0))
 POSE = State(x=0.0, y=0.0, yaw=0.0, speed=1.0)
 WHOLE: dict[str, Any] = {
-    "place": State(predicted=(0.0, 0.0), measured=(0.0, 1.0)),
+    "place": State(segment=0, point=(0.0, 1.0), lost=False),
     "handover": State(offset=0.1, remaining=0.5),
     "past": State(angles=((0.0, 0.1), (0.1, 0.1)), wheel=0.0, since=0.0),
     "answer": State(
@@ -56,11 +56,7 @@ RANGES: list[tuple[str, float, float, str]] = [
     ("handover.remaining", 0.0, 1.0, ""),
     ("held_time", 0.0, 1e3, ""),
     ("period", 0.0, 1e3, ""),
-    *(
-        (f"place.{vehicle}.{axis}", -4e9, 4e9, "place")
-        for vehicle in ("predicted", "measured")
-        for axis in (0, 1)
-    ),
+    *((f"place.point.{axis}", -4e9, 4e9, "place.point") for axis in (0, 1)),
     *(
         (f"estimator.last_measured.{name}", -most, most, "last_measured")
         for name, most in (("x", 2e9), ("y", 2e9), ("yaw", 1e6), ("speed", 1e4))

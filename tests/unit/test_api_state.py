@@ -12,6 +12,7 @@ import pytest
 
 import popsteer
 from popsteer import InputError, State
+from tests.helpers import placed
 from tests.parity.laws import LATERAL
 from tests.unit.state_ranges import LONGER, OWN_RANGES, POSE, RANGES, WHOLE
 
@@ -55,7 +56,7 @@ def _regression(count: int, noise: float) -> dict[str, Any]:
 
 
 FIRST: dict[str, Any] = {
-    **dict.fromkeys(("waypoint", "measured_waypoint", "place", "handover", "answer", "past")),
+    **dict.fromkeys(("place", "handover", "answer", "past")),
     "monitor": None,
     "gate": None,
     "in_flight": None,
@@ -116,6 +117,8 @@ _TRACKER_STATE: dict[str, Any] = {
     **dict.fromkeys(("acceleration", "drive", "slow_drive", "disturbance", "turning", "bend"), 0.0),
     **dict.fromkeys(("model_speed", "to_stop", "gate"), None),
     **dict.fromkeys(("standing", "overruns"), False),
+    "heard": None,
+    "servo": {"command": 0.0, "response": 0.0, "sums": (0.0, 0.0), "wanted": None},
 }
 
 
@@ -141,7 +144,7 @@ def test_state_with_a_dead_time_begins_with_commands_in_flight() -> None:
         in_flight = sum(duration for _, duration in state.in_flight.commands)
         longer = state.estimator.estimate.longer_dead_time
         assert in_flight == pytest.approx(0.2 + longer)
-        assert state.measured_waypoint in (4, 7)
+        assert state.place.segment in (4, 7)
         # The pose repeats though the vehicle drives: it is an old one, rolled forward.
         expected, measured = state.gate.believed, state.gate.measured
         assert (measured.x, measured.y) == (4.0, 1.0) != (expected.x, expected.y)
@@ -155,8 +158,13 @@ def test_state_after_a_step_is_another_and_shows_it() -> None:
         command = controller.step(*STEP)
         after = controller.state
         assert after != first
-        assert after.waypoint in (4, 7)  # tracked points 0 to 3 m ahead of x = 4
-        assert first.waypoint is first.answer is None
+        assert after.place.segment in (4, 7)  # tracked points 0 to 3 m ahead of x = 4
+        assert after.waypoint == after.measured_waypoint == after.place.segment
+        ahead, yaw = controller.tracked_point, STEP[2]
+        tracked = (STEP[0] + ahead * math.cos(yaw), STEP[1] + ahead * math.sin(yaw))
+        off = math.dist(after.place.point, tracked)
+        assert off == pytest.approx(abs(command.cross_track_error))
+        assert first.place is first.waypoint is first.answer is None
         answer = after.answer
         assert answer.ahead.reference_speed is None
         assert answer.ahead.distance_to_stop == command.distance_to_stop
@@ -215,7 +223,7 @@ def test_state_is_immutable_and_names_its_fields() -> None:
     ):
         with pytest.raises(AttributeError, match=r"waypoint|previous_steer"):
             change()
-    with pytest.raises(TypeError, match="no field 'waypoints'; it has controller, law, waypoint"):
+    with pytest.raises(TypeError, match="no field 'waypoints'; it has controller, law, place"):
         state.replace(waypoints=1)
     assert state.__eq__(state.as_dict()) is NotImplemented
     fields = state.as_dict()
@@ -252,8 +260,10 @@ def test_state_with_a_value_of_another_kind_is_refused_by_its_path() -> None:
     controllers = _controllers(DELAYED, 2)
     for controller in controllers:
         for path, value, required in (
-            ("waypoint", -1, "a whole number"),
-            ("waypoint", 1.5, "a whole number"),
+            ("place.segment", -1, "a whole number"),
+            ("place.segment", 1.5, "a whole number"),
+            ("place.lost", 0, "True or False"),
+            ("place", 3, "a State of segment, "),
             ("held", 2**64, "a whole number"),
             ("steer", "0.1", "a number"),
             ("steer", None, "a number"),
@@ -294,22 +304,26 @@ def test_state_is_restored_within_its_ranges_and_refused_beyond(name: str) -> No
         for value in (nan, inf, -inf, math.nextafter(high, inf), math.nextafter(low, -inf)):
             error = _refused(controller, _edited(whole, place, value), field or place)
             assert error.value == value or math.isnan(value)
-    for place in ("waypoint", "measured_waypoint"):
-        for waypoint in (None, 0, 29):
-            controller.state = whole.replace(**{place: waypoint})
+    for lost in (False, True):
+        for segment in (0, 29):
+            controller.state = whole.replace(place=placed(segment, lost))
             controller.step(*STEP)
-        for waypoint in (30, 31, 10**9):
-            error = _refused(controller, whole.replace(**{place: waypoint}), place)
-            assert (error.value, error.requirement) == (waypoint, "below 30")
+        for segment in (30, 31, 10**9):
+            error = _refused(
+                controller, whole.replace(place=placed(segment, lost)), "place.segment"
+            )
+            assert (error.value, error.requirement) == (segment, "below 30")
+    controller.state = whole.replace(place=None)
+    controller.step(*STEP)
     for distance in (nan, -inf, 2e18):
         state = _edited(whole, "answer.ahead.distance_to_stop", distance)
         _refused(controller, state, "answer")
     # The first in the order of the check is the one named.
-    order = {"waypoint": 0, "measured_waypoint": 0, "steer": 0.0, "held_time": 0.0}
-    spoilt = whole.replace(waypoint=99, measured_waypoint=99, steer=nan, held_time=nan)
+    order = {"place.segment": 0, "steer": 0.0, "held_time": 0.0}
+    spoilt = whole.replace(place=placed(99), steer=nan, held_time=nan)
     for field, good in order.items():
         _refused(controller, spoilt, field)
-        spoilt = spoilt.replace(**{field: good})
+        spoilt = _edited(spoilt, field, good)
     controller.state = spoilt
 
 

@@ -104,8 +104,8 @@ def test_law_any_input_answers_finite_within_its_limits(
         is_predicted = state.in_flight is not None and car.dead_time + longer > 0.0
         if not is_predicted:
             assert predicted == errors
-        assert 0 <= state.waypoint < len(path.xy)
-        assert (state.measured_waypoint is not None) == is_predicted
+        assert 0 <= state.place.segment < len(path.xy)
+        assert not state.place.lost
         _check_limits(controller, before, spot, command)
 
 

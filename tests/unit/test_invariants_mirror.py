@@ -63,9 +63,7 @@ def _measured_on_line(path: Waypoints, controller: Any, step: tuple[float, ...])
     """The same of the tracked point of the vehicle that was just measured."""
     x, y, yaw, *_ = step
     ahead = controller.tracked_point
-    state = controller.state
-    segment = state.measured_waypoint
-    segment = state.waypoint if segment is None else segment
+    segment = controller.state.place.segment
     return _is_on_line(path, segment, (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)))
 
 
@@ -88,11 +86,10 @@ def _candidate_distance(at: Any, target: tuple[float, float], steer: float) -> f
 
 def _are_mirrored(ours: Any, theirs: Any, here: popsteer.Command, there: popsteer.Command) -> bool:
     """Whether two controllers found mirrored places and answered mirrored commands."""
-    places = ("waypoint", "measured_waypoint")
     errors = ("cross_track_error", "heading_error")
     odd = ("steer", *errors, *(f"predicted_{error}" for error in errors))
     return (
-        all(getattr(theirs.state, name) == getattr(ours.state, name) for name in places)
+        theirs.state.place.segment == ours.state.place.segment
         and all(getattr(there, name) == -getattr(here, name) for name in odd)
         and there.target == (here.target[0], -here.target[1])
         and there.status == here.status

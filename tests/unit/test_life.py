@@ -26,7 +26,7 @@ from hypothesis.stateful import (
 
 import popsteer
 from popsteer import InputError
-from tests.helpers import long_drives
+from tests.helpers import long_drives, placed
 from tests.parity.checks import BAD_STEPS, NAN, adapting
 from tests.parity.compare import bits
 from tests.parity.laws import LATERAL, Law
@@ -128,9 +128,8 @@ class Life(RuleBasedStateMachine):
         return True
 
     def _is_on_path(self, state: Any) -> bool:
-        """Whether the path has the places that a state remembers."""
-        places = (state.waypoint, state.measured_waypoint)
-        return all(place is None or place < len(self.path.xy) for place in places)
+        """Whether the path has the place that a state remembers."""
+        return state.place is None or state.place.segment < len(self.path.xy)
 
     def _check_command(self, given: Any) -> None:
         assert given is not None
@@ -250,7 +249,7 @@ class Life(RuleBasedStateMachine):
     def relocalise(self, spot: Spot) -> None:
         x, y, yaw, _, _ = spot.at(self.path)
         self._call("relocalise", x, y, yaw)
-        assert 0 <= self.made.state.waypoint < len(self.path.xy)
+        assert 0 <= self.made.state.place.segment < len(self.path.xy)
 
     @rule(spot=CALM_SPOTS, bad=st.sampled_from(BAD_POSES))
     def refuse_bad_relocalise(self, spot: Spot, bad: tuple[int, float]) -> None:
@@ -297,20 +296,18 @@ class Life(RuleBasedStateMachine):
         self.vehicle, self.adapt = vehicle, adapt
         self._put_on(self.path, self.params)
         if self._take(state):
-            assert self.made.state.waypoint == state.waypoint
+            assert self.made.state.place == state.place
         # Whether it is one of this vehicle too is another question.
         self.saved = None
 
     @rule(
-        waypoint=st.integers(0, 30),
+        place=st.builds(placed, st.integers(0, 30), st.booleans()),
         value=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308]),
-        part=st.none() | st.sampled_from(["measured_waypoint", *MADE_UP]),
+        part=st.none() | st.sampled_from(MADE_UP),
     )
-    def restore_made_up(self, waypoint: int, value: float, part: str | None) -> None:
-        state = self._made_anew().state.replace(waypoint=waypoint)
-        if part == "measured_waypoint":
-            state = state.replace(measured_waypoint=30 - waypoint)
-        elif part is not None:
+    def restore_made_up(self, place: popsteer.State, value: float, part: str | None) -> None:
+        state = self._made_anew().state.replace(place=place)
+        if part is not None:
             state = _edited(state, part, value)
         if not self._take(state):
             assert not self._is_on_path(state) or part is not None

@@ -46,24 +46,17 @@ def _check_found(controller: Any, yaw: float, branch: int) -> None:
     controller.relocalise(*pose)
     after = controller.state.as_dict()
     # The place is the rear axle's, up to two segments before the crossing.
-    assert (branch - after["waypoint"]) % 200 <= 2
-    assert after["waypoint"] == CROSSING.relocalise(*pose)
+    assert (branch - after["place"]["segment"]) % 200 <= 2
+    assert after["place"]["segment"] == CROSSING.relocalise(*pose)
     changed = {name for name, value in after.items() if value != before[name]}
-    assert changed <= {
-        "law",
-        "waypoint",
-        "measured_waypoint",
-        "place",
-        "estimator",
-        "monitor",
-        "gate",
-    }
-    # Measured and predicted vehicle are both looked for from there.
-    assert (after["measured_waypoint"], after["place"]) == (after["waypoint"], None)
+    assert changed <= {"law", "place", "estimator", "monitor", "gate"}
+    # The vehicle is looked for from there.
+    assert after["place"]["lost"]
     assert after["gate"] is None
     assert after["estimator"]["last_measured"] is None
     controller.step(*pose, 5.0, 0.05)
-    assert (controller.state.waypoint - branch + 1) % 200 <= 2
+    assert (controller.state.place.segment - branch + 1) % 200 <= 2
+    assert not controller.state.place.lost
 
 
 def test_law_of_any_wheelbase_weighs_the_heading_by_it() -> None:
@@ -74,7 +67,7 @@ def test_law_of_any_wheelbase_weighs_the_heading_by_it() -> None:
             path = popsteer.Path([(wheelbase * x, wheelbase * y) for x, y in xy])
             controller = popsteer.Stanley(path, popsteer.Vehicle(wheelbase=wheelbase))
             controller.relocalise(25.0 * wheelbase, 0.0, math.pi)
-            assert controller.state.waypoint == taken
+            assert controller.state.place.segment == taken
             far = wheelbase * 10.0 / 3.0
             found = path.relocalise(25.0 * wheelbase, 0.0, math.pi, opposite_distance=far)
             assert found == taken
@@ -99,9 +92,7 @@ def test_law_whose_search_runs_out_of_its_budget_goes_on() -> None:
     places = []
     for pose in ((95.2, 0.3, 1.6), (-94.0, 0.2, -1.5), (0.0, 0.0, 0.0)):
         controller.step(*pose, 5.0, 0.05)
-        waypoint = controller.state.waypoint
-        assert waypoint is not None
-        places.append(waypoint % 600)
+        places.append(controller.state.place.segment % 600)
     # Found, at the front axle, where the search has come near; at the centre nothing is near.
     assert abs(places[0] - 3) <= 1
     assert abs(places[1] - 303) <= 1

@@ -402,8 +402,8 @@ def test_relocalise_in_one_thread_and_set_path_in_another_keep_the_waypoint_on_t
         time.sleep(0.001)
         controller.set_path(short)
         thread.join()
-        waypoint = controller.state.waypoint
-        assert waypoint is None or waypoint < len(short)
+        place = controller.state.place
+        assert place is None or place.segment < len(short)
         assert_sound(Case(0.5, 0.2).step(controller))
 
 

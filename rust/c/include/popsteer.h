@@ -1227,8 +1227,8 @@ popsteer_error popsteer_step(struct popsteer_controller *controller,
  * input, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
  * inputs in a row, and `POPSTEER_STATUS_INPUT_LOST` beyond. Only NULL and wrong handles are errors.
  *
- * `dt` is the time since the last call [s]; one that is itself refused counts as that of the last
- * step. The next step counts the time of those that were held.
+ * `dt` is the time since the last call [s]; one that is itself refused counts as no time. The next
+ * step counts the time of those that were held, but for the rate limit: a held angle does not turn.
  */
 popsteer_error popsteer_step_or_hold(struct popsteer_controller *controller,
                                      struct popsteer_vehicle_state vehicle,

@@ -3,7 +3,8 @@
 use crate::bytes::Bytes;
 use crate::scene::{dt, vehicle};
 use crate::subject::Subject;
-use popsteer_core::{Command, Path, Reported, Tracker, Vehicle};
+use popsteer_core::path::{Place, Spot};
+use popsteer_core::{Command, Path, Point, Reported, Tracker, Vehicle};
 use std::f64::consts::PI;
 
 /// Backing up is driving forward with the heading turned round, the axles mirrored about the pose's
@@ -40,8 +41,10 @@ pub(crate) fn check_backwards<L: Subject>(
     let turned = turned.expect("an entry for each waypoint");
     let (mut ahead, mut back) = (driving.initial_state(), backing.initial_state());
     let start = bytes.below(view.len());
-    ahead.set_waypoint(start);
-    back.set_waypoint(start);
+    let point = Point::new(view.x()[start], view.y()[start]);
+    let segment = start;
+    ahead.place = Place::Known(Spot { segment, point });
+    back.place = ahead.place;
     for _ in 0..8 {
         let (mut vehicle, dt) = (vehicle(bytes, &view), dt(bytes));
         let backed = backing.step(&turned.view(), &mut back, vehicle, dt, Reported::NOTHING);
@@ -49,7 +52,7 @@ pub(crate) fn check_backwards<L: Subject>(
         vehicle.speed = -vehicle.speed;
         let driven = driving.step(&view, &mut ahead, vehicle, dt, Reported::NOTHING);
         // Of two places as good after a jump, rounding decides.
-        let same_place = ahead.waypoint == back.waypoint;
+        let same_place = ahead.place == back.place;
         let (true, Ok(driven), Ok(backed)) = (same_place, driven, backed) else {
             return;
         };

@@ -16,6 +16,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.logs import Log, LogError
 from popsteer.own import OwnCodeError
+from popsteer.state import State
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -229,11 +230,14 @@ def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
 
 
 def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of several classes
-    """Give a controller its waypoint: where laps overlap, it could find the wrong one."""
+    """Give a controller its place: where laps overlap, it could find the wrong one."""
     if isinstance(controller, Watching):
         controller.segment = waypoint
         return
-    controller.state = controller.state.replace(waypoint=waypoint, measured_waypoint=waypoint)
+    path = controller.path
+    point = float(path.x[waypoint]), float(path.y[waypoint])
+    place = State(segment=waypoint, point=point, lost=False)
+    controller.state = controller.state.replace(place=place)
 
 
 def _own(log: Log, ahead: float, wheelbase: float) -> tuple[Path, NDArray[np.int64]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin
@@ -29,18 +30,21 @@ def relocalise(path: PathView, position: Point, yaw: float, opposite_distance: f
 def first_as_good(
     path: PathView, position: Point, yaw: float, opposite_distance: float, noise: float
 ) -> int:
-    """Find the first segment along the path that costs at most `noise` [m] more than the least.
+    """Find where the path first passes at a cost of at most `noise` [m] more than the least.
 
-    Its cost is by its own direction or by the path's smoothed one, whichever is less.
+    Of the segments in a row that cost no more than that, the first row along the path, the best. A
+    cost is by a segment's own direction or by the path's smoothed one, whichever is less.
     """
     places = _places(path, position, yaw)
     limit = min(closest.cost(heading, opposite_distance) for closest, heading in places) + noise
-    costs = (least_cost(path, *place, opposite_distance) for place in places)
-    return next(segment for segment, cost in enumerate(costs) if cost <= limit)
+    costs = [least_cost(path, *place, opposite_distance) for place in places]
+    first = next(segment for segment, cost in enumerate(costs) if cost <= limit)
+    row = list(takewhile(lambda cost: cost <= limit, costs[first:]))
+    return first + row.index(min(row))
 
 
 def _places(path: PathView, position: Point, yaw: float) -> list[tuple[ClosestPoint, Point]]:
-    """Return the closest point of each segment, and the heading as one that drives forward there."""
+    """Return each segment's closest point, and the heading as one that drives forward there."""
     forward = (cos(yaw), sin(yaw))
     backward = (-forward[0], -forward[1])
     return [

@@ -3,11 +3,10 @@
 //! A vehicle that drives backwards equals one that drives forward with its heading turned by 180
 //! degrees, its axles mirrored about the rear axle and its steering angle negated; for the
 //! kinematic bicycle exactly. Controllers are therefore written for driving forward only. Where the
-//! path is driven backwards, [`Follow::locate`] gives them the mirrored vehicle, and
+//! path is driven backwards, [`Follow::find`] gives them the mirrored vehicle, and
 //! [`Located::mirror`] converts their angle.
 
 use super::locate::locate;
-use super::place::{Place, Spot};
 use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
@@ -83,38 +82,8 @@ impl Follow {
         }
     }
 
-    /// Projects the tracked point of a checked vehicle near segment `waypoint`, from which it can
-    /// have `travelled` so far [m] in the period `dt` [s]; on the whole path if that is none. As
-    /// [`find`](Self::find).
-    #[inline]
-    pub fn locate_within(
-        &self,
-        path: &PathView<'_>,
-        waypoint: Option<usize>,
-        vehicle: VehicleState,
-        dt: f64,
-        travelled: f64,
-    ) -> Located {
-        let place = waypoint.map_or(Place::Unknown, |segment| {
-            let point = path.waypoint(segment);
-            Place::Known(Spot { segment, point })
-        });
-        self.find(path, &place, vehicle, dt, travelled)
-    }
-
-    /// The same of a vehicle that has travelled at its present speed.
-    #[inline]
-    pub fn locate(
-        &self,
-        path: &PathView<'_>,
-        waypoint: Option<usize>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Located {
-        let travelled = vehicle.speed.abs() * dt;
-        self.locate_within(path, waypoint, vehicle, dt, travelled)
-    }
-
+    /// Projects the tracked point of a checked vehicle, about segment `segment`, from which it can have
+    /// `travelled` so far [m] in the period `dt` [s].
     #[inline]
     pub(super) fn locate_from(
         &self,

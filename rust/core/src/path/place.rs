@@ -197,6 +197,38 @@ impl Follow {
         at
     }
 
+    /// Projects the tracked point of a checked vehicle near segment `waypoint`, from which it can
+    /// have `travelled` so far [m] in the period `dt` [s]; on the whole path if that is none. As
+    /// [`find`](Self::find).
+    #[inline]
+    pub fn locate_within(
+        &self,
+        path: &PathView<'_>,
+        waypoint: Option<usize>,
+        vehicle: VehicleState,
+        dt: f64,
+        travelled: f64,
+    ) -> Located {
+        let place = waypoint.map_or(Place::Unknown, |segment| {
+            let point = path.waypoint(segment);
+            Place::Known(Spot { segment, point })
+        });
+        self.find(path, &place, vehicle, dt, travelled)
+    }
+
+    /// The same of a vehicle that has travelled at its present speed.
+    #[inline]
+    pub fn locate(
+        &self,
+        path: &PathView<'_>,
+        waypoint: Option<usize>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Located {
+        let travelled = vehicle.speed.abs() * dt;
+        self.locate_within(path, waypoint, vehicle, dt, travelled)
+    }
+
     /// Projects the tracked point of the same vehicle elsewhere, as it is predicted to be or by another
     /// pose: as an offset from where it is located, `at`, on the same leg.
     #[inline]

@@ -38,8 +38,7 @@ pub fn relocalise_within(
     }
 }
 
-/// The first segment along the path that costs at most `noise` [m] more than the segment `found` for a
-/// vehicle at `position` with heading `yaw`, `best` being both; `found` where the `budget` of boxes does
+/// [`first_as_good_by_scan`], or the segment `found` where a `budget` of boxes of the path's index does
 /// not reach one.
 pub fn first_as_good(
     path: &PathView<'_>,
@@ -49,14 +48,42 @@ pub fn first_as_good(
     (found, noise): (usize, f64),
     budget: usize,
 ) -> usize {
+    let Some(boxes) = path.index else {
+        return first_as_good_by_scan(path, position, yaw, opposite_distance, (found, noise));
+    };
     let mut best = Best::new(position, yaw, opposite_distance);
     best.visit(path, found);
     let limit = best.least.0 + noise;
-    let first = match path.index {
-        Some(boxes) => index::first_within(path, boxes, &best, limit, budget),
-        None => (0..found).find(|&segment| best.least_cost(path, segment) <= limit),
-    };
-    first.unwrap_or(found)
+    let first = index::first_within(path, boxes, &best, limit, budget);
+    first.map_or(found, |first| {
+        best_of_pass(path, &best, first, limit, budget)
+    })
+}
+
+/// The place where the path first passes a vehicle at `position` with heading `yaw` at a cost of at most
+/// `noise` [m] more than that of the segment `found`: of the segments in a row that cost no more than
+/// that, the first row along the path, the best. A cost is by a segment's own direction or by the path's
+/// smoothed one, whichever is less.
+pub fn first_as_good_by_scan(
+    path: &PathView<'_>,
+    position: Point,
+    yaw: f64,
+    opposite_distance: f64,
+    (found, noise): (usize, f64),
+) -> usize {
+    let mut best = Best::new(position, yaw, opposite_distance);
+    best.visit(path, found);
+    let limit = best.least.0 + noise;
+    let first = (0..found).find(|&segment| best.least_cost(path, segment) <= limit);
+    best_of_pass(path, &best, first.unwrap_or(found), limit, usize::MAX)
+}
+
+/// The best of at most `most` segments in a row, from `first` on, that cost at most `limit` [m].
+fn best_of_pass(path: &PathView<'_>, best: &Best, first: usize, limit: f64, most: usize) -> usize {
+    let row = (first..path.segments()).map(|segment| (best.least_cost(path, segment), segment));
+    let pass = row.take_while(|&(cost, _)| cost <= limit).take(most);
+    pass.reduce(|least, next| if next.0 < least.0 { next } else { least })
+        .map_or(first, |least| least.1)
 }
 
 /// The segment to start from after a jump to `position` with heading `yaw`: the one of least

@@ -219,9 +219,10 @@ macro_rules! controller {
             ///
             /// Where `step` would raise `InputError`, the last command is held: its angle,
             /// direction, errors, target, reference speed and distance to stop. Its time is added
-            /// to that of the next step, whose answer is that of one `step` over all the time that
-            /// has passed. So give the `dt` since the last call here, and to `step` the time since
-            /// it last answered.
+            /// to that of the next step, which is one `step` over all the time that has passed, but
+            /// for `max_steer_rate`: while a command is held the wheels do not turn, so the angle
+            /// changes by what they turn in the last `dt`. Give the `dt` since the last call here,
+            /// and to `step` the time since it last answered.
             ///
             /// Parameters
             /// ----------
@@ -233,7 +234,7 @@ macro_rules! controller {
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last call [s], 1e-6 to 1e3. One that is refused itself counts as
-            ///     that of the last step.
+            ///     no time: after a repeated stamp the next one tells all of it.
             /// hold_limit : int, default 10
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.

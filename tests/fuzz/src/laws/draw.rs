@@ -5,10 +5,10 @@ use crate::bytes::Bytes;
 use crate::scene::{car, estimator, symmetric};
 use crate::subject::{Subject, waypoint};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_YAW};
-use popsteer_core::path::Ahead;
+use popsteer_core::path::{Ahead, Place, Spot};
 use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::tracker::{
-    Answer, Deviation, Handover, Model, MonitorState, Place, TrackerState, Tracking,
+    Answer, Deviation, Handover, Model, MonitorState, TrackerState, Tracking,
 };
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{Point, Vehicle, VehicleState};
@@ -51,21 +51,12 @@ impl<L: Subject> Life<L> {
         };
         let mut tracking = Tracking {
             law: L::draw_state(bytes)?,
-            waypoint: waypoint(bytes),
-            measured_waypoint: waypoint(bytes),
+            place: draw_place(bytes),
             steer: symmetric(bytes, 1.0, 1.57),
             handover,
             held: [0, 1, usize::MAX][bytes.below(3)],
             held_time: bytes.number([0.0, 0.5], [0.0, MAX_DT]),
             period: bytes.number([0.0, 0.1], [0.0, MAX_DT]),
-            place: (bytes.byte() & 1 == 1).then(|| {
-                let mut point =
-                    || Point::new(symmetric(bytes, 50.0, 4e9), symmetric(bytes, 50.0, 4e9));
-                Place {
-                    predicted: point(),
-                    measured: point(),
-                }
-            }),
             answer,
             gate: self.state.gate,
             monitor: self.state.monitor,
@@ -117,6 +108,20 @@ impl<L: Subject> Life<L> {
         self.put(state.clone());
         self.twin = state;
         self.twin.model.in_flight = in_flight;
+    }
+}
+
+/// A place that a path may or may not have.
+pub(super) fn draw_place(bytes: &mut Bytes) -> Place {
+    let Some(segment) = waypoint(bytes) else {
+        return Place::Unknown;
+    };
+    let point = Point::new(symmetric(bytes, 50.0, 4e9), symmetric(bytes, 50.0, 4e9));
+    let spot = Spot { segment, point };
+    if bytes.byte() & 1 == 1 {
+        Place::Known(spot)
+    } else {
+        Place::Lost(spot)
     }
 }
 

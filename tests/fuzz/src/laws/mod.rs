@@ -8,10 +8,11 @@ mod reported;
 use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, adapt, car, dt, vehicle};
-use crate::subject::{Subject, waypoint};
+use crate::subject::Subject;
 use popsteer_core::bounds::MAX_DT;
 use popsteer_core::error::Requirement;
 use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::path::Place;
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::vehicle::Estimate;
@@ -83,7 +84,6 @@ type State<L> = TrackerState<<L as LateralLaw>::State>;
 fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
     L::same(&a.law, &b.law)
         && a.steer.to_bits() == b.steer.to_bits()
-        && (a.waypoint, a.measured_waypoint) == (b.waypoint, b.measured_waypoint)
         && (a.handover, a.held) == (b.handover, b.held)
         && (a.held_time, a.period, a.place) == (b.held_time, b.period, b.place)
         && (a.answer, a.model.estimator) == (b.answer, b.model.estimator)
@@ -230,18 +230,11 @@ impl<L: Subject> Life<L> {
         assert_eq!(self.state.steer.to_bits(), command.steer.to_bits());
         assert_eq!(self.state.held, 0);
         let view = self.path.view();
-        let segment = self.state.waypoint.expect("the vehicle was found");
-        assert!(segment < view.segments());
-        assert_eq!(command.reverse, view.is_reverse(segment));
-        let late = plain::is_modelled(&self.tracker)
-            && self.tracker.estimate(&self.state).delays(&self.car);
-        assert!(
-            !late
-                || self
-                    .state
-                    .measured_waypoint
-                    .is_some_and(|k| k < view.segments())
-        );
+        let Place::Known(spot) = self.state.place else {
+            panic!("the vehicle was found");
+        };
+        assert!(spot.segment < view.segments());
+        assert_eq!(command.reverse, view.is_reverse(spot.segment));
         let estimate = if plain::is_modelled(&self.tracker) {
             self.tracker.estimate(&self.state)
         } else {
@@ -255,10 +248,9 @@ impl<L: Subject> Life<L> {
         }
     }
 
-    /// The rate is kept whatever is wanted.
+    /// The rate is kept whatever is wanted, and however long the command stood before.
     fn check_limits(&self, before: &State<L>, command: &Command, dt: f64) {
-        let elapsed = (before.held_time + dt).min(MAX_DT);
-        let most = self.car.max_steer_rate.unwrap_or(f64::INFINITY) * elapsed;
+        let most = self.car.max_steer_rate.unwrap_or(f64::INFINITY) * dt;
         assert!((command.steer - before.steer).abs() <= most + 1e-12);
     }
 
@@ -303,7 +295,7 @@ impl<L: Subject> Life<L> {
             );
         }
         // The time is kept for the next step, and nothing else changes.
-        let dt = checked_dt(dt).unwrap_or(before.period);
+        let dt = checked_dt(dt).unwrap_or(0.0);
         let held_time = (before.held_time + dt).min(MAX_DT);
         let mut wanted = before;
         (wanted.held, wanted.held_time) = (held, held_time);
@@ -330,9 +322,9 @@ impl<L: Subject> Life<L> {
     fn relocalise(&mut self, bytes: &mut Bytes) {
         if bytes.byte() < 50 {
             // Whatever is put there, the next step finds a place on the path.
-            let waypoint = waypoint(bytes).unwrap_or_default();
-            self.state.set_waypoint(waypoint);
-            return self.twin.set_waypoint(waypoint);
+            self.state.place = draw::draw_place(bytes);
+            self.twin.place = self.state.place;
+            return;
         }
         let VehicleState { x, y, yaw, .. } = vehicle(bytes, &self.path.view());
         let path = self.path.view();
@@ -343,8 +335,8 @@ impl<L: Subject> Life<L> {
         if done.is_err() {
             assert!(same::<L>(&self.state, &self.twin));
         } else {
-            let segment = self.state.waypoint.expect("the vehicle was found");
-            assert!(segment < path.segments());
+            let segment = self.state.place.segment();
+            assert!(segment.expect("the vehicle was found") < path.segments());
             assert_eq!(self.state.model.estimator.last_measured, None);
             self.put(self.state.clone());
         }
@@ -379,10 +371,10 @@ impl<L: Subject> Life<L> {
             assert_eq!(self.state.model.estimator, before.model.estimator);
             assert_eq!(self.state.model.in_flight, before.model.in_flight);
             // A waypoint that was set, the last one too, stays where the path goes on.
-            let place = self.state.waypoint.is_none_or(|k| k < new.len());
+            let place = self.state.place.segment().is_none_or(|k| k < new.len());
             assert!(kind < 50 || place);
             if kind < 50 {
-                assert!(same::<L>(&self.state, &before) || before.waypoint.is_none());
+                assert!(same::<L>(&self.state, &before) || before.place == Place::Unknown);
             }
             assert_eq!(self.tracker.check_state(&new, &self.state), Ok(()));
         }

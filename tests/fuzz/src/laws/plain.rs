@@ -3,7 +3,6 @@
 use super::State;
 use crate::subject::Subject;
 use popsteer_core::bounds::MAX_DT;
-use popsteer_core::geometry::{Point, get_distance};
 use popsteer_core::laws::{Belief, Decision};
 use popsteer_core::path::Located;
 use popsteer_core::path::preview::wheel_at_rest;
@@ -36,6 +35,7 @@ pub(super) fn check_step<L: Subject>(
     vehicle: VehicleState,
     dt: f64,
 ) {
+    let period = dt;
     let dt = elapsed(before, dt);
     let held = [Status::OUTLIER, Status::POSE_STALE];
     if held.iter().any(|&held| command.status.contains(held)) {
@@ -58,10 +58,12 @@ pub(super) fn check_step<L: Subject>(
             plain.decision.target.y,
         ])
     );
-    assert_eq!(command.reverse, plain.predicted.reverse);
+    // The gear is the measured vehicle's, and the prediction stays on its leg.
+    assert_eq!(command.reverse, plain.measured.reverse);
+    assert_eq!(plain.predicted.reverse, plain.measured.reverse);
     let seen = plain.decision.status
         | Status::END_OF_PATH.when(plain.measured.past_end)
-        | Status::OFF_PATH.when(plain.predicted.off_path);
+        | Status::OFF_PATH.when(plain.measured.off_path);
     let watched = Status::SATURATED
         | Status::STEER_LIMIT
         | Status::RATE_LIMIT
@@ -70,7 +72,7 @@ pub(super) fn check_step<L: Subject>(
         | Status::DEVIATING
         | Status::IMPLAUSIBLE;
     assert!(command.status.contains(seen) && (seen | watched).contains(command.status));
-    check_limits(tracker, before, command, &plain, dt);
+    check_limits(tracker, before, command, &plain, (dt, period));
 }
 
 /// What the law decides for the vehicle that it is shown.
@@ -119,19 +121,11 @@ fn decide<L: Subject>(
     // Since the last step it may have driven faster than now.
     let faster = before.answer.map_or(0.0, |last| last.vehicle.speed.abs());
     let travelled = vehicle.speed.abs().max(faster) * dt;
-    let ahead = if before.place.is_none() && before.waypoint.is_some() {
-        get_distance(
-            Point::new(vehicle.x, vehicle.y),
-            Point::new(shown.x, shown.y),
-        )
+    let measured = follow.find(path, &before.place, vehicle, dt, travelled);
+    let predicted = if modelled.is_some() && belief.estimate.delays(car) {
+        follow.offset(path, &measured, shown, travelled)
     } else {
-        0.0
-    };
-    let predicted = follow.locate_within(path, before.waypoint, shown, dt, travelled + ahead);
-    let measured = if modelled.is_some() && belief.estimate.delays(car) {
-        follow.locate_within(path, before.measured_waypoint, vehicle, dt, travelled)
-    } else {
-        predicted
+        measured
     };
     let mut remembered = before.law.clone();
     let is_limited = car.max_steer_rate.is_some() || car.max_lateral_acceleration.is_some();
@@ -179,13 +173,14 @@ fn check_line<L: Subject>(tracker: &Tracker<L>, in_flight: &InFlight, longer: f6
     assert!((total - dead_time).abs() <= 1e-9 * (1.0 + dead_time));
 }
 
-/// Offset, hand-over, lateral acceleration, largest angle and rate, one after the other.
+/// Offset, hand-over, lateral acceleration, largest angle and rate, one after the other: the wheels turn
+/// in the present period, and all else in the time since the last step.
 fn check_limits<L: Subject>(
     tracker: &Tracker<L>,
     before: &State<L>,
     command: &Command,
     plain: &Plain,
-    dt: f64,
+    (dt, period): (f64, f64),
 ) {
     let (car, estimate) = (tracker.vehicle(), &plain.estimate);
     let offset = car.steer_offset + estimate.steer_offset;
@@ -213,7 +208,7 @@ fn check_limits<L: Subject>(
     }
     let mut steer = (wheel - offset).clamp(-car.max_steer, car.max_steer);
     if let Some(rate) = car.max_steer_rate {
-        steer = steer.clamp(before.steer - rate * dt, before.steer + rate * dt);
+        steer = steer.clamp(before.steer - rate * period, before.steer + rate * period);
     }
     assert!(
         (command.steer - steer).abs() <= 1e-12,

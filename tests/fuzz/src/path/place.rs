@@ -8,7 +8,7 @@ use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
 use popsteer_core::path::projection::{
     ClosestPoint, nearest_waypoint, path_yaw_behind, project, reference_speed,
 };
-use popsteer_core::path::relocalise::relocalise;
+use popsteer_core::path::relocalise::{first_as_good_by_scan, relocalise};
 use popsteer_core::path::{Follow, Located};
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{PathView, Point, VehicleState};
@@ -211,18 +211,14 @@ fn follow_plainly(
             before_start: !view.is_closed() && closest.segment == 0 && closest.fraction < 0.0,
         }
     };
-    // A vehicle that was on no path before is at the start of one that comes by it again.
+    // A vehicle that was on no path before is at the first of the places that are as good.
     let first = || {
-        let found = anew();
-        let (start, nearest) = (from(0).closest, from(found).closest);
-        let (one, other) = (start.along(), nearest.along());
-        let ahead = one.x * other.x + one.y * other.y > 0.0;
-        let same_way = ahead == (view.is_reverse(0) == view.is_reverse(found));
-        let farther = start.squared_distance.sqrt() - nearest.squared_distance.sqrt();
-        if !view.is_closed() && same_way && farther <= follow.arrival_distance {
-            start.segment
-        } else {
+        let (found, noise) = (anew(), 0.075 * OPPOSITE);
+        let position = Point::new(base.x, base.y);
+        if view.is_closed() {
             found
+        } else {
+            first_as_good_by_scan(view, position, vehicle.yaw, OPPOSITE, (found, noise))
         }
     };
     let start = last.map_or_else(first, |last| last.min(view.segments() - 1));
