@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import popsteer
 from tests.cli import command
 from tests.helpers import looped
 
@@ -110,6 +111,46 @@ def test_ros_arguments_name_the_node_its_topics_and_parameters(tmp_path: Path) -
     file.write_text(f"{text}    stale: 0.25\nother:\n  ros__parameters: {{hold: 9}}\n")
     found = ros2_options.parameters_of(["rate:=40"], [str(file)], names)
     assert found == {"rate": 40, "stale": 0.25}
+
+
+def test_files_of_parameters_are_read_as_ros_nodes_read_them(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+    from popsteer.cli import ros2_options
+
+    names = ros2_options.names_of(["__ns:=/fleet/car", "__node:=steer"])
+    file = tmp_path / "params.yaml"
+    for pattern, meant in (
+        ("/**", True),
+        ("/fleet/car/*", True),
+        ("/fleet/**/steer", True),
+        ("/**/steer", True),
+        ("/*/*/steer", True),
+        ("fleet/car/steer", True),
+        ("/*", False),
+        ("/fleet/*", False),
+        ("/**/other", False),
+        ("/fleet/car/ste", False),
+    ):
+        file.write_text(f"{pattern}:\n  ros__parameters: {{rate: 20}}\n")
+        assert ros2_options.parameters_of(None, [str(file)], names) == (
+            {"rate": 20} if meant else {}
+        ), pattern
+    # What other nodes have is no business of this one, but a name of its own that is none is.
+    file.write_text("/**:\n  ros__parameters: {rate: 20, use_lidar: true}\n")
+    assert ros2_options.parameters_of(None, [str(file)], names) == {"rate": 20}
+    file.write_text("/fleet/car/steer:\n  ros__parameters: {speed: 20}\n")
+    with pytest.raises(popsteer.ConfigError, match="unknown parameter 'speed'"):
+        ros2_options.parameters_of(None, [str(file)], names)
+
+
+def test_log_level_is_that_of_ros() -> None:
+    pytest.importorskip("typer")
+    from popsteer.cli import ros2_options
+
+    levels = [None, "debug", "INFO", "popsteer:=info", "warn", "popsteer:=ERROR", "fatal"]
+    assert [ros2_options.says(each) for each in levels] == [True] * 4 + [False] * 3
+    with pytest.raises(popsteer.ConfigError, match="loud"):
+        ros2_options.says("loud")
 
 
 def _number() -> str:

@@ -342,3 +342,50 @@ def test_command_comes_soon_after_the_odometry_whatever_the_rate() -> None:
         thread.join()
     assert len(delays) > 40
     assert statistics.median(delays) < 0.006  # half a period, 10 ms, where it is not waited for
+
+
+GARBAGE = """
+import random, socket, sys, time
+from popsteer.adapters.ros2.dds import Participant
+domain = int(sys.argv[1])
+member = Participant(domain, local=True)
+reader = member.reader("/odom", "nav_msgs/msg/Odometry")
+sends, chance = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), random.Random(0)
+for k in range(2000):
+    data = b"RTPS\\2\\1\\1\\x10" + chance.randbytes(12) + bytes([chance.choice((9, 21)), 1])
+    for port in (10, 11):
+        sends.sendto(data + chance.randbytes(60), ("127.0.0.1", 7400 + 250 * domain + port))
+    time.sleep(0.0001)
+time.sleep(0.3)
+other = Participant(domain, local=True).writer("/odom", "nav_msgs/msg/Odometry")
+until = time.monotonic() + 10.0
+while not reader.peers and time.monotonic() < until:
+    time.sleep(0.01)
+print(reader.peers)
+"""
+
+
+def test_datagrams_that_are_none_are_printed_nowhere_and_stop_nothing() -> None:
+    found = subprocess.run(
+        [sys.executable, "-c", GARBAGE, str(domain())], capture_output=True, text=True, check=True
+    )
+    assert (found.stdout, found.stderr) == ("1\n", "")
+
+
+def test_poses_with_frames_of_several_lengths_are_decoded_as_fast() -> None:
+    even, uneven = long_path(10_000), long_path(10_000)
+    for k, each in enumerate(uneven.poses):
+        frame = "map" if k % 2 else "another_map"
+        each.header = messages.make("std_msgs/msg/Header", frame_id=frame)
+    times = []
+    for message in (even, uneven):
+        data = messages.encode(message)
+        taken = []
+        for _ in range(5):
+            begun = time.perf_counter()
+            found = points_of_bytes(messages.PATH, data)
+            taken.append(time.perf_counter() - begun)
+        assert found.xy[:, 0].tolist() == [0.5 * k for k in range(10_000)]
+        times.append(min(taken))
+    # A cycle of 50 Hz is 20 ms; rosbags takes a second for it.
+    assert times[1] < 0.02

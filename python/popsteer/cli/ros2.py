@@ -21,7 +21,8 @@ It steers from the first path on, at each odometry message, or --rate times a se
 comes. If odometry is missing or too old, or time jumps, it holds the last command for --hold, then
 brakes to a standstill, says why, and resumes when it can. A path that cannot be used leaves the
 last one in force for --keep-path. At a status of level fault it brakes at once, and stands until
-the service ~/reset (std_srvs/Trigger) is called. Ctrl-C ends it; its last command is a speed of 0.
+the service ~/reset (std_srvs/Trigger) is called or a message comes on ~/release. Ctrl-C ends it;
+its last command is a speed of 0.
 
 \b
 Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
@@ -32,9 +33,13 @@ Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
                                          --command-type control autoware_control_msgs/Control,
                                          with twist a Twist on /cmd_vel
   predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
+  release      /popsteer/release         std_msgs/Empty: a fault is forgotten, as by ~/reset
+  speed_limit  /speed_limit              nav2_msgs/SpeedLimit: m/s or percent of --max-speed
+  steering     none                      ackermann_msgs/AckermannDriveStamped: the wheels' angle as
+                                         it is measured; with --autoware a SteeringReport
   diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
   clock        /clock                    rosgraph_msgs/Clock, with --sim-time
-  mode         none, or with --autoware  autoware_vehicle_msgs/ControlModeReport: where it becomes
+  mode, operation_mode   with --autoware ControlModeReport and OperationModeState: where they become
                                          autonomous, a fault is forgotten
 
 \b
@@ -105,6 +110,7 @@ def ros2(
     remap: ros2_options.Remap = None,
     param: ros2_options.Param = None,
     params_file: ros2_options.ParamsFile = None,
+    log_level: ros2_options.LogLevel = None,
 ) -> None:
     """Run a ROS 2 node that steers, without ROS."""
     from popsteer.adapters.ros2.dds import Participant
@@ -132,7 +138,8 @@ def ros2(
     }
     max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
-    say = partial(print, flush=True)
+    printed = ros2_options.says(log_level)
+    say: Any = partial(print, flush=True) if printed else lambda _: None
     law: Any = controllers.get(controller).controller
     car, chosen_params = _limited(given, max_speed), tuning.params[controller]
     make = partial(law, vehicle=car, params=chosen_params, adapt=tuning.adapt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from popsteer.adapters.ros2.topics import Topics
 
+_LEVELS = ("debug", "info", "warn", "error", "fatal")
 _FLAGS = ("closed", "use_sim_time")
 _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_FLAGS)
 
@@ -78,6 +80,14 @@ Param: TypeAlias = Annotated[
 ParamsFile: TypeAlias = Annotated[
     list[str] | None, optional("FILE", "A YAML file of ROS parameters.", "--params-file")
 ]
+LogLevel: TypeAlias = Annotated[
+    str | None,
+    optional(
+        "LEVEL",
+        "debug, info, warn, error or fatal: from warn on the node does not print what it does.",
+        "--log-level",
+    ),
+]
 Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
 
 
@@ -123,9 +133,13 @@ def parameters_of(
     for file in files or []:
         text = Path(file).read_text(encoding="utf-8")
         try:
-            nodes = yaml.load(text) or {}
-            for who in ("/**", full, full.lstrip("/")):
-                found |= (nodes.get(who) or {}).get("ros__parameters") or {}
+            for who, what in (yaml.load(text) or {}).items():
+                if not _is_meant(who, full):
+                    continue
+                given_here = (what or {}).get("ros__parameters") or {}
+                # What is written for other nodes, too, may have parameters of theirs.
+                known = set(_PARAMETERS) if "*" in who else given_here.keys()
+                found |= {name: given_here[name] for name in given_here.keys() & known}
         except (YAMLError, AttributeError, TypeError) as error:
             raise ConfigError("--params-file", file, "a YAML file of ROS parameters") from error
     found |= {name: yaml.load(text) for name, text in _assigned("--param", given).items()}
@@ -135,6 +149,21 @@ def parameters_of(
             wanted = "a bool" if name in _FLAGS else "a number"
             raise ConfigError(f"parameter {name}", value, wanted)
     return found
+
+
+def _is_meant(pattern: str, node: str) -> bool:
+    """Say whether the name of nodes in a file is a node's: ``*`` is one word, ``**`` are any."""
+    words = f"/{pattern.lstrip('/')}".replace("/**", "(/[^/]+)*")
+    return re.fullmatch(re.sub(r"(?<!\))\*", "[^/]+", words), node) is not None
+
+
+def says(level: str | None) -> bool:
+    """Say whether what the node tells of itself is printed at a level of ROS's logging."""
+    if level is None:
+        return True
+    word = level.rpartition(":=")[2].lower()
+    check_known("--log-level", word, _LEVELS)
+    return _LEVELS.index(word) <= _LEVELS.index("info")
 
 
 def _assigned(option: str, given: list[str] | None) -> dict[str, str]:

@@ -21,8 +21,11 @@ from popsteer_ros.node import PARAMETERS
 if TYPE_CHECKING:
     from launch import LaunchContext
 
-KINDS = {name: type(default) for name, (default, *_) in PARAMETERS.items()} | {"use_sim_time": bool}
-TOPICS = ("odom", "path", "drive", "cmd_vel")
+KINDS = {
+    name: list[str] if isinstance(default, list) else type(default)
+    for name, (default, *_) in PARAMETERS.items()
+} | {"use_sim_time": bool}
+TOPICS = ("odom", "path", "drive", "cmd_vel", "speed_limit", "/tf", "/tf_static")
 
 
 def start(context: LaunchContext) -> list[Any]:
@@ -40,10 +43,10 @@ def start(context: LaunchContext) -> list[Any]:
     node = LifecycleNode(
         package="popsteer_ros",
         executable="track",
-        name="popsteer",
+        name=given.get("name", "popsteer"),
         namespace=given.get("namespace", ""),
         parameters=parameters,
-        remappings=[(name, given[name]) for name in TOPICS if name in given],
+        remappings=[(name, given[of]) for name in TOPICS if (of := name.strip("/")) in given],
         output="screen",
     )
 
@@ -68,9 +71,10 @@ def generate_launch_description() -> LaunchDescription:
     what = {
         **{name: f"{said}; {default!r}" for name, (default, said, *_) in PARAMETERS.items()},
         "use_sim_time": "whether time is that of the topic /clock",
+        "name": "what the node is called; popsteer",
         "namespace": "the namespace that it is in",
         "params_file": "a YAML file of parameters, which the arguments go before",
-        **{name: f"what the topic {name} is called" for name in TOPICS},
+        **{name.strip("/"): f"what the topic {name} is called" for name in TOPICS},
     }
     return LaunchDescription(
         [

@@ -57,7 +57,7 @@ PARAMETERS: dict[str, tuple[Any, ...]] = {
     "path_columns": ("", "what the columns of path_file are, as x,y,-,speed; empty: their names"),
     "path_frame": ("map", "frame of path_file"),
     "closed": (Options.closed, "whether the last point of a path joins its first"),
-    "steering": (False, "whether the topic steering has the wheels' angle, as it is measured"),
+    "steering": ("", "a topic with the wheels' angle as it is measured (AckermannDriveStamped)"),
     "record": ("", "a file *.mcap that all messages are written to while it is active"),
     "autoware": (False, "Autoware's topics and messages"),
 }
@@ -169,9 +169,8 @@ class Track(LifecycleNode):
             topics = replace(topics, speed_limit="")
         if sent := self.value("command_type"):
             topics = replace(topics, command_type=COMMANDS[sent])
-        if self.value("steering") and not topics.steering:
-            topics = topics.renamed({"steering": "steering"})
-        topics = topics.renamed({}, self.get_name(), self.get_namespace())
+        measured = {"steering": name} if (name := self.value("steering")) else {}
+        topics = topics.renamed(measured, self.get_name(), self.get_namespace())
         called = ("odometry", "path", "command", "predicted", "release", "speed_limit", "steering")
         given = {what: getattr(topics, what) for what in called}
         names = {what: self.resolve_topic_name(name) for what, name in given.items() if name}

@@ -97,7 +97,7 @@ def test_controller_preset_parameters_adaptation_and_monitor_are_parameters(tmp_
 
 def test_start_in_a_bend_goes_on_from_the_angle_of_the_wheels() -> None:
     for reported in (True, False):
-        car = Car(steering=reported, max_speed=4.0)
+        car = Car(steering="steering" if reported else "", max_speed=4.0)
         if reported:
             report = car.node.create_publisher(AckermannDriveStamped, "steering", 1)
             drive = AckermannDrive(steering_angle=0.13)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _BATCH = 256
+_FATAL = 1  # DDS_LC_FATAL
 # How long the last message of a publisher that keeps it is waited for [s].
 _KEPT = 2.0
 
@@ -82,6 +83,7 @@ class Participant:
                 f"domain {self.domain} cannot be joined: no such network interface, too many"
                 " participants on it, or a CYCLONEDDS_URI that is none"
             ) from error
+        _be_quiet()
         self.graph = Graph(self._participant, node, namespace)
         self.graph.look()
 
@@ -139,6 +141,16 @@ class Participant:
         if (full, kind) not in self._topics:
             self._topics[full, kind] = Topic(self._participant, full, wire_type(kind))
         return self._topics[full, kind]
+
+
+def _be_quiet() -> None:
+    """Let Cyclone DDS print no line for each datagram that is none: they may fill a disk.
+
+    What it is asked to trace, by ``CYCLONEDDS_URI``, goes to its file all the same.
+    """
+    from cyclonedds.internal import DDS
+
+    DDS._dll_handle.dds_set_log_mask(_FATAL)  # noqa: SLF001 - the package has no name for it
 
 
 class Reader:
