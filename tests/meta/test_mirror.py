@@ -54,7 +54,7 @@ HELD = {
     "row.rs": "tests/unit/test_api_state.py",
     "status.rs": f"{_RUST}equations.rs",
     **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("mod", "chain", "ends")},
-    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("folds", "mends")},
+    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("fit", "folds", "mends")},
     "path/stop.rs": f"{_RUST}laps.rs",
     "speed/tracker.rs": f"{_RUST}speed_equations.rs",
     "speed/disturbance.rs": f"{_RUST}speed_equations.rs",

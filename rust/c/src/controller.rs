@@ -124,6 +124,9 @@ impl Controller {
     }
 
     pub(crate) fn set_path(&mut self, path: Arc<Path>) {
+        let path = each!(&self.steering, tracker, _state => {
+            Path::for_vehicle(path, tracker.vehicle())
+        });
         let (old, new) = (self.path.view(), path.view());
         each!(&mut self.steering, tracker, state => tracker.set_path(state, &old, &new));
         self.path = path;

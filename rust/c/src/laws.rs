@@ -1,5 +1,6 @@
 //! The constructors, one a controller.
 
+use popsteer_core::Path;
 use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 
 use crate::controller::{CController, Controller, Steering};
@@ -25,6 +26,7 @@ macro_rules! make {
                 )
             };
             let law = $law::new(vehicle, params)?;
+            let path = Path::for_vehicle(path, &vehicle);
             let steering = Steering::$law(options.track(law)?.into());
             Ok(Controller { path, steering })
         };

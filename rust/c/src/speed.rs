@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use popsteer_core::Path;
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::{Path, Vehicle};
 
 use crate::command::CVehicleState;
 use crate::error::{CError, Failure, guard};
@@ -60,6 +60,7 @@ impl Handle for CSpeedTracker {
 #[derive(Debug)]
 pub(crate) struct Paced {
     law: SpeedTracker,
+    vehicle: Vehicle,
     path: Arc<Path>,
     plan: Vec<f64>,
     state: SpeedTrackerState,
@@ -95,8 +96,10 @@ pub unsafe extern "C" fn popsteer_speed_tracker_new(
             )
         };
         let law = SpeedTracker::new(vehicle, params)?;
+        let path = Path::for_vehicle(path, &vehicle);
         Ok(Paced {
             law,
+            vehicle,
             plan: law.plan(&path.view())?,
             path,
             state: SpeedTrackerState::default(),
@@ -146,6 +149,7 @@ pub unsafe extern "C" fn popsteer_speed_tracker_set_path(
     guard(|| {
         // SAFETY: the caller vouches for both.
         let (tracker, path) = unsafe { (handle::of_mut(tracker, "tracker")?, path::shared(path)?) };
+        let path = Path::for_vehicle(path, &tracker.vehicle);
         let plan = tracker.law.plan(&path.view())?;
         let (old, new) = (tracker.path.view(), path.view());
         tracker.law.set_path(&mut tracker.state, &old, &new);

@@ -12,7 +12,7 @@ use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::sound::{Fault, Mend};
 use popsteer_core::path::{ClosestPoint, Path, PathView, locate, projection};
-use popsteer_core::{Point, math};
+use popsteer_core::{Point, Vehicle, math};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
@@ -68,7 +68,8 @@ use crate::waypoints::Waypoints;
 /// Mended, and listed in `mended`: waypoints at one place, of which the last stays; the first waypoint
 /// repeated at the end of a closed path; two neighbours swapped; a step back over what the path passes
 /// again; a standstill recorded in the noise of its position; a first or last stretch, shorter than the
-/// spacing, that points aside. With `reverse`, a negative speed, a `yaw` or a `curvature` folds are
+/// spacing, that points aside. A controller also smooths an end over its wheelbase if no vehicle of its
+/// size drives it, as a goal 5 cm aside after 10 cm; see `mended` of its `path`. With `reverse`, a negative speed, a `yaw` or a `curvature` folds are
 /// cusps, and only waypoints at one place are mended. Lengths are compared with the usual spacing.
 ///
 /// Examples
@@ -347,7 +348,8 @@ impl PyPath {
         let mends = self.0.mends().iter();
         let mends = mends.map(|mend| (kind(mend.fault), mend.times, mend.left_out, mend.index));
         let make = py.get_type::<Self>().getattr("_remake")?;
-        Ok((make, (xy.into_any(), options, PyList::new(py, mends)?)))
+        let mends = PyList::new(py, mends)?;
+        Ok((make, (xy.into_any(), options, mends, self.0.fits())))
     }
 
     /// The path that `__reduce__` took apart.
@@ -357,6 +359,7 @@ impl PyPath {
         xy: &Bound<'_, PyAny>,
         options: &Bound<'_, PyDict>,
         mends: Vec<(usize, usize, usize, usize)>,
+        fits: bool,
     ) -> PyResult<Self> {
         let path = cls.call((xy,), Some(options))?;
         let made = path.cast::<Self>()?.get();
@@ -370,7 +373,7 @@ impl PyPath {
                 index,
             })
         });
-        let path = path.with_mends(&mends.collect::<Vec<_>>());
+        let path = path.with_mends(&mends.collect::<Vec<_>>(), fits);
         Ok(Self(Arc::new(path), made.1.clone()))
     }
 
@@ -768,8 +771,22 @@ impl PyPath {
     }
 }
 
+/// The path as a vehicle of this size drives its ends.
+pub(crate) fn fitted(py: Python<'_>, path: Py<PyPath>, vehicle: &Vehicle) -> PyResult<Py<PyPath>> {
+    let given = path.get();
+    match given.0.fitted(vehicle) {
+        Some(fitted) => Py::new(py, PyPath(Arc::new(fitted), given.1.clone())),
+        None => Ok(path),
+    }
+}
+
 /// What `_remake` takes.
-type Remade<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>, Bound<'py, PyList>);
+type Remade<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyDict>,
+    Bound<'py, PyList>,
+    bool,
+);
 
 /// The path's direction at `distances` [m] ahead of `arc_length` [m] on segment `segment`, as preview
 /// POP takes it: that of the path's own headings, or else smoothed over `base` [m]. Each is counted on

@@ -1,16 +1,19 @@
 //! The path that owns its waypoints.
 
 use alloc::boxed::Box;
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
 use super::boxes::{self, Bounds};
 use super::measure::{Measures, check_column, check_length, check_waypoints, measure};
 use super::shape::spline;
-use super::sound::{Mend, Sound, sound};
+use super::sound::{Fault, Mend, Sound, fit_ends, sound};
 use super::view::PathView;
 use crate::bounds::MAX_SPEED;
 use crate::error::PathError;
+use crate::math::tan;
+use crate::vehicle::Vehicle;
 
 /// Waypoints copied once; [`Path::view`] lends them to the controllers.
 ///
@@ -39,6 +42,8 @@ pub struct Path {
     ends: Option<Box<[usize]>>,
     /// Which of the given waypoints it has, where they were mended.
     mended: Option<Box<Mended>>,
+    /// Whether its ends may be fitted to a vehicle.
+    fits: bool,
 }
 
 /// What was made of the waypoints as given.
@@ -86,9 +91,14 @@ impl Path {
         let directed = directed || backwards || reverse.is_some();
         let Sound { kept, mends } = sound(x, y, closed, directed)?;
         let enough = |kept: &[usize]| kept.len() >= if closed { 3 } else { 2 };
+        let fits = !directed && !closed;
         let Some(kept) = kept.filter(|kept| enough(kept)) else {
             let path = Self::new(x, y, speed, closed)?;
-            return reverse.map_or(Ok(path.clone()), |reverse| path.with_reverse(reverse));
+            let path = Self { fits, ..path };
+            return match reverse {
+                Some(reverse) => path.with_reverse(reverse),
+                None => Ok(path),
+            };
         };
         let speed: Option<Vec<f64>> = speed.map(|speed| pick(speed, &kept));
         let path = Self::new(&pick(x, &kept), &pick(y, &kept), speed.as_deref(), closed)?;
@@ -100,8 +110,34 @@ impl Path {
         let mended = Mended { kept, given, mends };
         Ok(Self {
             mended: Some(Box::new(mended)),
+            fits,
             ..path
         })
+    }
+
+    /// The same waypoints with ends that this vehicle drives, if the path was made by
+    /// [`sound`](Self::sound) and they turn there as it cannot: as noise does, or a goal a hand's
+    /// breadth aside. Controllers go on beyond an end in its direction. None if the path stays.
+    pub fn fitted(&self, vehicle: &Vehicle) -> Option<Self> {
+        let tightest = tan(vehicle.max_steer) / vehicle.turning_length(0.0);
+        let fits = self.fits && self.yaw.is_none();
+        let found = if fits {
+            fit_ends(&self.x, &self.y, vehicle.wheelbase, tightest)
+        } else {
+            None
+        };
+        let (points, times) = found?;
+        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|point| (point.x, point.y)).unzip();
+        let path = Self::new(&x, &y, self.speed.as_deref(), false).ok()?;
+        let mut mends = self.mends().to_vec();
+        mends.push(Mend {
+            fault: Fault::Undrivable,
+            times,
+            left_out: 0,
+            index: if times > 1 { 0 } else { x.len() - 1 },
+        });
+        let grade = self.grade.clone();
+        Some(Self { grade, ..path }.with_mends(&mends, false))
     }
 
     /// What was mended, at most once each kind.
@@ -109,8 +145,21 @@ impl Path {
         self.mended.as_ref().map_or(&[], |mended| &mended.mends)
     }
 
-    /// The same path, of which this was mended before.
-    pub fn with_mends(self, mends: &[Mend]) -> Self {
+    /// The shared path as this vehicle drives it: [`fitted`](Self::fitted), or the same.
+    pub fn for_vehicle(path: Arc<Self>, vehicle: &Vehicle) -> Arc<Self> {
+        match path.fitted(vehicle) {
+            Some(fitted) => Arc::new(fitted),
+            None => path,
+        }
+    }
+
+    /// Whether [`fitted`](Self::fitted) looks at its ends.
+    pub fn fits(&self) -> bool {
+        self.fits
+    }
+
+    /// The same path, of which this was mended before, and whose ends may be fitted to a vehicle.
+    pub fn with_mends(self, mends: &[Mend], fits: bool) -> Self {
         let mended = Mended {
             kept: (0..self.x.len()).collect(),
             given: self.x.len(),
@@ -118,6 +167,7 @@ impl Path {
         };
         Self {
             mended: (!mends.is_empty()).then(|| Box::new(mended)),
+            fits,
             ..self
         }
     }
@@ -161,6 +211,7 @@ impl Path {
             index: None,
             ends: None,
             mended: None,
+            fits: false,
         };
         path.index = boxes::build(x, y, closed);
         path.ends = path.section_ends();

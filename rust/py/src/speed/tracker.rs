@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::errors::Raises;
 use crate::params::{Number, number, params};
-use crate::path::PyPath;
+use crate::path::{PyPath, fitted};
 use crate::record::record;
 use crate::tracker::state;
 use crate::vehicle::PyVehicle;
@@ -105,6 +105,7 @@ impl PySpeedTracker {
     #[new]
     #[pyo3(signature = (path, vehicle=None, params=None))]
     fn new(
+        py: Python<'_>,
         path: Py<PyPath>,
         vehicle: Option<&PyVehicle>,
         params: Option<&PySpeedTrackerParams>,
@@ -113,6 +114,7 @@ impl PySpeedTracker {
         let usual = PySpeedTrackerParams(SpeedTrackerParams::DEFAULT);
         let params = params.copied().unwrap_or(usual);
         let law = SpeedTracker::new(vehicle.0, params.0)?;
+        let path = fitted(py, path, &vehicle.0)?;
         Ok(Self {
             law,
             state: SpeedTrackerState::default(),
@@ -188,7 +190,8 @@ impl PySpeedTracker {
     /// >>> tracker.set_path(popsteer.Path([(float(x), 0.0) for x in range(51)]))
     /// >>> tracker.step(20.0, 0.0, 0.0, 9.0, 0.05).distance_to_stop
     /// 30.0
-    fn set_path(&mut self, path: Py<PyPath>) -> Raises<()> {
+    fn set_path(&mut self, py: Python<'_>, path: Py<PyPath>) -> Raises<()> {
+        let path = fitted(py, path, &self.vehicle.0)?;
         let (old, new) = (self.path.get().view(), path.get().view());
         self.plan = self.law.plan(&new)?.into();
         self.law.set_path(&mut self.state, &old, &new);

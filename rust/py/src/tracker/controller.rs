@@ -112,6 +112,7 @@ macro_rules! controller {
                 let vehicle = vehicle.map_or_else(|| Py::new(py, PyVehicle(Vehicle::DEFAULT)), Ok)?;
                 let params = params.map_or_else(|| Py::new(py, $params(Default::default())), Ok)?;
                 let law = $core::new(vehicle.get().0, params.get().0)?;
+                let path = $crate::path::fitted(py, path, &vehicle.get().0)?;
                 let law = track(law, &adapt, &monitor)?;
                 Ok(Self {
                     law,
@@ -372,10 +373,12 @@ macro_rules! controller {
             /// path : Path
             ///     The path to follow. One that cannot be is refused by `Path` itself, and the
             ///     present one is kept.
-            fn set_path(&mut self, path: Py<PyPath>) {
+            fn set_path(&mut self, py: Python<'_>, path: Py<PyPath>) -> PyResult<()> {
+                let path = $crate::path::fitted(py, path, &self.vehicle.get().0)?;
                 let (old, new) = (self.path.get().view(), path.get().view());
                 self.law.set_path(&mut self.state, &old, &new);
                 self.path = path;
+                Ok(())
             }
 
             /// What the controller remembers; a copy, which can be compared, saved and set again.

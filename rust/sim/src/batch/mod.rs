@@ -84,6 +84,7 @@ where
     /// beyond the batch changes nothing.
     pub fn set_path(&mut self, vehicle: usize, path: Arc<Path>) {
         if let Some(member) = self.members.get_mut(vehicle) {
+            let path = Path::for_vehicle(path, member.tracker.vehicle());
             let (state, old) = (&mut member.tracking, member.path.view());
             member.tracker.set_path(state, &old, &path.view());
             member.path = path;

@@ -17,17 +17,20 @@ pub enum Fault {
     Standstill,
     /// A first or last stretch shorter than the spacing that points aside.
     End,
+    /// A first or last stretch that turns as no vehicle of the size does.
+    Undrivable,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Coinciding,
         Self::Repeated,
         Self::Swapped,
         Self::StepBack,
         Self::Standstill,
         Self::End,
+        Self::Undrivable,
     ];
 }
 
@@ -59,6 +62,7 @@ impl fmt::Display for Mend {
             Fault::Swapped => write!(f, "put {times} swapped pair{many} of waypoints in order")?,
             Fault::StepBack => write!(f, "left out {times} step{many} back")?,
             Fault::Standstill => write!(f, "left out {times} standstill{many} in noise")?,
+            Fault::Undrivable => write!(f, "smoothed {times} end{many} over a wheelbase")?,
             Fault::End => write!(f, "left out {times} short end{many} that pointed aside")?,
         }
         if left_out > times {

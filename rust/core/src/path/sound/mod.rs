@@ -11,6 +11,7 @@
 
 mod chain;
 mod ends;
+mod fit;
 mod folds;
 mod mends;
 
@@ -18,6 +19,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use self::chain::{CORNERS, Chain, EVEN};
+use self::fit::fit_end;
 pub use self::mends::{Fault, Mend};
 use super::measure::COINCIDING;
 use crate::error::PathError;
@@ -73,6 +75,25 @@ pub fn sound(x: &[f64], y: &[f64], closed: bool, directed: bool) -> Result<Sound
         kept: (!all).then(|| chain.order.into()),
         mends: chain.mends,
     })
+}
+
+/// Waypoints with ends that a vehicle drives whose wheelbase is `reach` [m] and whose largest
+/// curvature is `tightest` [1/m], and how many ends were smoothed; None if both are driven as they are.
+pub(super) fn fit_ends(
+    x: &[f64],
+    y: &[f64],
+    reach: f64,
+    tightest: f64,
+) -> Option<(Vec<Point>, usize)> {
+    if x.len() < CORNERS {
+        return None;
+    }
+    let mut points: Vec<Point> = x.iter().zip(y).map(|(&x, &y)| Point::new(x, y)).collect();
+    let end = fit_end(&mut points, reach, tightest);
+    points.reverse();
+    let start = fit_end(&mut points, reach, tightest);
+    points.reverse();
+    (end || start).then_some((points, usize::from(end) + usize::from(start)))
 }
 
 /// Whether there is nothing to look for: no fold, no segment much shorter or longer than others, and

@@ -1,0 +1,104 @@
+//! The two ends of a path for a vehicle: what no vehicle of its size drives there is noise.
+//!
+//! Controllers go on beyond an end in its direction. That is taken over a wheelbase: a parabola is
+//! fitted to the waypoints before the last (least squares, by orthogonal polynomials, Forsythe 1957),
+//! shifted so that it ends at the last waypoint, and gone over to along the wheelbase.
+
+use alloc::vec::Vec;
+
+use super::chain::turn;
+use crate::geometry::{Point, get_distance};
+use crate::math::from_count;
+
+/// A turn that no vehicle drives is this many times that of its tightest circle, and [`SHARP`] more.
+const TIMES: f64 = 2.0;
+/// 6 degrees: what a tenth of the spacing turns a segment by.
+const SHARP: f64 = 0.1;
+/// Noise moves a waypoint by less than this share of a wheelbase.
+const MOST_MOVED: f64 = 0.05;
+/// Fewer waypoints within a wheelbase of the end are corners.
+const LEAST: usize = 4;
+
+/// Smooths the end of these waypoints over `reach` [m], if it turns there as no vehicle does whose
+/// largest curvature is `tightest` [1/m]. Returns whether.
+pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
+    let count = points.len();
+    let at = |place: usize| points.get(place).copied().unwrap_or_default();
+    let step = |place: usize| at(place + 1) - at(place);
+    let length = |place: usize| get_distance(at(place), at(place + 1));
+    // From the last waypoint at least `reach` before the end on.
+    let (mut first, mut passed) = (count - 1, 0.0);
+    while first > 0 && passed < reach {
+        first -= 1;
+        passed += length(first);
+    }
+    if passed < reach || count - first <= LEAST {
+        return false;
+    }
+    let sharp = (first + 1..count - 1).any(|place| {
+        let driven = 0.5 * tightest * (length(place - 1) + length(place));
+        turn(step(place - 1), step(place)) > TIMES * driven + SHARP
+    });
+    if !sharp {
+        return false;
+    }
+    let mut travelled = 0.0;
+    let shares: Vec<f64> = (first..count)
+        .map(|place| {
+            let share = travelled / passed;
+            travelled += if place + 1 < count {
+                length(place)
+            } else {
+                0.0
+            };
+            share
+        })
+        .collect();
+    let window: Vec<Point> = (first..count).map(at).collect();
+    let known = count - 1 - first;
+    let fitted = parabola(shares.get(..known), window.get(..known));
+    let shift = at(count - 1) - fitted(1.0);
+    let smooth = |(&share, &given): (&f64, &Point)| {
+        let weight = share * share * (3.0 - 2.0 * share);
+        given + (fitted(share) + shift - given) * weight
+    };
+    let smoothed: Vec<Point> = shares.iter().zip(&window).map(smooth).collect();
+    // What would move farther was meant.
+    let mut both = smoothed.iter().zip(&window);
+    if both.any(|(&to, &from)| get_distance(to, from) > MOST_MOVED * reach) {
+        return false;
+    }
+    for (point, to) in points.iter_mut().skip(first).zip(smoothed) {
+        *point = to;
+    }
+    true
+}
+
+/// The parabola of least squares through points at these shares of the way.
+fn parabola(shares: Option<&[f64]>, points: Option<&[Point]>) -> impl Fn(f64) -> Point + use<> {
+    let (shares, points) = (shares.unwrap_or_default(), points.unwrap_or_default());
+    let sum = |value: &dyn Fn(f64) -> f64| shares.iter().map(|&share| value(share)).sum::<f64>();
+    let middle = sum(&|share| share) / from_count(shares.len().max(1));
+    let first = move |share: f64| share - middle;
+    let spread = sum(&|share| first(share) * first(share));
+    let skew = sum(&|share| share * first(share) * first(share)) / spread;
+    let mean = spread / from_count(shares.len().max(1));
+    let second = move |share: f64| (share - skew) * first(share) - mean;
+    let coefficient = |polynomial: &dyn Fn(f64) -> f64| {
+        let squared = sum(&|share| polynomial(share) * polynomial(share));
+        let mut total = Point::new(0.0, 0.0);
+        for (&share, point) in shares.iter().zip(points) {
+            total += point * polynomial(share);
+        }
+        total / squared
+    };
+    let coefficients = [
+        coefficient(&|_| 1.0),
+        coefficient(&first),
+        coefficient(&second),
+    ];
+    move |share| {
+        let [constant, linear, square] = coefficients;
+        constant + linear * first(share) + square * second(share)
+    }
+}
