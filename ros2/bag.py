@@ -1,6 +1,6 @@
 """Drives by `popsteer ros2 --record`, plays the file to a fresh node, and compares the commands.
 
-In a ROS installation: python ros2/bag.py --popsteer .venv/bin/popsteer
+In a ROS installation, or with the wheels of the group "ros": python ros2/bag.py
 
 The second node has the recording's time as its simulated one: it is given what the first one had
 taken at each of its steps, then that step's time, and no more before it has commanded. Its periods
@@ -19,10 +19,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lap import BARE, Steering, World  # it makes ROS ready
+
+# isort: split
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
 from builtin_interfaces.msg import Time
-from lap import Steering, World
 from popsteer_ros.transport import get_message
 from rclpy.duration import Duration
 from rclpy.serialization import deserialize_message
@@ -93,7 +95,7 @@ def play(command: str, file: Path, log: Any) -> tuple[list[Any], list[Any]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--popsteer", default="popsteer", help="the command")
+    parser.add_argument("--popsteer", default=BARE, help="the command")
     parser.add_argument("--track", default="racetrack")
     parser.add_argument("--seconds", type=float, default=20.0)
     options = parser.parse_args()

@@ -1,6 +1,6 @@
 """Kills planner, car and node in mid-drive, and sends altered messages; prints what either does.
 
-In a ROS installation with popsteer_ros built: python ros2/faults.py --popsteer .venv/bin/popsteer
+In a ROS installation, or with the wheels of the group "ros": python ros2/faults.py
 
 Car, planner and node are processes of their own, ended by SIGKILL and started again after 5 s.
 """
@@ -17,10 +17,12 @@ import time
 from signal import SIGKILL
 from typing import Any
 
+from lap import BARE, Steering, World  # it makes ROS ready
+
+# isort: split
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
 from diagnostic_msgs.msg import DiagnosticArray
-from lap import Steering, World
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from std_srvs.srv import Trigger
@@ -154,7 +156,7 @@ def alter(name: str, command: str, count: int, log: Any) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--popsteer", default="popsteer", help="the command, for the bare node")
+    parser.add_argument("--popsteer", default=BARE, help="the command, for the bare node")
     parser.add_argument("--nodes", nargs="+", default=["bare", "rclpy"])
     parser.add_argument("--kill", nargs="*", default=["planner", "car", "node"])
     parser.add_argument("--altered", type=int, default=10_000, help="altered messages")

@@ -1,6 +1,6 @@
 """Drives a lap with either node beside nodes of a ROS installation, and prints what it was like.
 
-In a ROS installation with popsteer_ros built: python ros2/lap.py --popsteer .venv/bin/popsteer
+In a ROS installation, or with the wheels of the group "ros": python ros2/lap.py
 
 The plant (the chain of `studies`, 50 Hz) and its planner (the whole track, 10 Hz) are of rclpy. On
 two machines, here two network namespaces as root:
@@ -28,6 +28,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+from tests.adapters.ros import interfaces
+
+if WHY := interfaces.prepare():
+    sys.exit(WHY)
+
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
 from diagnostic_msgs.msg import DiagnosticArray
@@ -39,9 +46,6 @@ from rclpy.serialization import serialize_message
 
 import popsteer
 from popsteer import tracks
-
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
 from studies.chain import Chain
 
 if TYPE_CHECKING:
@@ -56,6 +60,7 @@ CAR = popsteer.Vehicle(
     dead_time=0.1,
     max_lateral_acceleration=6.0,
 )
+BARE = str(Path(sys.executable).with_name("popsteer"))
 DT = 0.02
 SILENCE = 0.5  # without a command for longer, the car brakes by itself [s]
 DECELERATION = 4.0  # [m/s²]
@@ -172,12 +177,6 @@ def used(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def children(process: int) -> list[int]:
-    """Give the processes that a process has started."""
-    found = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="utf-8")
-    return [int(each) for each in found.split()]
-
-
 class Steering:
     """A node of popsteer as a process; `log` has what it and the rest of this process print."""
 
@@ -191,8 +190,9 @@ class Steering:
         if name == "bare":
             environment.pop("PYTHONPATH", None)
         else:
-            command = ["ros2", "launch", "popsteer_ros", "track.launch.py"]
-            command += [f"vehicle:={vehicle}", "max_speed:=25.0"]
+            command = [sys.executable, "-c", "from popsteer_ros.node import main; main()"]
+            given = f"vehicle:={vehicle}", "max_speed:=25.0", "autostart:=true"
+            command += ["--ros-args", *(word for each in given for word in ("-p", each))]
         self._process = subprocess.Popen(
             [*shlex.split(prefix), *command],
             env=environment,
@@ -200,12 +200,7 @@ class Steering:
             stderr=log,
             start_new_session=True,
         )
-        self._launched = name != "bare"
-
-    @property
-    def number(self) -> int:
-        """The number of the node's process; the launch file starts one of its own."""
-        return children(self._process.pid)[0] if self._launched else self._process.pid
+        self.number = self._process.pid
 
     def end(self, kind: signal.Signals = signal.SIGINT) -> None:
         """End the node, and wait for that."""
@@ -224,7 +219,7 @@ def warnings(log: Any) -> list[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--popsteer", default="popsteer", help="the command, for the bare node")
+    parser.add_argument("--popsteer", default=BARE, help="the command, for the bare node")
     parser.add_argument("--nodes", nargs="+", default=["bare", "rclpy"])
     parser.add_argument("--track", default="racetrack")
     parser.add_argument("--seconds", type=float, default=150.0, help="give up after this")

@@ -42,6 +42,7 @@ PARAMETERS: dict[str, tuple[Any, ...]] = {
     "progress_distance": (0.5, "progress is to come nearer to the end by this [m]", 0.0, 100.0),
     "progress_time": (10.0, "a goal without progress is aborted after this [s]", 0.1, 1e6),
     "controller_plugins": (["FollowPath"], "names of controllers that goals may ask for"),
+    "autostart": (False, "whether the process configures and activates the node at once"),
     "bond": (True, "whether Nav2's lifecycle manager is told that the node lives"),
     "vehicle": ("", "the vehicle: a file *.toml or a name"),
     "controller": ("preview-pop", "the controller"),
@@ -285,6 +286,10 @@ def main() -> None:
     node, executor = Track(), SingleThreadedExecutor()
     executor.add_node(node)
     try:
+        if node.value("autostart"):
+            node.trigger_configure()
+            if node.frames is not None:
+                node.trigger_activate()
         while not ended.is_set():
             executor.spin_once(timeout_sec=0.1)
     finally:

@@ -17,7 +17,9 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import warnings
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +27,8 @@ import numpy as np
 
 from popsteer import logs
 from popsteer.adapters.ros2 import messages
+from tests.adapters.ros2_domain import domain
+from tests.helpers import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -87,6 +91,34 @@ TEXTS = {
         if not name.startswith("autoware_auto")
     },
 }
+
+
+def prepare() -> str:
+    """Make rclpy and all that popsteer_ros uses importable; says why that cannot be.
+
+    In a ROS installation that is all there; with the wheels of rclpy, messages are built and
+    tf2_ros has a stand-in. Each process gets a domain of its own.
+    """
+    if find_spec("rclpy") is None:
+        return 'no rclpy: neither is ROS sourced nor has the group "ros" wheels for this Python'
+    if find_spec("cyclonedds") is None or find_spec("rosbags") is None:
+        return 'the extra "ros2" is not installed'
+    with warnings.catch_warnings():  # of a parser that the messages are loaded by
+        warnings.simplefilter("ignore")
+        import rosidl_generator_py  # noqa: F401
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    if find_spec("nav2_msgs") is not None:
+        return ""
+    if why := missing():
+        return why
+    installed()
+    os.environ["ROS_DOMAIN_ID"] = str(domain())
+    package, stand_ins = ROOT / "ros2" / "popsteer_ros", Path(__file__).parent / "stand_ins"
+    sys.path += [str(package), str(stand_ins)]
+    # For the processes that tests start.
+    paths = [str(package), os.environ["PYTHONPATH"], str(stand_ins)]
+    os.environ["PYTHONPATH"] = os.pathsep.join(paths)
+    return ""
 
 
 def installed() -> Path:
