@@ -148,9 +148,9 @@ def _be_quiet() -> None:
 
     What it is asked to trace, by ``CYCLONEDDS_URI``, goes to its file all the same.
     """
-    from cyclonedds.internal import DDS
+    from cyclonedds import internal
 
-    DDS._dll_handle.dds_set_log_mask(_FATAL)  # noqa: SLF001 - the package has no name for it
+    internal.DDS._dll_handle.dds_set_log_mask(_FATAL)  # noqa: SLF001 - the package has no name for it
 
 
 class Reader:
