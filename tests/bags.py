@@ -21,8 +21,12 @@ def write_bag(
     steering: str = "ackermann_msgs/msg/AckermannDriveStamped",
     stamped: bool = True,
     topics: tuple[str, str] = ("/localization/odometry", "/control/drive"),
+    more: tuple[str, str] | None = None,
 ) -> Path:
-    """Write a log as a bag; the folder, or its file where that is an MCAP."""
+    """Write a log as a bag; the folder, or its file where that is an MCAP.
+
+    `more` are types of poses, 1 m further in x, and of speeds, 0.5 m/s faster, on other topics.
+    """
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     from popsteer.logs.messages import ODOMETRY, typestore
@@ -32,6 +36,9 @@ def write_bag(
     with Writer(folder, version=9, storage_plugin=plugin) as writer:
         odometry = writer.add_connection(topics[0], ODOMETRY, typestore=store)
         drive = writer.add_connection(topics[1], steering, typestore=store)
+        if more is not None:
+            place = writer.add_connection("/vehicle_pose", more[0], typestore=store)
+            pace = writer.add_connection("/vehicle_speed", more[1], typestore=store)
         for row in zip(*columns.values(), strict=True):
             t, x, y, yaw, speed, steer = map(float, row)
             clock = START + t
@@ -39,6 +46,13 @@ def write_bag(
             stamp = _stamp(store, clock if stamped else 0.0)
             pose = _odometry(store, stamp, x, y, yaw, speed)
             writer.write(odometry, recorded, store.serialize_cdr(pose, ODOMETRY))
+            if more is not None:
+                header = store.types["std_msgs/msg/Header"](stamp=stamp, frame_id="map")
+                other = _odometry(store, stamp, x + 1.0, y, yaw, speed).pose.pose
+                sent: Any = store.types[more[0]](header=header, pose=other)
+                writer.write(place, recorded, store.serialize_cdr(sent, more[0]))
+                sent = store.types[more[1]](header, speed + 0.5, 0.0, 0.0)
+                writer.write(pace, recorded, store.serialize_cdr(sent, more[1]))
             angle = _angle(store, steering, stamp, steer)
             writer.write(drive, recorded, store.serialize_cdr(angle, steering))
     return next(folder.glob("*.mcap")) if mcap else folder

@@ -138,9 +138,9 @@ def run(count: int, seed: int) -> tuple[int, float]:
         file = Path(folder) / "mutated.csv"
         for k in range(count):
             data = mutated(files[k % len(files)], draw)
-            begun = time.perf_counter()
+            begun = time.process_time()
             read += check(data, file)
-            longest = max(longest, time.perf_counter() - begun)
+            longest = max(longest, time.process_time() - begun)
     return read, longest
 
 

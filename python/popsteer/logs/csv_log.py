@@ -290,22 +290,26 @@ def _settle(
         scale, offset = shown.to_yaw(turned)
         columns["yaw"] = scale * columns["yaw"] + offset
         notes.append(f"yaw is in {turned}, as the positions show")
-    _check_steer(name, np.column_stack((x, y)), steer)
+    _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer)
     return notes
 
 
-def _check_steer(name: str, xy: Floats, steer: Floats) -> None:
-    """Refuse angles that are not the front wheels': by the wheelbase that they would mean."""
+def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats) -> None:
+    """Refuse angles that are not the front wheels': by the wheelbase that they would mean.
+
+    A bicycle turns by ds tan(steer) / wheelbase; of the stretches, least squares gives it.
+    """
     most = float(np.max(np.abs(steer)))
-    way = shown.along(xy, float(np.hypot(*np.ptp(xy, axis=0))) / 50.0)
     length = math.inf
-    if most < math.pi / 2.0 and len(way.moves) > 5 and way.turn > 0.2:
-        turned = np.diff(way.heading) / np.diff(way.s)
-        means = np.add.reduceat(np.tan(steer), way.moves) / np.diff(way.moves, append=len(steer))
-        bends = np.abs(turned) > 0.5 * np.max(np.abs(turned))
-        length = float(np.median(means[:-1][bends] / turned[bends]))
-    elif most < math.pi / 2.0:
-        return
+    if most < math.pi / 2.0:
+        gone = np.hypot(*np.diff(xy, axis=0).T) * np.tan(steer[:-1])
+        ends = np.arange(0, len(gone), max(1, len(gone) // 20))
+        bent, turned = np.add.reduceat(gone, ends), np.add.reduceat(np.diff(np.unwrap(yaw)), ends)
+        both = float(bent @ turned)
+        alike = abs(both) > 0.8 * float(np.linalg.norm(bent) * np.linalg.norm(turned))
+        if float(np.sum(np.abs(turned))) < 0.2 or not alike:
+            return
+        length = float(bent @ bent) / both
     if abs(length) > _LONGEST_WHEELBASE:
         why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
         raise LogError(

@@ -1,0 +1,271 @@
+"""Logs as people have them: each kind read right, or refused with the option that settles it."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from popsteer import logs
+from popsteer.logs import Log, LogError
+from tests.bags import START, write_bag
+from tests.fuzz import mutated_files
+from tests.helpers import ROOT, looped
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+CASES = ROOT.parent / "shared" / "cases" / "logs"
+# A car of 3.1 m on bends to both sides, 25 rows a second.
+N = 200
+T = 0.04 * np.arange(N)
+SPEED = 6.0 + np.sin(T)
+STEER = 0.25 * np.sin(0.9 * T)
+YAW = 0.7 + np.concatenate(([0.0], np.cumsum(SPEED * np.tan(STEER) / 3.1 * 0.04)))[:-1]
+X = 12.0 + np.concatenate(([0.0], np.cumsum(SPEED * np.cos(YAW) * 0.04)))[:-1]
+Y = -7.0 + np.concatenate(([0.0], np.cumsum(SPEED * np.sin(YAW) * 0.04)))[:-1]
+QZ, QW = np.sin(0.5 * YAW), np.cos(0.5 * YAW)
+EPOCH = 1_700_000_000
+
+
+def _rows(*columns: Any, separator: str = ",") -> str:
+    return "".join(
+        separator.join(each if isinstance(each, str) else f"{each:.9f}" for each in row) + "\n"
+        for row in zip(*columns, strict=True)
+    )
+
+
+def _write(folder: Path, text: str, name: str = "drive.csv") -> Path:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def _agrees(log: Log, within: float = 1e-6) -> None:
+    assert len(log) == N
+    assert log.t - log.t[0] == pytest.approx(T, abs=1e-6)
+    for name, values in {"x": X, "y": Y, "speed": SPEED, "steer": STEER}.items():
+        assert getattr(log, name) == pytest.approx(values, abs=within), name
+    off = (log.yaw - YAW + np.pi) % (2.0 * np.pi) - np.pi
+    assert np.abs(off).max() < max(within, 1e-6)
+
+
+def _stamps(unit: int) -> list[str]:
+    return [str((EPOCH * 10**9 + 40_000_000 * k) // unit) for k in range(N)]
+
+
+def _clock(form: str) -> list[str]:
+    begun = datetime(2024, 5, 1, 23, 59, 58)  # past midnight  # noqa: DTZ001
+    return [(begun + timedelta(seconds=0.04 * k)).strftime(form) for k in range(N)]
+
+
+HEAD = "t,x,y,yaw,speed,steer\n"
+MOTEC = (
+    '"Format","MoTeC CSV File",,,"Workbook",""\n"Venue","oval",,,"Worksheet",""\n'
+    '"Sample Rate","25.000","Hz"\n\n'
+    '"Time","Ground Speed","Steering Angle","Car Coord X","Car Coord Y","Heading"\n'
+    '"s","km/h","deg","m","m","deg"\n\n'
+)
+READ: dict[str, str] = {
+    "plain": HEAD + _rows(T, X, Y, YAW, SPEED, STEER),
+    "comment": "# " + HEAD + _rows(T, X, Y, YAW, SPEED, STEER),
+    "spaces": HEAD.replace(",", ", ") + _rows(T, X, Y, YAW, SPEED, STEER, separator=", "),
+    "other names": "time,pos_x,pos_y,heading,velocity,steering_angle\n"
+    + _rows(T, X, Y, YAW, SPEED, STEER),
+    "quaternion, s and ns": ",s,ns,x,y,q.x,q.y,q.z,q.w,V,delta\n"
+    + _rows(
+        [str(k) for k in range(N)],
+        [str(EPOCH + k // 25) for k in range(N)],
+        [str(k % 25 * 40_000_000) for k in range(N)],
+        *(X, Y, 0 * X, 0 * X, QZ, QW, SPEED, STEER),
+    ),
+    "ms": HEAD + _rows([str(40 * k) for k in range(N)], X, Y, YAW, SPEED, STEER),
+    "ms by name": HEAD.replace("t,", "t [ms],") + _rows(1e3 * T, X, Y, YAW, SPEED, STEER),
+    "ms since 1970": HEAD + _rows(_stamps(10**6), X, Y, YAW, SPEED, STEER),
+    "us since 1970": HEAD + _rows(_stamps(10**3), X, Y, YAW, SPEED, STEER),
+    "ns since 1970": HEAD + _rows(_stamps(1), X, Y, YAW, SPEED, STEER),
+    "ISO": HEAD + _rows(_clock("%Y-%m-%dT%H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "ISO, UTC": HEAD + _rows(_clock("%Y-%m-%d %H:%M:%S.%fZ"), X, Y, YAW, SPEED, STEER),
+    "clock past midnight": HEAD + _rows(_clock("%H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "decimal commas": HEAD.replace(",", ";")
+    + _rows(T, X, Y, YAW, SPEED, STEER, separator=";").replace(".", ","),
+    "PlotJuggler": "__time,/odom/pose/pose/position/x,/odom/pose/pose/position/y,"
+    "/odom/pose/pose/orientation/yaw,/odom/twist/twist/linear/x,/drive/drive/steering_angle\n"
+    + _rows(EPOCH + T, X, Y, YAW, SPEED, STEER),
+    "rostopic echo -p": "%time,field.header.seq,field.header.stamp,field.pose.pose.position.x,"
+    "field.pose.pose.position.y,field.pose.pose.orientation.z,field.pose.pose.orientation.w,"
+    "field.twist.twist.linear.x,steer\n"
+    + _rows(_stamps(1), [str(k) for k in range(N)], _stamps(1), X, Y, QZ, QW, SPEED, STEER),
+    "MoTeC": MOTEC
+    + "".join(
+        ",".join(f'"{each:.9f}"' for each in row) + "\n"
+        for row in zip(T, 3.6 * SPEED, np.degrees(STEER), X, Y, np.degrees(YAW), strict=True)
+    ),
+    "units in brackets": "t [s],x [cm],y [cm],yaw [deg],speed [km/h],steer [deg]\n"
+    + _rows(T, 100 * X, 100 * Y, np.degrees(YAW), 3.6 * SPEED, np.degrees(STEER)),
+    "km/h without a unit": HEAD + _rows(T, X, Y, YAW, 3.6 * SPEED, STEER),
+    "mph without a unit": HEAD + _rows(T, X, Y, YAW, SPEED / 0.44704, STEER),
+    "degrees without a unit": HEAD + _rows(T, X, Y, np.degrees(YAW), SPEED, STEER),
+    "compass": HEAD + _rows(T, X, Y, np.degrees(np.pi / 2 - YAW) % 360.0, SPEED, STEER),
+}
+
+
+@looped("kind", list(READ))
+def test_log_of_each_kind_is_read_right(tmp_path: Any, kind: str) -> None:
+    log = logs.read(_write(tmp_path, READ[kind]))
+    _agrees(log)
+    assert log.source.startswith(f"drive.csv: {N} rows of t, x")
+    assert "\n" not in log.source
+
+
+@looped(
+    ("text", "said", "options"),
+    [
+        (
+            HEAD + _rows(3.0 * T / 0.04, X, Y, YAW, 0.04 * SPEED / 3.0, STEER),
+            "in what unit is t",
+            {"units": {"t": "0.0133333333333333"}},
+        ),
+        (
+            HEAD + _rows(T, X, Y, YAW, SPEED, 15.0 * np.degrees(STEER)),
+            "no front wheels'.*--unit steer=deg, or deg/RATIO",
+            {"units": {"steer": "deg/15"}},
+        ),
+        (
+            HEAD + _rows(T, X, Y, YAW, SPEED, 15.0 * STEER),
+            "no front wheels'.*--unit steer=deg",
+            {"units": {"steer": "rad/15"}},
+        ),
+        (
+            HEAD.replace("steer", "angle") + _rows(T, X, Y, YAW, SPEED, STEER),
+            "no column 'steer'; there are: t, x, y, yaw, speed, angle .--columns steer=NAME",
+            {"columns": "steer=angle"},
+        ),
+        (
+            _rows(T, X, Y, YAW, SPEED, STEER),
+            "no column 't'; there are: 6 columns without names",
+            {"columns": "t,x,y,yaw,speed,steer"},
+        ),
+        (
+            HEAD.replace("speed", "speed [furlong]") + _rows(T, X, Y, YAW, SPEED, STEER),
+            "unit 'furlong' of speed is not known",
+            {"columns": ["t", "x", "y", "yaw", "speed", "steer"]},
+        ),
+    ],
+)
+def test_log_that_says_too_little_is_refused_with_the_option_that_settles_it(
+    tmp_path: Any, text: str, said: str, options: dict[str, Any]
+) -> None:
+    file = _write(tmp_path, text)
+    with pytest.raises(LogError, match=said) as refused:
+        logs.read(file)
+    assert "\n" not in str(refused.value)
+    log = logs.read(file, **options)
+    assert log.steer == pytest.approx(STEER, abs=1e-6)
+    assert log.t[-1] - log.t[0] == pytest.approx(T[-1], abs=1e-5)
+
+
+def test_vbox_is_read_with_its_minutes_west_and_compass(tmp_path: Any) -> None:
+    pytest.importorskip("pyproj")
+    lat, lon = 47.0 + Y / 111319.49, 9.0 + X / (111319.49 * math.cos(math.radians(47.0)))
+    head = (
+        "File created on 01/05/2024 at 12:00:00\n\n[header]\nsatellites\ntime\n\n[column names]\n"
+        "sats time lat long velocity heading Steering_Angle\n\n[data]\n"
+    )
+    clock = [f"{120000 + t:010.3f}" for t in T]
+    compass = np.degrees(np.pi / 2 - YAW) % 360.0
+    text = head + _rows(
+        ["012"] * N, clock, 60 * lat, -60 * lon, 3.6 * SPEED, compass, STEER, separator=" "
+    )
+    log = logs.read(_write(tmp_path, text, "drive.vbo"), origin=(47.0, 9.0))
+    assert log.x == pytest.approx(X, rel=6e-3)
+    assert log.y == pytest.approx(Y, rel=6e-3)
+    assert np.cos(log.yaw - YAW) == pytest.approx(np.ones(N))
+    assert log.speed == pytest.approx(SPEED, abs=1e-6)
+    assert log.t == pytest.approx(43200.0 + T, abs=1e-6)
+
+
+def test_topics_of_one_table_and_files_of_one_clock_are_put_together(tmp_path: Any) -> None:
+    blank = [""] * N
+    fast = 2.0 * T / 2.0 + 0.01
+    rows = _rows(T, X, Y, YAW, blank, blank) + _rows(fast, blank, blank, blank, SPEED, blank)
+    later = T + 0.02
+    rows += _rows(later, blank, blank, blank, blank, STEER)
+    lines = sorted(rows.splitlines(), key=lambda line: float(line.split(",")[0]))
+    log = logs.read(_write(tmp_path, HEAD + "\n".join(lines)))
+    assert log.x == pytest.approx(X[1:])
+    assert log.speed == pytest.approx(SPEED[1:] - 0.01 * np.cos(T[1:]), abs=1e-3)
+    assert log.steer == pytest.approx(STEER[:-1])
+    assert "speed, steer put on the position's clock" in log.source
+    pose = _write(tmp_path, "stamp,x,y,yaw\n" + _rows(_stamps(1), X, Y, YAW), "pose.csv")
+    speed = _write(tmp_path, "s,ns,v\n" + _rows(*_seconds(), SPEED), "speed.csv")
+    steer = _write(tmp_path, "stamp,delta\n" + _rows(_stamps(1), STEER), "steer.csv")
+    log = logs.read([pose, speed, steer])
+    _agrees(log)
+    with pytest.raises(LogError, match="none of 2 files has a column 'speed'"):
+        logs.read([pose, steer])
+
+
+def _seconds() -> tuple[list[str], list[str]]:
+    stamps = [EPOCH * 10**9 + 40_000_000 * k for k in range(N)]
+    return [str(each // 10**9) for each in stamps], [str(each % 10**9) for each in stamps]
+
+
+def test_pose_and_speed_of_topics_of_their_own(tmp_path: Any) -> None:
+    pytest.importorskip("rosbags")
+    columns = {"t": T, "x": X, "y": Y, "yaw": YAW, "speed": SPEED, "steer": STEER}
+    more = ("geometry_msgs/msg/PoseStamped", "autoware_vehicle_msgs/msg/VelocityReport")
+    file = write_bag(tmp_path / "bag", columns, more=more)
+    assert START > 0.0
+    log = logs.read(file, topics={"pose": "/vehicle_pose", "speed": "/vehicle_speed"})
+    assert log.x == pytest.approx(X + 1.0)  # where that topic has it
+    assert log.yaw == pytest.approx(YAW)
+    assert log.speed == pytest.approx(SPEED + 0.5, abs=1e-6)
+    assert "pose (/vehicle_pose), speed (/vehicle_speed), steer (/control/drive)" in log.source
+    assert logs.read(file).x == pytest.approx(X)
+    with pytest.raises(LogError, match=r"pose must be of nav_msgs"):
+        logs.read(file, topics={"pose": "/control/drive"})
+
+
+def test_values_that_never_change_are_said(tmp_path: Any) -> None:
+    log = logs.read(_write(tmp_path, HEAD + _rows(T, X, Y, YAW, SPEED, 0.0 * T)))
+    assert log.remarks == ("steer never changes",)
+    log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
+    assert log.remarks == ("the position never changes",)
+
+
+def test_a_row_a_second_or_a_day_asks_for_the_unit_of_time() -> None:
+    five = np.zeros(5)
+    for t in (2.0 * np.arange(5.0), np.array([0.0, 0.1, 0.2, 0.3, 9e4])):
+        with pytest.raises(LogError, match="in what unit is t"):
+            Log(t, five, five, five, five, five)
+    assert len(Log(np.arange(5.0), five, five, five, five, five)) == 5
+
+
+def test_mutated_files_are_read_or_refused_in_one_line() -> None:
+    read, longest = mutated_files.run(320, 7)
+    assert 0 < read < 320
+    assert longest < 10.0
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs the cases beside the checkout")
+def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
+    pytest.importorskip("pyproj")
+    good = logs.read(CASES / "log_good.csv")
+    for file in sorted(CASES.iterdir()):
+        said = ""
+        try:
+            log = logs.read(file)
+        except LogError as error:
+            said = str(error)
+        if said:
+            assert "--" in said, file.name
+            continue
+        for name in ("x", "y", "yaw", "speed", "steer"):
+            count = min(len(log), len(good))
+            off = np.abs(getattr(log, name)[:count] - getattr(good, name)[:count])
+            assert off.max() < 2e-3, (file.name, name)
+        assert log.t - log.t[0] == pytest.approx(0.05 * np.arange(len(log)), abs=1e-5), file.name
