@@ -155,3 +155,50 @@ def log(
 def with_play(car: Car, degrees: float) -> Car:
     """Give the car with play."""
     return replace(car, play=math.radians(degrees))
+
+
+def stops(
+    car: Car,
+    seed: int = 0,
+    *,
+    starts: int = 3,
+    dt: float = 0.05,
+    substeps: int = 10,
+    hills: float = 0.0,
+) -> Columns:
+    """Give the log of a car that starts and stops, straight on: pedals, and the height.
+
+    `hills` is the steepest slope. Throttle and brake are pressed in steps, as a driver does.
+    """
+    random = np.random.default_rng(seed)
+    throttle: list[float] = []
+    brake: list[float] = []
+    for _ in range(starts):
+        for pedal, level, seconds in (
+            (throttle, random.uniform(0.4, 0.8), random.uniform(2.5, 4.0)),
+            (throttle, random.uniform(0.1, 0.3), random.uniform(1.5, 3.0)),
+            (brake, random.uniform(0.2, 0.5), 6.0),
+            (brake, 0.3, 1.0),
+        ):
+            count = round(seconds / dt)
+            pedal.extend([level] * count)
+            (brake if pedal is throttle else throttle).extend([0.0] * count)
+    t = dt * np.arange(len(throttle))
+    h, speed, pull, x = dt / substeps, 0.0, 0.0, 0.0
+    rows = np.empty((len(t), 3))
+    whole = round(car.drive_delay / h)
+    for k in range(len(t) * substeps):
+        slope = hills * math.sin(x / 15.0)
+        if k % substeps == 0:
+            rows[k // substeps] = x, speed, 15.0 * hills * (1.0 - math.cos(x / 15.0))
+        late = max(k - whole, 0) // substeps
+        wanted = car.throttle * throttle[late] - car.braking * brake[late] if k >= whole else 0.0
+        pull = wanted + (pull - wanted) * math.exp(-h / car.drive_lag)
+        before = speed
+        speed = max(speed + (pull - car.drag * speed - 9.80665 * slope) * h, 0.0)
+        x += 0.5 * (before + speed) * h
+    noise = random.standard_normal((len(t), 5)) * (0.02, 0.02, 0.002, 0.02, 0.01)
+    columns = (rows[:, 0], 0.0 * t, 0.0 * t, rows[:, 1], rows[:, 2])
+    x, y, yaw, v, z = (values + each for values, each in zip(columns, noise.T, strict=True))
+    pedals = {"throttle": np.array(throttle), "brake": np.array(brake), "z": z}
+    return {"t": t, "x": x, "y": y, "yaw": yaw, "speed": v, "steer": 0.0 * t, **pedals}

@@ -64,12 +64,17 @@ def in_file(
     return error
 
 
-def keys(params: Any, unknown: Mapping[str, str] | None = None) -> list[str]:  # noqa: ANN401 - a class of parameters of the core
+def keys(
+    params: Any,  # noqa: ANN401 - a class of parameters of the core
+    unknown: Mapping[str, str] | None = None,
+    said: Mapping[str, str] | None = None,
+) -> list[str]:
     """Word parameters as lines of a table, each key below a comment with its meaning and unit.
 
     A key that is None by default and has no value is a comment: left out, it is None. One with
     another default is inf then. An `unknown` key has the reason above it, and is a comment where
-    its value is the default.
+    its value is the default. Where anything is `said` of keys, each has it above, or whether it was
+    given or is the default; then it is a comment.
     """
     unknown = unknown or {}
     kind = type(params)
@@ -80,9 +85,13 @@ def keys(params: Any, unknown: Mapping[str, str] | None = None) -> list[str]:  #
         lines += textwrap.wrap(meaning, 100, initial_indent="# ", subsequent_indent="# ")
         if key in unknown:
             lines += textwrap.wrap(f"# NOT FOUND: {unknown[key]}", 100, subsequent_indent="# ")
+        elif said is not None:
+            word = "default" if value == defaults[key] else "given"
+            lines.append(f"# {said.get(key, word)}")
         if value is None:
             lines.append(f"# {key} =" if defaults[key] is None else f"{key} = inf")
         else:
-            comment = "# " if key in unknown and value == defaults[key] else ""
+            stands = key not in unknown if said is None else key in said
+            comment = "" if stands or value != defaults[key] else "# "
             lines.append(f"{comment}{key} = {repr(value).lower()}")
     return lines

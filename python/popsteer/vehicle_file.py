@@ -1,7 +1,7 @@
 """A vehicle in a TOML file: what `Vehicle.load` reads and `Vehicle.save` writes.
 
-A file has one key a field, each optional, and nothing else. What it leaves out has its default;
-``inf`` is no limit.
+A file has one key a field, each optional, and a table ``[pedals]``, which is for
+`popsteer.sim.PedalMap.load`. What it leaves out has its default; ``inf`` is no limit.
 
 Examples
 --------
@@ -47,6 +47,7 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     TOML, or a key is unknown, or its value of the wrong type or out of range.
     """
     fields = read(file, "vehicle file")
+    fields.pop("pedals", None)
     check(file, fields, Vehicle().as_dict())
     unlimited = {key: None for key in _LIMITS if fields.get(key) == math.inf}
     try:
@@ -60,10 +61,40 @@ def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
     write_text_atomic(file, as_toml(vehicle))
 
 
-def as_toml(vehicle: Vehicle, unknown: Mapping[str, str] | None = None) -> str:
+def as_toml(
+    vehicle: Vehicle,
+    unknown: Mapping[str, str] | None = None,
+    said: Mapping[str, str] | None = None,
+    pedals: Mapping[str, tuple[float, str]] | None = None,
+) -> str:
     """Word a vehicle as the text of a TOML file, with the meaning and the unit of each field.
 
     `unknown` are fields that nobody has measured, and why: they get a comment, and are comments
-    themselves where their value is the default. A field that is None is a comment.
+    themselves where their value is the default. A field that is None is a comment. Where it is
+    `said` of some how well they are known, the others are said to be given, or default, which is a
+    comment. `pedals` are the numbers of a map of pedals, and what is said of them.
     """
-    return "\n".join([_HEAD, *keys(vehicle, unknown)]) + "\n"
+    lines = [_HEAD, *keys(vehicle, unknown, said)]
+    if pedals:
+        lines += ["", "# What the pedals do, as popsteer.sim.PedalMap.load reads it.", "[pedals]"]
+        lines += [f"{name} = {value!r}  # {words}" for name, (value, words) in pedals.items()]
+    return "\n".join(lines) + "\n"
+
+
+STEERING = ("dead_time", "steer_lag", "understeer", "max_steer_rate")
+DRIVE = ("drive_delay", "drive_lag")
+
+
+def defaults(file: str | os.PathLike[str], speed: float, *, stops: bool = False) -> list[str]:
+    """Name what a file leaves at its default and what a drive of a speed [m/s] hangs on.
+
+    `understeer` matters where 0.003 s²/m, that of a car, is 3 % of the wheelbase, the delay where
+    the vehicle drives 0.1 wheelbases in the meantime; those of the drive matter where it `stops`.
+    """
+    there, car = read(file, "vehicle file"), load(file)
+    matter = list(DRIVE) if stops else []
+    if speed * 0.2 > 0.1 * car.wheelbase:
+        matter += STEERING[:2]
+    if 0.003 * speed * speed > 0.03 * car.wheelbase:
+        matter += STEERING[2:3]
+    return [name for name in Vehicle().as_dict() if name in matter and name not in there]

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from popsteer import controllers as own_controllers
@@ -178,7 +179,11 @@ def compare(
         made_by = lab.report.Origin(
             outputs.command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
-        outputs.deliver(comparison, out, progress, report, made_by, [course.path.source])
+        fastest = float(np.max(np.abs(comparison.first.records["speed"])))
+        stops = not course.path.closed
+        hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=stops)
+        read = [course.path.source]
+        outputs.deliver(comparison, out, progress, report, made_by, read, hangs)
     if record is not None:
         from popsteer.adapters.ros2.recording import record_run
 

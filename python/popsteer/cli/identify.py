@@ -71,6 +71,14 @@ def identify(
             " rear_axle given, the heading is that of an axle drawn behind it.",
         ),
     ] = False,
+    stops: Annotated[
+        Path | None,
+        optional(
+            "LOG",
+            "A second log, of stops and starts, to learn the drive from: with throttle and brake,"
+            " acceleration_command or speed_command.",
+        ),
+    ] = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
@@ -85,9 +93,11 @@ def identify(
     outputs.check_page(report)
     with Progress() as progress:
         drive = logs.read(log, columns, topic, unit, origin, progress)
-        found = identified(
-            drive, given, course=course, progress=partial(progress.update, "identify")
-        )
+        second = None
+        if stops is not None:
+            second = logs.read([stops], columns, topic, unit, origin, progress)
+        update = partial(progress.update, "identify")
+        found = identified(drive, given, course=course, stops=second, progress=update)
         content = {} if out is None else _files(found, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)
@@ -103,10 +113,9 @@ def identify(
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
     from popsteer.lab.identify import identified_csv, identified_json
     from popsteer.lab.identify.figure import identified_figure
-    from popsteer.vehicle_file import as_toml
 
     content = {
-        out: as_toml(found.vehicle, found.unknown).encode(),
+        out: found.as_toml().encode(),
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }

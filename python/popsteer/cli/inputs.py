@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import own, plants, presets, sim, toml_file, tracks, vehicles
+from popsteer import own, plants, presets, sim, toml_file, tracks, vehicle_file, vehicles
 from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
 from popsteer.errors import ConfigError
@@ -272,6 +272,19 @@ def believed(
     """Give the vehicle that the controllers are given: by default that of the plant, `itself`."""
     usual = itself or Vehicle()
     return assigned(usual if text is None else named_vehicle(text), changes, "the vehicle")
+
+
+def defaults_note(
+    text: str | None, changes: Sequence[str] | None, speed: float, *, stops: bool
+) -> list[str]:
+    """Say what a vehicle file leaves at its default and a drive of this speed [m/s] hangs on."""
+    if text is None or not _is_file(text):
+        return []
+    told = {name for name, _ in pairs("--set-vehicle", changes)}
+    left = [name for name in vehicle_file.defaults(text, speed, stops=stops) if name not in told]
+    car = Vehicle().as_dict()
+    said = ", ".join(f"{name} = {car[name]:g}" for name in left)
+    return [f"{text} does not say {said}: defaults, on which this drive hangs"] if left else []
 
 
 def varied(

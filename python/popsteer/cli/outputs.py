@@ -151,8 +151,12 @@ def deliver(
     report: Path | None,
     origin: Origin,
     read: Iterable[str | None] = (),
+    more: Iterable[str] = (),
 ) -> None:
-    """Write the files of a comparison, then print its table: they are there if a pipe closes."""
+    """Write the files of a comparison, then print its table: they are there if a pipe closes.
+
+    `more` are notes below the usual ones.
+    """
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
     else:
@@ -165,7 +169,8 @@ def deliver(
         files.write_bytes_atomic(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
-    show(caption(comparison), tables, notes(comparison), said, report, read)
+    below = (*notes(comparison), *more)
+    show(caption(comparison), tables, below, said, report, read)
     say_raised(comparison.runs.values())
 
 

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import typer
 
 from popsteer import lab, own, presets, vehicles
@@ -113,7 +114,9 @@ def replay(
         made_by = lab.report.Origin(outputs.command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, made_by)
     write_files_atomic(files)
-    below = (*statuses(found), *drive.remarks, NOTE)
+    fastest = float(np.max(np.abs(drive.speed)))
+    hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=False)
+    below = (*statuses(found), *drive.remarks, *hangs, NOTE)
     read = [drive.source, None if course is None else course.path.source]
     outputs.show(caption(found), [replay_table(found)], below, said, report, read)
 

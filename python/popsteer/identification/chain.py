@@ -64,6 +64,14 @@ class Wheels:
         found: Array = after + np.minimum(since, 0.0) * self.commands[0]
         return found
 
+    def at(self, times: Array) -> Array:
+        """Give the angle at these times [rad], where no rate limits it."""
+        place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
+        since = np.maximum(times - self.times[place], 0.0)
+        gap = self.angle[place] - self.commands[place]
+        found: Array = self.commands[place] + gap * np.exp(-since / self.lag)
+        return found
+
     def _since(self, place: NDArray[np.int64], time: Array) -> Array:
         """Give the integral of the angle over `time` from each command on."""
         angle, target = self.angle[place], self.commands[place]

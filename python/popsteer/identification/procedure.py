@@ -14,6 +14,7 @@ from popsteer.identification.drive import MOST_OUTLIERS, PreparedLog, prepare, s
 from popsteer.identification.fit import Fit, fit, refit
 from popsteer.identification.identifiability import Unknown, steps, unidentified
 from popsteer.identification.innovations import excitation, unexplained
+from popsteer.identification.pedals import ASKED, Drive, fit_drive
 from popsteer.identification.result import Identification, compared, described
 from popsteer.identification.signals import checked
 from popsteer.identification.whiten import Error
@@ -41,6 +42,7 @@ def identify(
     vehicle: Vehicle | None = None,
     *,
     course: bool = False,
+    stops: Log | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Identification:
     """Find out from the log of a drive what the vehicle is.
@@ -65,6 +67,9 @@ def identify(
         the positions of the axles are estimated from the motion of the car.
     course : bool, default False
         Whether `yaw` is the course over ground of the pose's point, not the car's heading.
+    stops : Log, optional
+        A second log, of stops and starts, to learn the drive from; by default `log` itself, where
+        it has commands of the drive.
     progress : callable, optional
         Called now and then with the share done, 0 to 1.
 
@@ -108,6 +113,9 @@ def identify(
     made, errors = _vehicle(vehicle, found, unknown, point, drive)
     unknown.notes += described(vehicle, found, point, seen)
     values, speed = found.values, drive.usual_speed
+    drive_found = fit_drive(seen.whole if stops is None else stops, drive.size)
+    made, more = _with_drive(made, drive_found, unknown)
+    errors |= more
     turning_error = found.split(turning_wheelbase=1.0, understeer=speed**2)
     models = errors | {"delay": delay_error, "turning_length": turning_error}
     return Identification(
@@ -138,6 +146,7 @@ def identify(
         records=compared(seen.log, drive, found.yaw, found.theta, point),
         log=seen.log,
         fit=found,
+        drive=drive_found,
     )
 
 
@@ -212,6 +221,22 @@ def _vehicle(
             f"the log commands up to {steepest:.3g} rad, more than max_steer, {base.max_steer:g}"
         )
     return base.replace(**changes, **moved), errors | more
+
+
+def _with_drive(
+    car: Vehicle, drive: Drive | None, unknown: Unknown
+) -> tuple[Vehicle, dict[str, Error]]:
+    """Add what is known of the drive to the vehicle; what is not is asked for."""
+    if drive is None:
+        unknown.notes.append(
+            "the log has no commands of the drive (throttle and brake, acceleration_command or"
+            f" speed_command): what a stop needs stays as given: {ASKED}, in this log or in --stops"
+        )
+        return car, {}
+    own = [name for name in ("drive_delay", "drive_lag") if name in drive.errors]
+    unknown.why.update(drive.unknown)
+    changes = {name: drive.values[name] for name in own}
+    return car.replace(**changes), {name: Error(drive.errors[name], 0.0) for name in own}
 
 
 def _place(

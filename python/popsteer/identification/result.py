@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification.drive import Array, PreparedLog
     from popsteer.identification.fit import Fit
+    from popsteer.identification.pedals import Drive
     from popsteer.identification.point import Point
     from popsteer.identification.signals import Signals
     from popsteer.logs import Log
@@ -75,6 +76,8 @@ class Identification:
         The log as it was used: a row for each sample, its heading turned and its speed scaled.
     fit : Fit
         The fit of the heading, for its profile likelihoods.
+    drive : Drive or None
+        What is known of the drive, with its pedals; None if its commands were not logged.
     """
 
     vehicle: Vehicle
@@ -95,6 +98,7 @@ class Identification:
     records: dict[str, NDArray[Any]] = field(repr=False)
     log: Log = field(repr=False)
     fit: Fit = field(repr=False)
+    drive: Drive | None = None
 
     @property
     def explains(self) -> bool:
@@ -111,12 +115,30 @@ class Identification:
             )
         return f"The vehicle does not explain the heading: {'; '.join(self.unexplained)}."
 
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the vehicle to a TOML file, whole, with comments on what the log does not show.
+    def as_toml(self) -> str:
+        """Word the vehicle as a TOML file: for each number whether it was identified, and how well.
 
-        `popsteer.Vehicle.load` reads it. Raises OSError where the file cannot be written.
+        `popsteer.Vehicle.load` reads it, `popsteer.sim.PedalMap.load` its pedals.
         """
-        write_text_atomic(file, as_toml(self.vehicle, self.unknown))
+        said = {
+            name: f"identified: ± {math.hypot(error, self.model_errors[name]):.2g}"
+            for name, error in self.errors.items()
+        }
+        pedals = {} if self.drive is None else self.drive.pedals
+        errors = {} if self.drive is None else self.drive.errors
+        return as_toml(
+            self.vehicle,
+            self.unknown,
+            said,
+            {name: (value, f"identified: ± {errors[name]:.2g}") for name, value in pedals.items()},
+        )
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the vehicle to a TOML file, whole, as `as_toml` words it.
+
+        Raises OSError where the file cannot be written.
+        """
+        write_text_atomic(file, self.as_toml())
 
     @property
     def yaw_rate_residual(self) -> float:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from popsteer import toml_file
 from popsteer._core import CoupledLongitudinal, Path, SpeedPid, SpeedTracker, Vehicle
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
 from popsteer.sim.geometry import Plant, object_of
+
+if TYPE_CHECKING:
+    import os
 
 Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 """What works the pedals: the paper's controller, a PID on the path's speeds, or a plan that is
@@ -85,6 +89,47 @@ class PedalMap(Parameters):
         """
         params = _params_of(plant)
         return cls(params.drive, params.braking, params.drag, getattr(params, "air_drag", 0.0))
+
+    @classmethod
+    def load(cls, file: str | os.PathLike[str]) -> PedalMap:
+        r"""Read the map from the table ``[pedals]`` of a vehicle file, as `identify` writes it.
+
+        Parameters
+        ----------
+        file : str or os.PathLike
+            The file.
+
+        Returns
+        -------
+        PedalMap
+            The map.
+
+        Raises
+        ------
+        ConfigError
+            The file cannot be read, has no such table, or a key in it is unknown or out of range.
+
+        Examples
+        --------
+        >>> import pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder) / "car.toml"
+        ...     _ = file.write_text("[pedals]\ndrive = 4.1\nbraking = 7.9\n")
+        ...     PedalMap.load(file).braking
+        7.9
+        """
+        table = toml_file.read(file, "vehicle file").get("pedals")
+        if not isinstance(table, dict):
+            refused = ConfigError("pedals", table, "a table [pedals] in the vehicle file")
+            raise toml_file.in_file(file, refused)
+        toml_file.check(file, table, cls(1.0, 1.0).as_dict(), "pedals")
+        try:
+            return cls(**table)
+        except TypeError:
+            refused = ConfigError("pedals", table, "drive and braking")
+            raise toml_file.in_file(file, refused) from None
+        except ConfigError as error:
+            raise toml_file.in_file(file, error) from None
 
     @staticmethod
     def is_known(plant: Plant) -> bool:

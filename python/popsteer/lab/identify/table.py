@@ -47,6 +47,8 @@ _ROWS = (
     _Row("steer_lag", "lag", "ms", 1e3),
     _Row("dead_time", "dead time", "ms", 1e3),
     _Row("max_steer_rate", "rate of the wheels", "rad/s"),
+    _Row("drive_delay", "delay of the drive", "ms", 1e3),
+    _Row("drive_lag", "lag of the drive", "ms", 1e3),
     _Row("rear_axle", "rear axle, from the pose", "m"),
     _Row("no_slip_point", "no-slip point, from the pose", "m"),
 )
@@ -126,7 +128,7 @@ def identified_csv(found: Identification) -> str:
     """Write the measured and the simulated motion as CSV, a row for each of the log's."""
     records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
     columns = [values.tolist() for values in records.values()]
-    rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
+    rows = ([repr(value) for value in row] for row in zip(*columns, strict=True))
     return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
 
 

@@ -41,9 +41,7 @@ def of_identification(
     ``lab`` brings it.
     """
     origin = Origin() if origin is None else origin
-    vehicle = block(
-        "The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle, found.unknown)
-    )
+    vehicle = block("The vehicle as found, for --vehicle", found.as_toml())
     if given is not None:
         vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
     head, _, rest = found.verdict.partition(": ")

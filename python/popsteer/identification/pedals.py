@@ -1,0 +1,219 @@
+"""What the drive does: its delay, lag and gains, drag, by what was commanded and the speed.
+
+    a'     = (acceleration(t - drive_delay) - a) / drive_lag
+    speed' = a - drag speed - air_drag speed |speed| - gravity times the slope
+
+The acceleration is ``drive`` throttle - ``braking`` brake, or ``gain`` times the one commanded; to
+a commanded speed, the speed itself responds, with ``gain`` of it. All but delay and lag is linear,
+and solved for at each of them (variable projection; G. Golub and V. Pereyra, 1973).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.identification.chain import Wheels
+from popsteer.identification.drive import RESOLVED, prepare
+from popsteer.identification.whiten import choose_theta, known, spread, whitened
+
+if TYPE_CHECKING:
+    from popsteer.identification.drive import Array
+    from popsteer.logs import Log
+
+_DELAYS = np.arange(0.0, 1.01, 0.05)
+_LAGS = (0.01, 0.05, 0.1, 0.2, 0.4, 0.8)
+_GRAVITY = 9.80665
+_SLOPE_TIME = 0.5
+"""Time over which the slope is taken [s]."""
+_PRIOR = {"drag": 1.0, "air_drag": 0.02, "rolling": 0.2}
+"""How large these are believed to be, about 0: what the drive does not show stays there."""
+SURE = {"drive_delay": 0.02, "drive_lag": 0.03, "drag": 0.03, "air_drag": 0.003}
+"""Largest standard errors of what is stated [s, s, 1/s, 1/m]; of a gain, a share of it."""
+SURE_GAIN = 0.05
+ASKED = "drive three stops and starts, with steps of throttle and brake that are held for 2 s"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What is known of the drive.
+
+    Attributes
+    ----------
+    values, errors : dict of str to float
+        ``drive_delay``, ``drive_lag`` [s]; of pedals ``drive``, ``braking`` [m/s²], of other
+        commands ``gain``; ``drag`` [1/s], ``air_drag`` [1/m]; and the standard errors of those that
+        the log shows.
+    unknown : dict of str to str
+        Why the others are not known, and within which range they lie.
+    residual : float
+        Standard deviation of what is left of the speed from row to row [m/s].
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict)
+    unknown: dict[str, str] = field(default_factory=dict)
+    residual: float = 0.0
+
+    @property
+    def pedals(self) -> dict[str, float]:
+        """What a map of pedals says: both gains and drag, if both pedals are known."""
+        names = ("drive", "braking", "drag", "air_drag")
+        there = all(name in self.errors for name in names[:2])
+        return {n: max(self.values[n], 0.0) for n in names if n in self.errors} if there else {}
+
+
+class _Task:
+    """The commands of a log as columns, and the speed that they are to explain."""
+
+    def __init__(self, log: Log, size: float) -> None:
+        ready = prepare(log, size)
+        self.t, self.speed, self.parts = ready.t, ready.sample_speed, ready.parts()
+        self.names, self.direct, signals = _commands(log)
+        # Commands at rest are those of the drive that follows, in its gear.
+        drives = np.append(np.flatnonzero(ready.moving), len(log) - 1)
+        following = drives[np.searchsorted(drives, np.arange(len(log)))]
+        self.gear = np.where(self.speed[following] < 0.0, -1.0, 1.0)
+        self.signals = signals
+        step, mean = np.diff(self.t), 0.5 * (self.speed[1:] + self.speed[:-1])
+        self.fixed = -_GRAVITY * _slope(log, self.speed)[1:] * step
+        self.nuisance = ["drag", "air_drag", "rolling"] if not self.direct else []
+        self.columns = [-mean * step, -mean * np.abs(mean) * step, -self.gear[1:] * step]
+        self.theta = 0.9
+        self.noise = max(ready.speed_noise, RESOLVED["speed"])
+
+    def model(self, delay: float, lag: float) -> Array:
+        """Give what each parameter of 1 adds to the speed from the start on, (N, P)."""
+        found = []
+        for values in self.signals:
+            wheels = Wheels(self.t, values, lag, None)
+            given = self.t - delay
+            added = wheels.at(given) if self.direct else wheels.integral(given)
+            found.append(self.gear[1:] * np.diff(added) if not self.direct else np.diff(added))
+        found += self.columns if self.nuisance else []
+        grown = np.cumsum(np.stack(found, axis=1), axis=0)
+        return np.concatenate((np.zeros((1, grown.shape[1])), grown))
+
+    def solve(self, delay: float, lag: float) -> tuple[Array, Array]:
+        """Give the linear parameters that explain the speed best, and the residuals."""
+        names = [*self.names, *self.nuisance]
+        slope = np.concatenate(([0.0], np.cumsum(self.fixed)))
+        columns = whitened(self.model(delay, lag), self.parts, self.theta) / self.noise
+        wanted = whitened(self.speed - slope, self.parts, self.theta) / self.noise
+        belief = np.diag([1.0 / _PRIOR[n] if n in _PRIOR else 0.0 for n in names])
+        rows = np.vstack((columns, belief)), np.concatenate((wanted, np.zeros(len(names))))
+        root = np.ones(len(rows[1]))
+        for _ in range(3):
+            linear = np.linalg.lstsq(rows[0] * root[:, None], rows[1] * root, rcond=1e-12)[0]
+            left = rows[1] - rows[0] @ linear
+            root = np.sqrt(np.minimum(1.0, 3.0 / np.maximum(np.abs(left), 1e-12)))
+        weighted: Array = left * root
+        return np.asarray(linear), weighted
+
+    def cost(self, delay: float, lag: float) -> float:
+        """Give the sum of the squares of what is left."""
+        return float(np.sum(self.solve(delay, lag)[1] ** 2))
+
+    def weigh(self, delay: float, lag: float) -> None:
+        """Take noise and theta from what is left over."""
+        linear, _ = self.solve(delay, lag)
+        slope = np.concatenate(([0.0], np.cumsum(self.fixed)))
+        error = self.speed - slope - self.model(delay, lag) @ linear
+        self.theta = choose_theta(error, self.parts)
+        left = spread(whitened(error, self.parts, self.theta))
+        self.noise = max(left, RESOLVED["speed"] * float(np.max(np.abs(self.speed))))
+
+
+def fit_drive(log: Log, size: float = 1.0) -> Drive | None:
+    """Find out what the drive does; None where the log has no commands of it."""
+    from scipy.optimize import least_squares
+
+    if not _commands(log)[0]:
+        return None
+    task = _Task(log, size)
+    if sum(part.stop - part.start for part in task.parts) < 50:
+        return Drive(unknown={"drive_delay": f"the car hardly drives: {ASKED}"})
+    grid = [(delay, lag) for delay in _DELAYS for lag in _LAGS]
+    best = min(grid, key=lambda at: task.cost(*at))
+    for _ in range(2):
+        task.weigh(*best)
+        found = least_squares(
+            lambda at: task.solve(*at)[1],
+            np.clip(best, (0.0, 1e-3), (1.5, 3.0)),
+            bounds=((0.0, 1e-3), (1.5, 3.0)),
+            x_scale=(0.1, 0.1),
+            diff_step=1e-3,
+            max_nfev=30,
+        )
+        best = float(found.x[0]), float(found.x[1])
+    linear, left = task.solve(*best)
+    return _stated(task, best, linear, left)
+
+
+def _around(at: tuple[float, float], which: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    step = 0.004
+    above, below = list(at), list(at)
+    above[which] += step
+    below[which] = max(below[which] - step, 0.0 if which == 0 else 1e-3)
+    return (above[0], above[1]), (below[0], below[1])
+
+
+def _stated(task: _Task, best: tuple[float, float], linear: Array, left: Array) -> Drive:
+    """State what the log shows, and say why not of the rest."""
+    names = ["drive_delay", "drive_lag", *task.names, *task.nuisance]
+    columns = whitened(task.model(*best), task.parts, task.theta) / task.noise
+    count, own = len(columns), linear[: len(names) - 2]
+    direct = []
+    for k in (0, 1):
+        above, below = _around(best, k)
+        change = task.model(*above) @ own - task.model(*below) @ own
+        direct.append(
+            -whitened(change, task.parts, task.theta) / task.noise / (above[k] - below[k])
+        )
+    jacobian = np.column_stack([*direct, -columns])
+    prior = np.array([1.0 / _PRIOR[n] if n in _PRIOR else 0.0 for n in names])
+    memory = int(np.ceil(1.0 / float(np.median(np.diff(task.t)))))
+    sure = known(jacobian, left[:count], memory, jacobian.T @ jacobian, prior)
+    values = dict(zip(names, [*best, *map(float, own)], strict=True))
+    errors = dict(zip(names, sure.errors(), strict=True))
+    shown, unknown = {}, {}
+    for name in names:
+        most = SURE.get(name, SURE_GAIN * abs(values[name]))
+        if name == "rolling":
+            continue
+        if errors[name] <= most:
+            shown[name] = errors[name]
+        else:
+            low, high = values[name] - 2.0 * errors[name], values[name] + 2.0 * errors[name]
+            unknown[name] = f"{name} lies between {max(low, 0.0):.3g} and {high:.3g}: {ASKED}"
+    values = {name: value for name, value in values.items() if name != "rolling"}
+    return Drive(values, shown, unknown, task.noise)
+
+
+def _commands(log: Log) -> tuple[list[str], bool, list[Array]]:
+    """Give the gains to be found, whether the speed itself is commanded, and the commands."""
+    signals = {key: np.asarray(values) for key, values in log.signals.items()}
+    signals = {key: values for key, values in signals.items() if np.ptp(values) > 0.0}
+    if "throttle" in signals or "brake" in signals:
+        pedals = [("drive", "throttle", 1.0), ("braking", "brake", -1.0)]
+        there = [(gain, sign * signals[key]) for gain, key, sign in pedals if key in signals]
+        return [gain for gain, _ in there], False, [values for _, values in there]
+    for key, direct in (("acceleration_command", False), ("speed_command", True)):
+        if key in signals:
+            return ["gain"], direct, [signals[key]]
+    return [], False, []
+
+
+def _slope(log: Log, speed: Array) -> Array:
+    """Give the slope of the ground along the heading; 0 without heights."""
+    if "z" not in log.signals:
+        return np.zeros(len(log))
+    from scipy.ndimage import gaussian_filter1d
+
+    width = max(_SLOPE_TIME / log.period, 1.0)
+    rise = gaussian_filter1d(np.asarray(log.signals["z"]), width, order=1) / log.period
+    way = gaussian_filter1d(speed, width)
+    slope: Array = np.where(np.abs(way) > 0.3, rise / np.where(np.abs(way) > 0.3, way, 1.0), 0.0)
+    return np.clip(slope, -0.5, 0.5)

@@ -1,0 +1,44 @@
+"""A few of the drives of `studies.identify_acceptance`, which has many."""
+
+from __future__ import annotations
+
+import pytest
+
+from studies import identify_acceptance as acceptance
+
+pytest.importorskip("scipy")
+
+
+def test_stated_values_hold_on_working_drives() -> None:
+    stated = [
+        one
+        for kind, changes in acceptance.KINDS[::2]
+        for seed in (3, 4)
+        for car, found in [acceptance.identified(kind, seed, **changes)]
+        if found is not None
+        for one in acceptance.stated(car, found)
+    ]
+    within, beyond, count = acceptance.shares(stated)
+    assert count > 60
+    assert within > 0.85
+    assert beyond < 0.04
+
+
+@pytest.mark.parametrize(("kind", "changes"), [("brisk", {"noise": 0.0}), ("brisk", {"digits": 2})])
+def test_lengths_of_logs_without_noise_or_digits_are_right_or_unknown(
+    kind: str, changes: dict[str, float]
+) -> None:
+    car, found = acceptance.identified(kind, 1, length=2.5, point=1.2, **changes)
+    assert found is not None
+    for one in acceptance.stated(car, found):
+        if one.name in ("wheelbase", "turning_length"):
+            assert one.value == pytest.approx(one.truth, rel=0.01)
+        assert one.off < 3.5, one
+
+
+def test_play_leaves_the_delay_as_it_is() -> None:
+    for play in (0.5, 2.0):
+        car, found = acceptance.identified("blocks", 2, length=2.7, point=1.0, play=play)
+        assert found is not None
+        assert found.delay == pytest.approx(car.lag + car.delay, abs=0.015)
+        assert found.fit.values["steer_play"] == pytest.approx(car.play, abs=0.0035)

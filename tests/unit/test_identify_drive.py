@@ -1,0 +1,167 @@
+"""The drive of a car that shares no code with popsteer: delay, lag, gains, drag, grade."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import sim
+from popsteer.identification.pedals import fit_drive
+from popsteer.logs import Log
+from studies import logged
+from tests.cli import command
+
+pytest.importorskip("scipy")
+
+
+def _log(car: logged.Car, seed: int = 0, **options: Any) -> Log:
+    columns = logged.stops(car, seed, **options)
+    poses = {name: columns.pop(name) for name in ("t", "x", "y", "yaw", "speed", "steer")}
+    return Log(**poses, signals=columns)
+
+
+def _drawn(seed: int) -> logged.Car:
+    random = np.random.default_rng(seed)
+    return replace(
+        logged.Car(),
+        drive_delay=0.005 * int(random.integers(10, 80)),
+        drive_lag=float(random.uniform(0.05, 0.5)),
+        throttle=float(random.uniform(2.0, 6.0)),
+        braking=float(random.uniform(4.0, 9.0)),
+        drag=float(random.uniform(0.02, 0.2)),
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_drive_of_three_stops_is_found_on_the_level_and_on_hills(seed: int) -> None:
+    car = _drawn(seed)
+    found = fit_drive(_log(car, seed, hills=0.05 * (seed % 2)))
+    assert found is not None
+    assert found.values["drive_delay"] == pytest.approx(car.drive_delay, abs=0.02)
+    assert found.values["drive_lag"] == pytest.approx(car.drive_lag, abs=0.03)
+    assert found.values["drive"] == pytest.approx(car.throttle, rel=0.05)
+    assert found.values["braking"] == pytest.approx(car.braking, rel=0.05)
+    for name, truth in (("drive_delay", car.drive_delay), ("drive", car.throttle)):
+        assert abs(found.values[name] - truth) < 4.0 * found.errors[name]
+    pedals = sim.PedalMap(**found.pedals)
+    assert pedals(2.0, 0.0)[0] == pytest.approx(2.0 / car.throttle, rel=0.05)
+
+
+def test_hills_without_their_height_are_not_taken_for_the_drive() -> None:
+    car = _drawn(1)
+    log = _log(car, 1, hills=0.05)
+    blind = Log(**log.as_dict(), signals={k: v for k, v in log.signals.items() if k != "z"})
+    found = fit_drive(blind)
+    assert found is not None
+    for name, error in found.errors.items():
+        truth = {"drive": car.throttle, "braking": car.braking, "drag": car.drag, "air_drag": 0.0}
+        truth |= {"drive_delay": car.drive_delay, "drive_lag": car.drive_lag}
+        assert abs(found.values[name] - truth[name]) < 5.0 * error, name
+
+
+def test_other_commands_give_their_gain() -> None:
+    car = replace(_drawn(2), throttle=1.0, braking=1.0, drag=0.0)
+    columns = logged.stops(replace(car, throttle=4.0, braking=8.0), 3)
+    wanted = 4.0 * columns["throttle"] - 8.0 * columns["brake"]
+    poses = {name: columns[name] for name in ("t", "x", "y", "yaw", "speed", "steer")}
+    # Of an acceleration that is scaled by 0.8 on its way.
+    found = fit_drive(Log(**poses, signals={"acceleration_command": wanted / 0.8}))
+    assert found is not None
+    assert found.values["gain"] == pytest.approx(0.8, rel=0.05)
+    assert found.values["drive_delay"] == pytest.approx(car.drive_delay, abs=0.02)
+    # A commanded speed, which the car has 0.97 of, after a delay and a lag.
+    t = 0.05 * np.arange(1200)
+    given = 2.0 + np.floor(t / 6.0) % 3
+    speed = np.zeros_like(t)
+    for k in range(1, len(t)):
+        late = given[max(k - 1 - 4, 0)]
+        speed[k] = speed[k - 1] + (0.97 * late - speed[k - 1]) * (1.0 - np.exp(-0.05 / 0.4))
+    noisy = speed + 0.02 * np.random.default_rng(1).standard_normal(len(t))
+    zero = 0.0 * t
+    x = np.cumsum(0.05 * speed)
+    found = fit_drive(Log(t, x, zero, zero, noisy, zero, signals={"speed_command": given}))
+    assert found is not None
+    assert found.values["gain"] == pytest.approx(0.97, rel=0.02)
+    assert found.values["drive_delay"] == pytest.approx(0.2, abs=0.02)
+    assert found.values["drive_lag"] == pytest.approx(0.4, abs=0.03)
+
+
+def test_drive_that_is_not_shown_is_asked_for_and_one_without_commands_is_none() -> None:
+    car = _drawn(4)
+    log = _log(car, 4)
+    assert fit_drive(Log(**log.as_dict())) is None
+    steady = {"throttle": 0.2 + 0.002 * np.sin(log.t), "brake": 0.0 * log.t}
+    poses = log.as_dict() | {
+        "speed": 8.0 + 0.02 * np.random.default_rng(0).standard_normal(len(log))
+    }
+    found = fit_drive(Log(**poses, signals=steady))
+    assert found is not None
+    assert {"drive_delay", "drive_lag", "drive"} <= set(found.unknown)
+    assert "drive three stops and starts" in found.unknown["drive_delay"]
+    assert found.pedals == {}
+
+
+def test_file_says_of_each_number_what_it_is_and_carries_the_pedals(tmp_path: Any) -> None:
+    car = logged.Car()
+    told = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, max_steer=0.6)
+    found = popsteer.identify(Log(**logged.log("brisk", car, 1)), told, stops=_log(car, 1))
+    file = tmp_path / "car.toml"
+    found.save(file)
+    assert popsteer.Vehicle.load(file) == found.vehicle
+    lines: list[str] = file.read_text().splitlines()
+
+    def above(key: str) -> str:
+        return next(
+            lines[k - 1] for k, line in enumerate(lines) if line.lstrip("# ").startswith(key)
+        )
+
+    assert above("dead_time =").startswith("# identified: ± ")
+    assert above("drive_delay =").startswith("# identified: ± ")
+    assert above("max_steer =") == "# given"
+    assert above("max_lateral_acceleration =") == "# default"
+    pedals = sim.PedalMap.load(file)
+    assert pedals.drive == pytest.approx(car.throttle, rel=0.05)
+    assert pedals.braking == pytest.approx(car.braking, rel=0.05)
+    # The same map drives a plant.
+    plant = sim.KinematicBicycle(found.vehicle, drive=pedals.drive, braking=pedals.braking)
+    assert sim.PedalMap.of(plant).drive == pedals.drive
+    for text, message in (
+        ("", r"\[pedals\] in the vehicle file"),
+        ("[pedals]\nspring = 1\n", "spring"),
+    ):
+        file.write_text(text)
+        with pytest.raises(popsteer.ConfigError, match=message):
+            sim.PedalMap.load(file)
+
+
+def test_commands_say_which_defaults_a_drive_hangs_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    file, log = tmp_path / "car.toml", command.write_csv(tmp_path / "drive.csv", command.drive())
+    for text, said in (
+        ("wheelbase = 2.7\n", "does not say understeer = 0, steer_lag = 0.1, dead_time = 0"),
+        ("understeer = 0.0\nsteer_lag = 0.1\n", "does not say dead_time = 0: defaults"),
+        ("understeer = 0.0\nsteer_lag = 0.1\ndead_time = 0.2\n", None),
+    ):
+        file.write_text(text)
+        outcome = command.call(capsys, "replay", str(log), "--vehicle", str(file))
+        shown = " ".join(outcome.out.split())
+        assert ("does not say" in shown) == (said is not None)
+        assert said is None or said in shown
+    outcome = command.call(
+        capsys,
+        "compare",
+        "--plant",
+        "kinematic-bicycle",
+        "--track",
+        "double-lane-change",
+        "--controllers",
+        "stanley",
+        "--vehicle",
+        str(file),
+    )
+    assert "drive_delay = 0.1, drive_lag = 0" in " ".join(outcome.out.split())
