@@ -339,11 +339,13 @@ def _positions(
     t = DT * np.arange(600)
     yaw = 0.6 * np.sin(0.5 * t) + 0.1 * t
     speed = 7.0 + 3.0 * np.sin(0.3 * t)
-    x, y = [5.0], [-3.0]
+    x, y, place = [5.0], [-3.0], [0.0j]
     for k in range(599):
         turn, step = yaw[k + 1] - yaw[k], t[k + 1] - t[k]
         middle, v = yaw[k] + 0.5 * turn, 0.5 * (speed[k] + speed[k + 1])
-        ahead = (1.0 + excess) * v * step * np.sinc(0.5 * turn / math.pi)
+        chord = v * step * np.sinc(0.5 * turn / math.pi)
+        place.append(place[-1] + chord * np.exp(1j * middle))
+        ahead = (1.0 + excess) * chord
         left, middle = -(rear + slip * v * v) * 2.0 * math.sin(0.5 * turn), middle + bias
         x.append(x[-1] + ahead * math.cos(middle) - left * math.sin(middle))
         y.append(y[-1] + ahead * math.sin(middle) + left * math.cos(middle))
@@ -352,6 +354,7 @@ def _positions(
         **given,
         x=np.array(x),
         y=np.array(y),
+        place=np.array(place),
         usual_step=DT,
         parts=lambda: [slice(20, 600)],
         least_noise={"position": 1e-3},
@@ -364,7 +367,7 @@ def test_point_of_the_car_is_found_where_it_was() -> None:
     from popsteer.identification.point import NAMES, fit_point
 
     ready, yaw = _positions(-1.3, 0.002, 0.01, -0.02)
-    found = fit_point(ready, yaw, 0.9)
+    found = fit_point(ready, yaw, ready.place, 0.9)
     assert [found.values[name] for name in NAMES] == pytest.approx(
         [-1.3, 0.002, 0.01, -0.02], abs=1e-7
     )
@@ -375,7 +378,7 @@ def test_point_of_the_car_is_found_where_it_was() -> None:
         noisy.x = ready.x + random.normal(0.0, 0.02, 600)
         noisy.y = ready.y + random.normal(0.0, 0.02, 600)
         noisy.x[300] += 4.0  # which weighs as little as it should
-        one = fit_point(noisy, yaw, 0.9)
+        one = fit_point(noisy, yaw, ready.place, 0.9)
         assert one.noise == pytest.approx(0.02, rel=0.2)
         true = dict(zip(NAMES, (-1.3, 0.002, 0.01, -0.02), strict=True))
         misses += [(one.values[name] - true[name]) / one.errors[name] for name in NAMES]

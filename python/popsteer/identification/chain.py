@@ -96,9 +96,19 @@ class Chain:
 
     def yaw(self, **values: float) -> Array:
         """Simulate the heading [rad] at the log's samples, 0 at the first, as `rate` does."""
+        return np.interp(self.drive.t, self.drive.edges, self._headings(values))
+
+    def place(self, **values: float) -> NDArray[np.complex128]:
+        """Simulate where the no-slip point is at the samples, east + i north [m], 0 at first."""
+        heading = self._headings(values)
+        middle, turn = 0.5 * (heading[1:] + heading[:-1]), np.diff(heading)
+        step = self.drive.speed * np.sinc(0.5 * turn / np.pi) * np.exp(1j * middle)
+        driven = np.concatenate(([0.0], np.cumsum(step))) * self.drive.cell
+        return np.interp(self.drive.t, self.drive.edges, driven)
+
+    def _headings(self, values: dict[str, float]) -> Array:
         turned = np.cumsum(self.rate(**values))
-        heading = np.concatenate(([0.0], turned)) * self.drive.cell
-        return np.interp(self.drive.t, self.drive.edges, heading)
+        return np.concatenate(([0.0], turned)) * self.drive.cell
 
     def rate(  # noqa: PLR0913 - a parameter of the vehicle each
         self,

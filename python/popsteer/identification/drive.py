@@ -258,13 +258,15 @@ def _without_outliers(
     scale = moving if moving.sum() >= 9 else np.ones_like(moving)
     share = (t[2:-2] - t[:-4]) / (t[4:] - t[:-4])
     around = values[:-4] + share * (values[4:] - values[:-4])
-    near = np.median(np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0)
+    sides = np.sort(np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0)
+    near, apart = 0.5 * (sides[1] + sides[2]), sides[2] - sides[1]
     # The line through the neighbours is pulled by an outlier among them, their median is not.
     from_line, from_median = values[2:-2] - around, values[2:-2] - near
     off = np.where(np.abs(from_line) < np.abs(from_median), from_line, from_median)
     spread = 1.4826 * float(np.median(np.abs(off[scale[2:-2]])))
     step = float(np.median(np.abs(np.diff(values)[scale[1:]])))
-    found = 2 + np.flatnonzero(np.abs(off) > OUTLIER * max(spread, step, grain, 1e-9))
+    most = np.maximum(OUTLIER * max(spread, step, grain, 1e-9), apart)  # a fast turn is none
+    found = 2 + np.flatnonzero(np.abs(off) > most)
     if not found.size:
         return values, 0
     kept = np.delete(np.arange(len(values)), found)

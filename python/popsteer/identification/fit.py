@@ -88,6 +88,8 @@ class Fit:
     """Standard deviation of the innovations of the heading [rad]."""
     yaw: Array
     """Simulated heading at the samples [rad]."""
+    place: NDArray[np.complex128]
+    """Simulated place of the no-slip point there, east + i north [m]."""
     wheels: Wheels
     """The simulated wheels, without dead time and offset."""
     jacobian: Array
@@ -444,6 +446,7 @@ class Task:
             theta=self.theta,
             noise=self.noise,
             yaw=self.chain.yaw(**values),
+            place=self.chain.place(**values),
             wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
             jacobian=jacobian * root[:, None],
             root=root,

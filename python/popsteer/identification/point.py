@@ -29,6 +29,8 @@ from popsteer.identification.whiten import (
 )
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from popsteer.identification.drive import Array, PreparedLog
 
 NAMES = ("rear_axle", "slip", "heading_bias", "speed_excess")
@@ -63,23 +65,28 @@ def _place(speed: float) -> Array:
     return np.array([1.0, speed**2, 0.0, 0.0])
 
 
-def fit_point(drive: PreparedLog, simulated: Array, theta: float, bias: float = 0.0) -> Point:
+def fit_point(
+    drive: PreparedLog, simulated: Array, place: NDArray[np.complex128], theta: float
+) -> Point:
     """Fit the point to a drive's positions, with the simulated heading [rad] and its `theta`.
 
-    `bias` is by how much the measured heading points to the right, roughly [rad].
+    `place` is where the simulated no-slip point is, east + i north [m].
     """
-    heading = simulated + smooth(drive.yaw - simulated, theta, drive) + bias
-    found = _fitted(drive, heading)
-    more = found.values["heading_bias"]
-    if abs(more) > 1e-3:  # where it is not small, the place of the point is turned, too
-        found = _fitted(drive, heading + more)
-        bias += more
-    bias = math.remainder(bias + found.values["heading_bias"], math.tau)
+    off = smooth(drive.yaw - simulated, theta, drive)
+    found = _fitted(drive, simulated + off, _moved(place, off))
+    if abs(bias := found.values["heading_bias"]) > 1e-3:  # then the point's place is turned, too
+        found = _fitted(drive, simulated + off + bias, _moved(place, off + bias))
+        bias += found.values["heading_bias"]
     return replace(found, values=found.values | {"heading_bias": bias})
 
 
-def _fitted(drive: PreparedLog, heading: Array) -> Point:
-    columns = _columns(drive, heading)
+def _moved(place: NDArray[np.complex128], turned: Array) -> NDArray[np.complex128]:
+    """Give the steps of a simulated motion, turned by an angle that changes slowly."""
+    return np.diff(place) * np.exp(0.5j * (turned[1:] + turned[:-1]))
+
+
+def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> Point:
+    columns = _columns(drive, heading, moved)
     base, regressors = columns[0], np.stack(columns[1:], axis=1)
     # Their integrals from the start on, (N, 2) and (N, P, 2).
     driven = np.concatenate((np.zeros((1, 2)), np.cumsum(base, axis=0)))
@@ -124,23 +131,14 @@ def _sample(left: Array, parts: list[slice]) -> float:
     return 0.5 * spread(np.concatenate([np.diff(left[part], axis=0) for part in parts])) ** 2
 
 
-def _columns(drive: PreparedLog, heading: Array) -> list[Array]:
+def _columns(
+    drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]
+) -> list[Array]:
     """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
-    step, turn = np.diff(drive.t), np.diff(heading)
-    middle = heading[:-1] + 0.5 * turn
     speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
-    along = np.stack((np.cos(middle), np.sin(middle)), axis=1)
-    across = np.stack((-along[:, 1], along[:, 0]), axis=1)
-    # Chords of the arcs that are driven between samples.
-    way = (speed * step * np.sinc(0.5 * turn / np.pi))[:, None]
-    turn = 2.0 * np.sin(0.5 * turn)
-    return [
-        way * along,
-        -turn[:, None] * across,
-        -(speed * speed * turn)[:, None] * across,
-        way * across,
-        way * along,
-    ]
+    ahead = np.diff(np.exp(1j * heading))
+    each = (moved, -ahead, -speed * speed * ahead, 1j * moved, moved)
+    return [np.stack((one.real, one.imag), axis=1) for one in each]
 
 
 def smooth(values: Array, theta: float, drive: PreparedLog) -> Array:

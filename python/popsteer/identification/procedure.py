@@ -109,7 +109,7 @@ def identify(
     found, unknown, delay_error = _heading(drive, length, vehicle, log.name, progress)
     found = found.scaled(seen.scale_error)
     refuse_steer(found, vehicle, log.name)
-    point = fit_point(drive, found.yaw, found.theta)
+    point = fit_point(drive, found.yaw, found.place, found.theta)
     made, errors = _vehicle(vehicle, found, unknown, point, drive)
     unknown.notes += described(vehicle, found, point, seen)
     values, speed = found.values, drive.usual_speed

@@ -310,9 +310,10 @@ def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
     A point p ahead of the no-slip point moves by c ∫ v exp(i yaw) dt + p (exp(i yaw1) - exp(i
     yaw0)), all complex: the scale is |c|, the turn its angle.
     """
-    turn = np.exp(1j * log.yaw)
-    speed = log.speed * turn
-    driven = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.t))))
+    turn, turned = np.exp(1j * log.yaw), np.diff(np.unwrap(log.yaw))
+    chord = np.sinc(0.5 * turned / np.pi) * np.exp(1j * (log.yaw[:-1] + 0.5 * turned))
+    speed = 0.5 * (log.speed[1:] + log.speed[:-1])
+    driven = np.concatenate(([0.0], np.cumsum(speed * chord * np.diff(log.t))))
     first, last = windows.first, windows.last
     columns = np.stack((driven[last] - driven[first], turn[last] - turn[first]), axis=1)
     found = np.linalg.lstsq(columns, windows.moved, rcond=1e-9)[0]
