@@ -16,7 +16,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Empty
 from world import path
 
@@ -24,7 +23,7 @@ import popsteer
 from popsteer.adapters import ros2
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 
 class Bare:
@@ -86,10 +85,8 @@ class Bare:
 
 
 @pytest.fixture
-def bare() -> Iterator[Bare]:
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    yield Bare()
-    rclpy.try_shutdown()
+def bare() -> Bare:
+    return Bare()
 
 
 def test_fault_is_released_by_a_message_of_any_middleware(bare: Bare) -> None:
