@@ -69,7 +69,7 @@ def _table(columns: tuple[Any, ...], separator: str) -> str:
     return "".join(separator.join(f"{each:.6f}" for each in row) + "\n" for row in rows)
 
 
-_INSERTED = (
+_INSERTED: tuple[bytes, ...] = (
     b"",
     b",",
     b";",

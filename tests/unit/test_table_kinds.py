@@ -307,6 +307,20 @@ def test_what_popsteer_writes_is_read_back_to_the_bit(tmp_path: Any) -> None:
     assert np.asarray(again.speed).tobytes() == np.asarray(profile.path.speed).tobytes()
 
 
+def test_records_of_a_run_are_waypoints_and_a_log_to_the_bit(tmp_path: Any) -> None:
+    pytest.importorskip("matplotlib")
+    from popsteer import Pop, logs, sim
+    from popsteer.lab.compare.files import run_csv
+
+    car = sim.vehicle_of("kinematic-bicycle")
+    drive = sim.run(Pop(Path(np.column_stack((X, Y))), car), "kinematic-bicycle", speed=3.0)
+    file = _write(tmp_path, run_csv(drive))
+    path, log = Path.from_csv(file), logs.read(file)
+    assert np.asarray(path.x).tobytes() == np.asarray(drive.records["x"]).tobytes()
+    for name in ("x", "y", "yaw", "speed", "steer"):
+        assert getattr(log, name).tobytes() == np.asarray(drive.records[name]).tobytes(), name
+
+
 @looped(
     ("name", "found"),
     [

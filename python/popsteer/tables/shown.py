@@ -224,8 +224,8 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
         return False
     if most <= 1.3 * usual and fast >= 2.0 * slow:
         return True
-    ranks = np.array([np.argsort(np.argsort(each, kind="stable")) for each in (here, bend)])
-    return bool(np.corrcoef(ranks.astype(np.float64))[0, 1] <= -0.5)
+    first, second = (np.argsort(np.argsort(each, kind="stable")) for each in (here, bend))
+    return _correlation(first.astype(np.float64), second.astype(np.float64)) <= -0.5
 
 
 def is_curvature(way: Along, values: Floats) -> bool:
@@ -246,9 +246,8 @@ def is_acceleration(way: Along, values: Floats, speed: Floats) -> bool:
     mean = 0.5 * (here[1:] + here[:-1])
     if np.ptp(mean) == 0.0 or np.ptp(gained) == 0.0:
         return False
-    return bool(np.corrcoef(gained, mean)[0, 1] > 0.9) and bool(
-        0.7 < np.std(mean) / np.std(gained) < 1.4
-    )
+    alike = _correlation(gained, mean) > 0.9
+    return alike and bool(0.7 < np.std(mean) / np.std(gained) < 1.4)
 
 
 def is_direction(way: Along, first: Floats, second: Floats) -> bool:
@@ -276,3 +275,9 @@ def _agrees(one: Floats, other: Floats) -> bool:
     scale = float(np.median(np.abs(other)))
     off = np.abs(one - other) <= _FITS * np.maximum(np.abs(other), scale)
     return scale > 0.0 and bool(off.mean() >= _AGREE)
+
+
+def _correlation(one: Floats, other: Floats) -> float:
+    """Pearson's coefficient; NaN where one of them is constant."""
+    one, other = one - one.mean(), other - other.mean()
+    return float(one @ other / np.sqrt((one @ one) * (other @ other)))

@@ -21,7 +21,19 @@ if TYPE_CHECKING:
 
 _AT_REST = 0.1  # m/s: a negative speed nearer to 0 is no driving backwards, if the yaw says none
 _RADIANS: tuple[str, ...] = ("rad",)
-_OF_A_PATH = ("x", "y", "lat", "lon", "yaw", "qx", "qy", "qz", "qw", "speed", "speed_y")
+_OF_A_PATH: tuple[str, ...] = (
+    "x",
+    "y",
+    "lat",
+    "lon",
+    "yaw",
+    "qx",
+    "qy",
+    "qz",
+    "qw",
+    "speed",
+    "speed_y",
+)
 _OF_A_PATH += ("curvature", "grade", "direction", "x_normal", "y_normal", "alpha")
 _SHAPE = ("yaw", "curvature")
 
