@@ -147,7 +147,8 @@ def test_waypoints_with_speeds_are_driven_at_them(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "course.csv"
-    file.write_text("".join(f"{x},0,4\n" for x in range(60)), encoding="utf-8")
+    rows = "".join(f"{x},0,4\n" for x in range(60))
+    file.write_text(f"x,y,speed\n{rows}", encoding="utf-8")
     on = ("--waypoints", str(file), "--controllers", "stanley", "--start-offset")
     for options, seconds, said in (
         (("1",), 16.0, "1.00 m left of the path, beside its first waypoint, at 0 m/s; speed-tr"),

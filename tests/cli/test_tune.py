@@ -91,9 +91,9 @@ def test_tune_takes_the_pedals_of_its_own_waypoints_and_not_of_the_shipped_track
         raise popsteer.PopsteerError("enough")
 
     monkeypatch.setattr(popsteer.lab.tune, "run", kept)
-    for name, speed in (("plain", ""), ("planned", ",5")):
+    for name, head, speed in (("plain", "x,y", ""), ("planned", "x,y,speed", ",5")):
         rows = "".join(f"{x},0{speed}\n" for x in range(60))
-        (tmp_path / f"{name}.csv").write_text(rows)
+        (tmp_path / f"{name}.csv").write_text(f"{head}\n{rows}")
     for file, kind in (("plain", "CoupledLongitudinalParams"), ("planned", "SpeedTrackerParams")):
         for tracks in ("slalom", "slalom,racetrack"):
             given = ("--waypoints", str(tmp_path / f"{file}.csv"), "--tracks", tracks)

@@ -64,7 +64,7 @@ def test_signal_that_disagrees_is_refused_by_name_and_right_with_the_option(
     rows = np.column_stack(list(changed.values()))
     np.savetxt(file, rows, delimiter=",", header=",".join(changed), comments="")
     with pytest.raises(LogError, match=f"--unit {option}") as refused:
-        popsteer.identify(logs.read(file))
+        popsteer.identify(Log(**changed))
     assert str(refused.value).count("\n") == 0
     name, _, unit = option.partition("=")
     unit = {"MAX_STEER": "0.58"}.get(unit, unit)

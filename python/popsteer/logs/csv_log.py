@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
 _RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "cm/s": 100.0, "mm/s": 1000.0}
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
+_COMPASS = ("", "from north, clockwise")
 _LONGEST_WHEELBASE = 20.0  # m; a hand wheel's angle makes a car look longer
 
 
@@ -286,10 +287,12 @@ def _settle(
     turned = shown.heading(
         np.column_stack((x, y)), yaw, ("rad",) if "yaw" in sure else ("rad", "deg"), both_ways=True
     )
-    if "yaw" not in units and turned is not None and (turned.unit != "rad" or turned.frame):
+    # Identification tells a sensor that is turned and an axis that is mirrored from each other.
+    if "yaw" not in units and turned is not None and turned.frame in _COMPASS:
         scale, offset = shown.to_yaw(turned)
-        columns["yaw"] = scale * columns["yaw"] + offset
-        notes.append(f"yaw is in {turned}, as the positions show")
+        if scale != 1.0:
+            columns["yaw"] = scale * columns["yaw"] + offset
+            notes.append(f"yaw is in {turned}, as the positions show")
     _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer)
     return notes
 
