@@ -25,6 +25,16 @@ pub(super) fn measure(
     s: &mut [f64],
 ) -> Result<Measures, PathError> {
     check_waypoints(x, y, speed, closed, s.len())?;
+    lengths(x, y, closed, s)
+}
+
+/// The same of waypoints that are checked.
+pub(super) fn lengths(
+    x: &[f64],
+    y: &[f64],
+    closed: bool,
+    s: &mut [f64],
+) -> Result<Measures, PathError> {
     let waypoints = x.len();
     let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
     let mut length = 0.0;

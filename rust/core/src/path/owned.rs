@@ -6,7 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::boxes::{self, Bounds};
-use super::measure::{Measures, check_column, check_length, check_waypoints, measure};
+use super::measure::{Measures, check_column, check_length, check_waypoints, lengths};
 use super::shape::spline;
 use super::sound::{Fault, Mend, Sound, fit_ends, sound};
 use super::view::PathView;
@@ -93,7 +93,7 @@ impl Path {
         let enough = |kept: &[usize]| kept.len() >= if closed { 3 } else { 2 };
         let fits = !directed && !closed;
         let Some(kept) = kept.filter(|kept| enough(kept)) else {
-            let path = Self::new(x, y, speed, closed)?;
+            let path = Self::of_checked(x, y, speed, closed)?;
             let path = Self { fits, ..path };
             return match reverse {
                 Some(reverse) => path.with_reverse(reverse),
@@ -193,8 +193,18 @@ impl Path {
         speed: Option<&[f64]>,
         closed: bool,
     ) -> Result<Self, PathError> {
+        check_waypoints(x, y, speed, closed, x.len())?;
+        Self::of_checked(x, y, speed, closed)
+    }
+
+    fn of_checked(
+        x: &[f64],
+        y: &[f64],
+        speed: Option<&[f64]>,
+        closed: bool,
+    ) -> Result<Self, PathError> {
         let mut s = vec![0.0; x.len()].into_boxed_slice();
-        let measures = measure(x, y, speed, closed, &mut s)?;
+        let measures = lengths(x, y, closed, &mut s)?;
         let backwards = speed.filter(|speed| speed.iter().any(|&speed| speed < 0.0));
         let mut path = Self {
             reverse: backwards.map(|speed| reverse_by_speed(speed, closed)),

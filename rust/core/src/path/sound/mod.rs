@@ -26,6 +26,9 @@ use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
 use crate::math::{larger, smaller};
 
+/// The square of the cosine of [`TURNED`](chain::TURNED): no fault turns a path by less.
+const CALM: f64 = 0.9605;
+
 /// The waypoints that make a sound path, in their order, and what was mended.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sound {
@@ -96,8 +99,8 @@ pub(super) fn fit_ends(
     (end || start).then_some((points, usize::from(end) + usize::from(start)))
 }
 
-/// Whether there is nothing to look for: no fold, no segment much shorter or longer than others, and
-/// none at an end that is shorter than half of the longest.
+/// Whether there is nothing to look for: no fold, and either no segment much shorter or longer than
+/// others, and none at an end shorter than half of the longest, or no turn that a fault would make.
 fn is_plain(x: &[f64], y: &[f64], closed: bool) -> bool {
     let point = |index: usize| Some(Point::new(*x.get(index)?, *y.get(index)?));
     let count = x.len();
@@ -106,20 +109,23 @@ fn is_plain(x: &[f64], y: &[f64], closed: bool) -> bool {
     };
     let mut last = second - first;
     let start = last.dot(&last);
-    let (mut least, mut most, mut forward) = (start, start, true);
+    let (mut least, mut most, mut forward, mut calm) = (start, start, true, true);
     let mut here = second;
     let seam = if closed { 2 } else { 0 };
     let further = x.iter().zip(y).cycle().skip(2);
     for (&x, &y) in further.take((count + seam).saturating_sub(2)) {
         let step = Point::new(x, y) - here;
         let squared = step.dot(&step);
-        forward &= step.dot(&last) >= 0.0;
+        let dot = step.dot(&last);
+        forward &= dot >= 0.0;
+        calm &= dot > 0.0 && dot * dot >= CALM * squared * last.dot(&last);
         least = smaller(squared, least);
         most = larger(squared, most);
         (here, last) = (Point::new(x, y), step);
     }
     let short = |end: f64| !closed && end < 0.25 * most;
-    forward && !short(start) && !short(last.dot(&last)) && most < EVEN * EVEN * least
+    let even = !short(start) && !short(last.dot(&last)) && most < EVEN * EVEN * least;
+    forward && (even || calm && least > COINCIDING)
 }
 
 /// The waypoints to keep so that no two neighbours coincide: of several at one place the last,
