@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,4 +19,6 @@ def ros() -> Iterator[None]:
     # The test runner keeps its own handlers of signals.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     yield
+    # The services of a lifecycle node are there as long as it is in memory, and it is in a circle.
+    gc.collect()
     rclpy.try_shutdown()
