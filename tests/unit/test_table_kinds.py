@@ -134,6 +134,10 @@ READ: dict[str, tuple[str, str]] = {
     "cm": ("x [cm],y [cm],speed [m/s]\n" + _rows((100 * X, 100 * Y, SPEED)), "v"),
     "degrees": ("x [m],y [m],yaw [deg]\n" + _rows((X, Y, np.degrees(YAW))), "y"),
     "compass": ("x,y,heading,v\n" + _rows((X, Y, FROM_NORTH, SPEED)), "vy"),
+    "a name in a column of the course": (
+        "course,X Position (m),Y Position (m),target_v\n" + _rows((["oval"] * N, X, Y, SPEED)),
+        "v",
+    ),
     "psi": ("x,y,psi,v\n" + _rows((X, Y, WRAPPED, SPEED)), "vy"),
     "quaternion": (
         "field.pose.position.x,field.pose.position.y,field.pose.orientation.z,"
@@ -229,6 +233,11 @@ def test_file_that_is_no_table_is_named_and_told_what_to_export(
         Path.from_csv(file)
 
 
+def test_origin_of_a_file_in_metres_is_refused(tmp_path: Any) -> None:
+    with pytest.raises(ConfigError, match="has no latitudes and longitudes"):
+        Path.from_csv(_write(tmp_path, _rows((X, Y))), origin=(47.0, 8.0))
+
+
 def test_columns_that_are_not_known_are_refused() -> None:
     for columns in ("x,y,velo", {"velo": "v"}, ["x", "why"]):
         with pytest.raises(ConfigError, match="columns must be"):
@@ -243,9 +252,10 @@ def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) 
     path = Path.from_csv(_write(tmp_path, _rows((*xy.T, fast))))
     assert path.speed is not None
     assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
-    width = 7.0 + 2.0 * np.sin(5.0 * turns)
-    with pytest.raises(PathError, match="column 3"):
-        Path.from_csv(_write(tmp_path, _rows((*xy.T, width))))
+    for waves in (0.5, 1.0, 2.0, 3.0, 5.0, 9.0):
+        width = 6.0 + 2.6 * np.sin(waves * turns + 1.0)
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((*xy.T, width))))
     speed = 3.0 + 2.0 * np.sin(S / 4.0)  # 10 rows a second
     gone = np.concatenate(([0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))))
     x, y = 30.0 * np.sin(gone / 30.0), 30.0 * np.cos(gone / 30.0)
@@ -390,6 +400,9 @@ def test_latitudes_and_longitudes_become_a_local_plane(
     assert (path.x[0], path.y[0]) == pytest.approx((0.0, 0.0), abs=1e-3)
     assert f"origin {lat[0]:.6f}" in str(path.source)
     kept = Path.from_csv(file, origin=(LAT, LON))
+    if file.read_text(encoding="utf-8").startswith(("<", "{")):
+        with pytest.raises(ConfigError, match="is no table"):
+            Path.from_csv(file, columns="x,y")
     assert (kept.x[0], kept.y[0]) == pytest.approx((X[0], Y[0]), rel=6e-3)
 
 

@@ -131,9 +131,7 @@ def _sample(left: Array, parts: list[slice]) -> float:
     return 0.5 * spread(np.concatenate([np.diff(left[part], axis=0) for part in parts])) ** 2
 
 
-def _columns(
-    drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]
-) -> list[Array]:
+def _columns(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> list[Array]:
     """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
     speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
     ahead = np.diff(np.exp(1j * heading))

@@ -54,19 +54,23 @@ _NAMES = {
     " elapsed_time time_sec seconds rosbagtimestamp session_time",
     "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
-    "x": "x pos_x position_x x_pos x_position px pose_x coord_x x_coord point_x location_x"
+    "x": "x tx posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
+    " coord_x x_coord point_x location_x"
     " translation_x easting east utm_x utm_easting x_utm positions_x xpos x_raceline",
-    "y": "y pos_y position_y y_pos y_position py pose_y coord_y y_coord point_y location_y"
+    "y": "y ty posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
+    " coord_y y_coord point_y location_y"
     " translation_y northing north utm_y utm_northing y_utm positions_y ypos y_raceline",
-    "yaw": "yaw psi theta heading orientation_yaw pose_yaw yaw_angle heading_angle euler_yaw"
+    "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
+    " heading_angle euler_yaw"
     " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
-    " longitudinal_velocity_mps lin_vel lin_vel_x car_speed",
+    " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed",
     "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
-    "steer": "steer steering steering_angle delta steer_angle wheel_angle steering_tire_angle"
-    " drive_steering_angle steering_wheel_angle front_wheel_angle",
+    "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
+    " steer_angle wheel_angle steering_tire_angle"
+    " drive_steering_angle front_wheel_angle",
     "curvature": "curvature kappa curv kappa_racetraj",
     "grade": "grade slope gradient incline",
     "direction": "direction gear reverse drive_direction motion_direction dir",

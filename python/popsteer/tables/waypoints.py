@@ -35,6 +35,7 @@ _OF_A_PATH: tuple[str, ...] = (
     "speed_y",
 )
 _OF_A_PATH += ("curvature", "grade", "direction", "x_normal", "y_normal", "alpha")
+_NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
 _SHAPE = ("yaw", "curvature")
 
 
@@ -120,6 +121,8 @@ def _read(
     origin: tuple[float, float] | None,
 ) -> Waypoints:
     if (degrees := geo.positions(name, text)) is not None:
+        if wanted:
+            raise ConfigError("columns", wanted, f"left out, as {name} is no table")
         found = Waypoints(name, np.empty((0, 2)), read=["latitude", "longitude"])
         _check_count(name, len(degrees))
         found.xy = _local(found, degrees, origin)
@@ -175,7 +178,12 @@ def _read_table(
         found.read.append(f"x, y (columns {places['x'].place + 1}, {places['y'].place + 1})")
         found.notes += notes
     else:
-        places = {key: each for key, each in named(table, wanted).items() if key in _OF_A_PATH}
+        places = {
+            key: each
+            for key, each in named(table, wanted).items()
+            # A course may be the name of one; but a gear in letters is not left out.
+            if key in _OF_A_PATH and (key in _NEEDED or not table.is_text(each.place))
+        }
         _check_position(table, places)
         factors = check_units(table.name, places)
         use = list(places)
