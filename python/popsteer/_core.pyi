@@ -385,6 +385,8 @@ class SpeedCommand(_Answer):
     reverse: bool
     standing: bool
     cannot_stop: bool
+    phase: str
+    status: Status
 
 @final
 class SpeedTracker(_Stateful[SpeedTrackerParams]):
@@ -392,7 +394,16 @@ class SpeedTracker(_Stateful[SpeedTrackerParams]):
         cls, path: Path, vehicle: Vehicle | None = None, params: SpeedTrackerParams | None = None
     ) -> Self: ...
     def step(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, *, pose_age: float = 0.0
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        pose_age: float = 0.0,
+        reverse_gear: bool | None = None,
+        stop: bool = False,
     ) -> SpeedCommand: ...
     def set_path(self, path: Path) -> None: ...
     def reset(self) -> None: ...
@@ -615,7 +626,7 @@ class SpeedPidParams(_Params):
 class SpeedTrackerParams(_Params):
     kp: float = 1.5
     disturbance_time: float = 1.0
-    max_jerk: float = 20.0
+    max_jerk: float | None = None
     reserve: float = 0.4
 
 @final

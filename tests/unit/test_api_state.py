@@ -114,11 +114,17 @@ def _refused(controller: Any, state: Any, field: str) -> InputError:
 
 _TRACKER_STATE: dict[str, Any] = {
     "waypoint": None,
-    **dict.fromkeys(("acceleration", "drive", "slow_drive", "disturbance", "turning", "bend"), 0.0),
-    **dict.fromkeys(("model_speed", "to_stop", "gate"), None),
-    **dict.fromkeys(("standing", "overruns"), False),
+    "law": {
+        **dict.fromkeys(("acceleration", "speed", "still"), 0.0),
+        **dict.fromkeys(("drive", "stop", "wheels", "reverse", "passes"), None),
+        **dict.fromkeys(("standing", "overruns", "rolls", "shifting"), False),
+        "observer": {"speed": None, "slow_drive": 0.0, "disturbance": 0.0},
+        "waits": (0.0, 0.0),
+        "servo": {"wanted": None, "command": 0.0, "response": 0.0, "sums": (0.0, 0.0)},
+    },
+    "gate": None,
+    "bend": 0.0,
     "heard": None,
-    "servo": {"command": 0.0, "response": 0.0, "sums": (0.0, 0.0), "wanted": None},
 }
 
 
@@ -388,17 +394,17 @@ def test_speed_states_are_restored_within_their_ranges_and_refused_beyond() -> N
     for controller, place, low, high in (
         (pid, "integral", -1.0, 1.0),
         (pid, "previous_error", -2e4, 2e4),
-        (tracker, "acceleration", -1e4, 1e4),
-        (tracker, "disturbance", -2.0, 2.0),
-        (tracker, "to_stop", -4e9, 4e9),
-        (tracker, "turning", 0.0, 1e3),
+        (tracker, "heard", -1e4, 1e4),
+        (tracker, "law.acceleration", -1e4, 1e4),
+        (tracker, "law.observer.disturbance", -3.0, 3.0),
+        (tracker, "law.still", 0.0, 1e3),
     ):
-        first = controller.state
+        first, field = controller.state, place.removeprefix("law.")
         for value in (low, high):
-            controller.state = first.replace(**{place: value})
-            assert getattr(controller.state, place) == value
+            controller.state = _edited(first, place, value)
+            assert controller.state == _edited(first, place, value)
         for value in (nan, inf, -inf, math.nextafter(high, inf), math.nextafter(low, -inf)):
-            _refused(controller, first.replace(**{place: value}), place)
+            _refused(controller, _edited(first, place, value), field)
         controller.reset()
         assert controller.state == first
     _refused(tracker, tracker.state.replace(waypoint=30), "waypoint")

@@ -41,6 +41,36 @@
 #define POPSTEER_ON 2
 
 /**
+ * Keeps its plan.
+ */
+#define POPSTEER_PHASE_DRIVING 0
+
+/**
+ * Brakes for a stop.
+ */
+#define POPSTEER_PHASE_STOPPING 1
+
+/**
+ * Is held at its stop.
+ */
+#define POPSTEER_PHASE_STANDING 2
+
+/**
+ * Stands until its wheels are turned.
+ */
+#define POPSTEER_PHASE_TURNING 3
+
+/**
+ * Stands until its gear is in.
+ */
+#define POPSTEER_PHASE_SHIFTING 4
+
+/**
+ * Brakes or stands as it was told to, or for a fault.
+ */
+#define POPSTEER_PHASE_STOPPED 5
+
+/**
  * Degraded: more angle, lateral acceleration or speed of the wheels is wanted than the vehicle
  * allows. The command is limited.
  */
@@ -744,7 +774,8 @@ typedef struct popsteer_stanley_params {
  */
 typedef struct popsteer_speed_tracker_params {
     /**
-     * Acceleration for an error of the speed [1/s]. Default 1.5, in [0.0, 1000.0].
+     * Share of an error of the speed that is corrected in a second [1/s]. Default 1.5, in
+     * [0.0, 1000.0].
      */
     double kp;
     /**
@@ -754,7 +785,8 @@ typedef struct popsteer_speed_tracker_params {
      */
     double disturbance_time;
     /**
-     * Largest change of the acceleration [m/s^3]. Default 20, in [0.001, 1000000.0].
+     * Largest change of the acceleration, of plans and of stops, too [m/s^3]. NAN: `60.0 /
+     * wheelbase`, in [0.001, 1000000.0].
      */
     double max_jerk;
     /**
@@ -795,9 +827,17 @@ typedef struct popsteer_speed_command {
      */
     bool standing;
     /**
-     * Whether it overruns its stop, however hard it brakes.
+     * Whether it overruns its stop, however hard it brakes, or stands beyond it.
      */
     bool cannot_stop;
+    /**
+     * What the vehicle does: `POPSTEER_PHASE_...`.
+     */
+    uint32_t phase;
+    /**
+     * What is known of the inputs: `POPSTEER_STATUS_...`.
+     */
+    uint32_t status;
 } popsteer_speed_command;
 
 /**

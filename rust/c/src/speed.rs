@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
-use popsteer_core::{Path, Vehicle};
+use popsteer_core::speed::{
+    Phase, SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState, Told,
+};
+use popsteer_core::{Path, Status, Vehicle};
 
 use crate::command::CVehicleState;
 use crate::error::{CError, Failure, guard};
-use crate::fields::{answer_fields, c_type, same_fields};
+use crate::fields::{Field, answer_fields, c_type, same_fields};
 use crate::handle::{self, Handle, given};
 use crate::params::{CVehicle, params};
 use crate::path::{self, CPath};
@@ -35,12 +37,51 @@ pub struct CSpeedCommand {
     pub reverse: bool,
     /// Whether the vehicle is to be held where it stands.
     pub standing: bool,
-    /// Whether it overruns its stop, however hard it brakes.
+    /// Whether it overruns its stop, however hard it brakes, or stands beyond it.
     pub cannot_stop: bool,
+    /// What the vehicle does: `POPSTEER_PHASE_...`.
+    pub phase: u32,
+    /// What is known of the inputs: `POPSTEER_STATUS_...`.
+    pub status: u32,
+}
+
+/// Keeps its plan.
+pub const POPSTEER_PHASE_DRIVING: u32 = 0;
+/// Brakes for a stop.
+pub const POPSTEER_PHASE_STOPPING: u32 = 1;
+/// Is held at its stop.
+pub const POPSTEER_PHASE_STANDING: u32 = 2;
+/// Stands until its wheels are turned.
+pub const POPSTEER_PHASE_TURNING: u32 = 3;
+/// Stands until its gear is in.
+pub const POPSTEER_PHASE_SHIFTING: u32 = 4;
+/// Brakes or stands as it was told to, or for a fault.
+pub const POPSTEER_PHASE_STOPPED: u32 = 5;
+
+impl Field<Phase> for u32 {
+    fn to_core(self) -> Phase {
+        let found = Phase::ALL.into_iter().find(|&phase| phase as Self == self);
+        found.unwrap_or_default()
+    }
+
+    fn of(value: Phase) -> Self {
+        value as Self
+    }
+}
+
+impl Field<Status> for u32 {
+    fn to_core(self) -> Status {
+        Status::from_bits(self).unwrap_or(Status::OK)
+    }
+
+    fn of(value: Status) -> Self {
+        value.bits()
+    }
 }
 
 answer_fields!(CSpeedCommand, SpeedCommand, {
-    acceleration, speed, reference_speed, distance_to_stop, reverse, standing, cannot_stop
+    acceleration, speed, reference_speed, distance_to_stop, reverse, standing, cannot_stop,
+    phase, status
 });
 
 /// A speed tracker: the speeds planned along a path, and what keeps them. One thread at a time may
@@ -132,7 +173,11 @@ pub unsafe extern "C" fn popsteer_speed_tracker_step(
             let paced = handle::of_mut(tracker, "tracker")?;
             let (path, plan, state) = (paced.path.view(), &paced.plan, &mut paced.state);
             let vehicle = vehicle.into();
-            let command = (paced.law).step_aged(&path, plan, state, vehicle, dt, pose_age)?;
+            let told = Told {
+                pose_age,
+                ..Told::default()
+            };
+            let command = (paced.law).step_told(&path, plan, state, vehicle, dt, told)?;
             handle::write(out, command.into())
         }
     })

@@ -6,7 +6,7 @@ use popsteer_core::laws::{
     Stanley, StanleyParams,
 };
 use popsteer_core::path::Follow;
-use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::speed::{Phase, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::{AdaptParams, InFlight};
 use popsteer_core::{LateralLaw, Path, Reported, Tracker, Vehicle, VehicleState};
 
@@ -166,7 +166,7 @@ fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
         ..car(k)
     };
     let params = SpeedTrackerParams {
-        max_jerk: 20.0 * k,
+        max_jerk: Some(20.0 * k),
         reserve: 0.4 * k,
         ..SpeedTrackerParams::DEFAULT
     };
@@ -187,6 +187,9 @@ fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
         let command = tracker
             .step(&path.view(), &plan, &mut state, vehicle, 0.05)
             .unwrap();
+        if command.phase == Phase::Stopping {
+            break;
+        }
         commands.push(command.acceleration);
         pull += (command.acceleration - pull) * 0.2;
         speed = (speed + 0.05 * pull).max(0.0);
@@ -197,6 +200,7 @@ fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
 
 #[test]
 fn test_speed_tracker_scales_with_its_vehicle() {
+    // A stop has the noise of the world in it, which does not scale.
     let (plan, commands) = keep_speed(1.0);
     let (doubled_plan, doubled) = keep_speed(2.0);
     for (a, b) in plan.iter().zip(&doubled_plan) {
@@ -204,7 +208,8 @@ fn test_speed_tracker_scales_with_its_vehicle() {
     }
     assert!(commands.iter().any(|&pull| pull < -1.0));
     for (step, (a, b)) in commands.iter().zip(&doubled).enumerate() {
-        assert_eq!((2.0 * a).to_bits(), b.to_bits(), "step {step}: {a} {b}");
+        // A power of 1/3 is rounded.
+        assert!((2.0 * a - b).abs() < 1e-9, "step {step}: {a} {b}");
     }
 }
 

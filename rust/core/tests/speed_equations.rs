@@ -3,7 +3,7 @@
 mod straight;
 
 use popsteer_core::speed::{
-    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+    CoupledLongitudinal, CoupledLongitudinalParams, Phase, SpeedPid, SpeedPidParams, SpeedPidState,
     SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
 use popsteer_core::{Path, PathView, Vehicle, VehicleState};
@@ -72,7 +72,7 @@ fn test_speed_pid_weighs_the_error_its_integral_and_its_rate() {
     assert_eq!(law.check_state(&wound_up).unwrap_err().field, "integral");
 }
 
-/// The observer of the module `disturbance`, by hand.
+/// The observer of the module `disturbance`, by hand, for a drive without delay.
 #[derive(Default)]
 struct Observer {
     drive: f64,
@@ -106,29 +106,39 @@ impl Observer {
         let share = 1.0 / (1.0 + other * other);
         let p = f64::exp(-dt / time);
         self.speed = Some(predicted + (1.0 - share * p * p) * error);
-        self.estimate = (self.estimate + share * (1.0 - p).powi(2) / dt * error).clamp(-2.0, 2.0);
+        self.estimate = (self.estimate + share * (1.0 - p).powi(2) / dt * error).clamp(-3.0, 3.0);
     }
 }
 
-/// `command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e - g - d`, with the gravity of a
-/// grade that changes from waypoint to waypoint.
+/// What the law wants of a plan with the square `w` and the acceleration `a` where the lag is over.
+fn wanted(square: f64, slope: f64, z: f64) -> f64 {
+    let target = square.sqrt();
+    let ratio = if slope < 0.0 {
+        (z / target).min(2.0)
+    } else {
+        1.0
+    };
+    slope * ratio + 1.5 * (target - z)
+}
+
+/// `u = z dz*/ds + kp (z* - z) - w` with `z = v + lag (a + w)` at `s + lag v`.
 #[test]
-fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
+fn test_speed_law_leads_the_vehicle_without_its_lag_along_the_plan() {
     let car = Vehicle {
-        drive_delay: 0.2,
+        drive_delay: 0.0,
         drive_lag: 0.3,
+        max_acceleration: Some(8.0),
         ..CAR
     };
     let params = SpeedTrackerParams {
         kp: 1.5,
         disturbance_time: 0.8,
-        max_jerk: 1e6,
+        max_jerk: Some(1e6),
         reserve: 10.0,
     };
     let tracker = SpeedTracker::new(car, params).unwrap();
-    let grade: Vec<f64> = (0..100).map(|k| 0.002 * f64::from(k) - 0.1).collect();
-    let path = straight().with_grade(&grade).unwrap();
-    let gravity = |s: f64| -9.806_65 * f64::atan(0.002 * s - 0.1).sin();
+    let gravity = -9.806_65 * f64::atan(0.05).sin();
+    let path = straight().with_grade(&[0.05; 100]).unwrap();
     // 1 m/s^2 up to 40 m, and 0.5 m/s^2 back from there on: v^2 is linear between waypoints.
     let squares = |s: f64| if s <= 40.0 { 20.0 + 2.0 * s } else { 140.0 - s };
     let plan: Vec<f64> = (0..100).map(|s| squares(f64::from(s)).sqrt()).collect();
@@ -146,67 +156,51 @@ fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
         let reference = squares(along).sqrt();
         let speed = reference + faster;
         let vehicle = beside(along, 0.4, 0.0, speed);
-        observer.update((state.acceleration, gravity(along)), speed, (0.5, 0.8), dt);
+        observer.update((state.law.acceleration, gravity), speed, (0.3, 0.8), dt);
         let command = tracker
             .step(&path.view(), &plan, &mut state, vehicle, dt)
             .unwrap();
-        let later = along + speed * (0.2 + 0.3 + 0.5 * dt);
-        let planned = if later < 40.0 { 1.0 } else { -0.5 };
         assert_close(command.reference_speed, reference);
         assert_close(command.distance_to_stop, 99.0 - along);
-        assert_close(state.disturbance, observer.estimate);
-        let push = gravity(later) + observer.estimate;
-        assert_close(
-            command.acceleration,
-            f64::max(planned - 1.5 * faster - push, -6.0),
-        );
+        assert_close(state.law.observer.disturbance, observer.estimate);
+        let push = gravity + observer.estimate;
+        let z = speed + 0.3 * (observer.drive + push);
+        let place = along + 0.3 * speed;
+        let slope = if place + 0.05 * z < 40.0 { 1.0 } else { -0.5 };
+        let expected = wanted(squares(place), slope, z) - push;
+        assert_close(command.acceleration, expected.max(-6.0));
         assert!(!command.reverse && !command.standing && !command.cannot_stop);
     }
     // Vehicle's limits hold for what is wanted: what gravity and drag take is given besides.
-    let path = straight();
-    let slow = beside(38.3, 0.0, 0.0, 1.0);
-    // No car loses 12 m/s in a period: a state of its own.
-    let mut state = SpeedTrackerState::default();
-    let limited = SpeedTracker::new(
-        car,
-        SpeedTrackerParams {
-            reserve: 0.25,
-            ..params
-        },
-    )
-    .unwrap();
-    let command = limited
-        .step(&path.view(), &plan, &mut state, slow, dt)
-        .unwrap();
-    assert_close(command.acceleration, 2.25 - state.disturbance);
-    let mut state = SpeedTrackerState::default();
-    let fast = beside(45.0, 0.0, 0.0, 14.0);
-    let command = limited
-        .step(&path.view(), &plan, &mut state, fast, dt)
-        .unwrap();
-    assert_close(command.acceleration, -3.25);
+    let limited = |reserve, speed, along| {
+        let params = SpeedTrackerParams { reserve, ..params };
+        let tracker = SpeedTracker::new(car, params).unwrap();
+        let vehicle = beside(along, 0.0, 0.0, speed);
+        let mut state = SpeedTrackerState::default();
+        let command = tracker.step(&straight().view(), &plan, &mut state, vehicle, dt);
+        command.unwrap().acceleration
+    };
+    assert_close(limited(0.25, 1.0, 38.3), 8.25);
+    assert_close(limited(0.25, 14.0, 45.0), -3.25);
     // The acceleration changes no faster than the largest jerk.
-    let smooth = SpeedTracker::new(
-        car,
-        SpeedTrackerParams {
-            max_jerk: 2.0,
-            ..params
-        },
-    )
-    .unwrap();
-    let mut last = state.acceleration;
-    for _ in 0..5 {
+    let smooth = SpeedTrackerParams {
+        max_jerk: Some(2.0),
+        ..params
+    };
+    let smooth = SpeedTracker::new(car, smooth).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let slow = beside(38.3, 0.0, 0.0, 1.0);
+    for k in 1..6 {
         let command = smooth
-            .step(&path.view(), &plan, &mut state, slow, dt)
+            .step(&straight().view(), &plan, &mut state, slow, dt)
             .unwrap();
-        assert_close(command.acceleration, last + 0.2);
-        last = command.acceleration;
+        assert_close(command.acceleration, 0.2 * f64::from(k));
     }
 }
 
 fn speed_tracker(drive_delay: f64) -> SpeedTracker {
     let params = SpeedTrackerParams {
-        max_jerk: 1e6,
+        max_jerk: Some(1e6),
         reserve: 10.0,
         ..SpeedTrackerParams::DEFAULT
     };
@@ -214,41 +208,55 @@ fn speed_tracker(drive_delay: f64) -> SpeedTracker {
     SpeedTracker::new(car, params).unwrap()
 }
 
-/// Before a stop: `(v^2 - c^2) / (2 rest)` down to the creeping speed, with what rests when the command
-/// takes effect, less a sixtieth of a wheelbase. Arrived, it stands.
+/// The stopping curve, by hand: `y = J t^3 / 6`, `z* = J t^2 / 2` for the last `T = 1.5 (delay + dt)`, and a
+/// constant deceleration of 3 m/s^2 before.
 #[test]
-fn test_speed_tracker_brakes_for_a_stop_by_what_rests_of_the_way() {
+fn test_speed_law_brakes_along_the_curve_that_ends_at_the_stop() {
     let tracker = speed_tracker(0.1);
     let path = straight();
     let plan = [6.0; 100];
-    let later = 0.1 + 0.05;
-    let step = |along: f64, speed: f64, acceleration: f64| {
-        let mut state = SpeedTrackerState {
-            acceleration,
-            ..SpeedTrackerState::default()
-        };
-        let vehicle = beside(along, 0.0, 0.0, speed);
+    let step = |left: f64, speed: f64| {
+        let mut state = SpeedTrackerState::default();
+        let vehicle = beside(99.0 - left, 0.0, 0.0, speed);
         tracker
             .step(&path.view(), &plan, &mut state, vehicle, 0.1)
             .unwrap()
     };
-    for (left, speed, last) in [(6.0, 6.0, 0.0), (6.0, 6.0, -2.0), (3.0, 4.0, 1.0_f64)] {
-        let arriving = speed + last * later;
-        let rest: f64 = left - 0.05 - 0.5 * (speed + arriving) * later;
-        let command = step(99.0 - left, speed, last);
-        assert_close(
-            command.acceleration,
-            (0.09 - arriving * arriving) / (2.0 * rest),
-        );
+    let time = 1.5 * (0.1 + 0.1);
+    let jerk = 3.0 / time;
+    let end = 3.0 * time * time / 6.0;
+    let curve = |y: f64| {
+        if y < end {
+            let t = (6.0 * y / jerk).cbrt();
+            (0.5 * jerk * t * t, jerk * t)
+        } else {
+            ((0.25 * 9.0 * time * time + 6.0 * (y - end)).sqrt(), 3.0)
+        }
+    };
+    for (left, speed) in [
+        (6.5, 5.9),
+        (6.0, 5.8),
+        (3.0, 4.0),
+        (0.3, 0.8),
+        (0.2, 0.4),
+        (0.1, 0.2),
+    ] {
+        let y = left - 0.1 * speed;
+        let (target, _) = curve(y);
+        let (_, braking) = curve(y - 0.05 * speed);
+        let ratio = (speed / target).min(2.0);
+        let command = step(left, speed);
+        let expected: f64 = -braking * ratio + 1.5 * (target - speed);
+        assert_close(command.acceleration, expected.max(-6.0));
         assert_close(command.distance_to_stop, left);
+        assert_eq!(command.phase, Phase::Stopping);
     }
-    // Far enough off it is not braked yet; a fortieth of a metre before the stop it has arrived.
-    assert!(step(84.0, 6.0, 0.0).acceleration.abs() < 1e-9);
-    assert!(!step(98.97, 0.1, 0.0).standing);
-    let arrived = step(98.98, 0.1, 0.0);
+    // Far enough off it is not braked yet; 3 m/s^2 from 0.3 m/s take 1.5 cm, and the delay 3 cm.
+    assert!(step(84.0, 6.0).acceleration.abs() < 1e-9);
+    assert!(!step(0.053, 0.3).standing);
+    let arrived = step(0.051, 0.3);
     assert!(arrived.standing);
     assert_close(arrived.acceleration, -3.0);
-    assert!(!step(98.98, 0.31, 0.0).standing);
 }
 
 #[test]
@@ -286,7 +294,13 @@ fn test_speed_tracker_goes_on_across_the_seam_and_across_a_change_of_the_path() 
             .step(&closed.view(), &plan, &mut state, vehicle, 0.1)
             .unwrap();
         assert_close(command.reference_speed, speed);
-        assert_close(command.acceleration, planned);
+        let later = (arc + 0.5 * speed) % 160.0;
+        let then = if later < 80.0 {
+            100.0 - later
+        } else {
+            later - 60.0
+        };
+        assert_close(command.acceleration, wanted(then, planned, speed));
         assert!(command.distance_to_stop.is_infinite() && !command.reverse);
     }
     let mut state = SpeedTrackerState {
@@ -305,42 +319,6 @@ fn test_speed_tracker_goes_on_across_the_seam_and_across_a_change_of_the_path() 
     for (new, found) in [(shorter, 28), (later, 29)] {
         let mut state = state;
         assert_eq!(after(&new, &mut state), Some(found));
-    }
-}
-
-/// The last stretch is crept along, whatever the plan still allows: at a tenth of a wheelbase a
-/// second, and at the root of what braking and the remaining way allow.
-#[test]
-fn test_speed_tracker_creeps_up_to_a_stop() {
-    let tracker = speed_tracker(0.0);
-    let path = straight();
-    let step = |plan: &[f64], left: f64, speed: f64| {
-        let mut state = SpeedTrackerState::default();
-        let vehicle = beside(99.0 - left, 0.0, 0.0, speed);
-        tracker
-            .step(&path.view(), plan, &mut state, vehicle, 0.1)
-            .unwrap()
-    };
-    let corrected = |error: f64| 1.5 * error;
-    let slow = [1.0; 100];
-    assert_close(step(&slow, 1.0, 1.0).acceleration, 0.0);
-    assert_close(step(&slow, 0.21, 0.6).acceleration, corrected(0.4));
-    for (left, target) in [
-        (0.19, 0.3),
-        (0.06, 0.3),
-        (0.027, 0.3 * 0.3_f64.sqrt() / 0.3),
-    ] {
-        let target = f64::min(target, f64::sqrt(3.0 * left));
-        let command = step(&slow, left, 0.2);
-        assert_close(command.acceleration, corrected(target - 0.2));
-    }
-    // A plan that ends in 0 is left where it would be slower than that.
-    let mut ending = [1.0; 100];
-    ending[99] = 0.0;
-    for left in [0.06, 0.028] {
-        let command = step(&ending, left, 0.2);
-        let creep = f64::min(0.3, f64::sqrt(3.0 * left));
-        assert_close(command.reference_speed, creep);
     }
 }
 
@@ -364,11 +342,9 @@ fn test_speed_tracker_takes_no_acceleration_from_beyond_a_cusp() {
     let command = tracker
         .step(&path.view(), &plan, &mut state, vehicle, 0.1)
         .unwrap();
-    // Slower than it may creep, it does not brake by the plan.
-    let target = 0.3;
-    let expected = 1.5 * (target - 0.25);
+    // Within its delay of 1 s it is past the cusp.
     assert_close(command.distance_to_stop, 0.2);
-    assert_close(command.acceleration, expected);
+    assert!(command.acceleration < 0.0);
 }
 
 /// Just before the seam of a lap, the acceleration is that of its first segment.
@@ -390,7 +366,8 @@ fn test_speed_tracker_looks_across_the_seam() {
     let command = tracker
         .step(&path.view(), &plan, &mut state, vehicle, 0.1)
         .unwrap();
-    assert_close(command.acceleration, 2.0);
+    // 5 cm before the seam, and 10 cm on when the command begins to act.
+    assert_close(command.acceleration, wanted(1.0 + 4.0 * 0.05, 2.0, 1.0));
 }
 
 /// A view that is given other directions than its path has stops where these change.

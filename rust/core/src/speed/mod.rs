@@ -10,6 +10,9 @@ pub mod curvature;
 pub mod defaults;
 pub mod disturbance;
 #[cfg(feature = "alloc")]
+mod jerk;
+pub mod law;
+#[cfg(feature = "alloc")]
 pub mod limits;
 pub mod pedals;
 pub mod pid;
@@ -24,7 +27,7 @@ pub mod tracker;
 pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};
 #[cfg(feature = "alloc")]
 pub use curvature::path_curvature;
-pub use disturbance::SpeedTrackerState;
+pub use law::{Phase, Sensed, SpeedCommand, SpeedLaw, SpeedState, SpeedTrackerParams};
 #[cfg(feature = "alloc")]
 pub use limits::{OverSpeed, SpeedLimits};
 pub use pedals::Pedals;
@@ -32,4 +35,4 @@ pub use pid::{SpeedPid, SpeedPidParams, SpeedPidState};
 #[cfg(feature = "alloc")]
 pub use profile::{Course, Limit, plan_speeds};
 pub use servo::Servo;
-pub use tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams};
+pub use tracker::{SpeedTracker, SpeedTrackerState, Told};

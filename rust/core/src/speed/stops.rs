@@ -1,6 +1,6 @@
 //! Where a plan stops, and what it asks for in between.
 
-use crate::math::{saturate, smaller};
+use crate::math::{larger, saturate, smaller};
 use crate::path::PathView;
 
 /// How many hops along a plan a stop is searched for. Each is at least a braking distance long, or a
@@ -8,6 +8,15 @@ use crate::path::PathView;
 const HOPS: usize = 64;
 /// Share of a braking distance that surely has no stop, however the speeds were rounded.
 const SURELY: f64 = 0.99;
+
+/// What a segment between two stops is driven with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Between {
+    /// Largest driving acceleration and planned deceleration [m/s²].
+    pub accelerations: (f64, f64),
+    /// Largest speed [m/s].
+    pub most: f64,
+}
 
 /// A path with the planned speed at each waypoint [m/s].
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +27,7 @@ pub(super) struct Planned<'a, 'b> {
     pub segment: usize,
     /// The last segment of its section; none on a closed path without a cusp.
     pub end: Option<usize>,
+    pub between: Between,
 }
 
 impl Planned<'_, '_> {
@@ -38,9 +48,7 @@ impl Planned<'_, '_> {
 
     /// Whether the path says 0 all along the segment beside the vehicle.
     pub(super) fn stays_at_zero(&self) -> bool {
-        let next = self.path.next(self.segment).unwrap_or(self.segment);
-        let both = self.squared(self.segment) <= 0.0 && self.squared(next) <= 0.0;
-        both && (self.is_stop(self.segment) || self.is_stop(next))
+        self.is_zero(self.segment)
     }
 
     /// `w`, `a` and the grade: the square of the planned speed at `arc` [m], the acceleration there,
@@ -65,10 +73,47 @@ impl Planned<'_, '_> {
         };
         let here = self.squared(found);
         let next = path.next(found);
-        let rise = next.map_or(here, |next| self.squared(next)) - here;
+        let then = next.map_or(here, |next| self.squared(next));
+        let rise = then - here;
         let grade = path.grade_at(found, share);
+        if here <= 0.0 && then <= 0.0 && !self.is_zero(found) {
+            let (squared, slope) = self.peak(found, share);
+            return (squared, slope, grade);
+        }
         let slope = 0.5 * rise / path.segment_length(found);
         (here + share * rise, slope, grade)
+    }
+
+    /// Whether the path says 0 all along segment `index`.
+    fn is_zero(&self, index: usize) -> bool {
+        let next = self.path.next(index).unwrap_or(index);
+        let both = self.squared(index) <= 0.0 && self.squared(next) <= 0.0;
+        both && (self.is_stop(index) || self.is_stop(next))
+    }
+
+    /// `w` and `a` on a segment between two stops, `share` of its length along: as fast as the
+    /// vehicle's limits allow, and the path's speeds at its ends where it has any.
+    fn peak(&self, index: usize, share: f64) -> (f64, f64) {
+        let length = self.path.segment_length(index);
+        let (driving, braking) = self.between.accelerations;
+        let next = self.path.next(index).unwrap_or(index);
+        let own = self.path.speed().map_or(f64::INFINITY, |speed| {
+            let at = |index: usize| speed.get(index).copied().unwrap_or(0.0).abs();
+            larger(at(index), at(next))
+        });
+        let most = smaller(own, self.between.most);
+        let up = 2.0 * driving * share * length;
+        let down = 2.0 * braking * (1.0 - share) * length;
+        let (squared, slope) = if up < down {
+            (up, driving)
+        } else {
+            (down, -braking)
+        };
+        if squared < most * most {
+            (squared, slope)
+        } else {
+            (most * most, 0.0)
+        }
     }
 
     /// The arc length at the end of the section that ends with segment `end` [m]; it continues across
@@ -82,19 +127,20 @@ impl Planned<'_, '_> {
         }
     }
 
-    /// The arc length of the next stop [m], infinite if there is none: the end of the section, or a
-    /// waypoint at which the path says 0, the last `behind` [m] counted in. No stop lies within the
-    /// braking distance of a planned speed, so the search hops from one such distance to the next.
-    pub(super) fn next_stop(&self, arc: f64, behind: f64, braking: f64) -> f64 {
+    /// The next stop from `arc` [m] on, and how far along it is: the end of the section, or a waypoint
+    /// at which the path says 0, the last `behind` [m] counted in. No stop lies within the braking
+    /// distance of a planned speed, so the search hops from one such distance to the next.
+    pub(super) fn next_stop(&self, arc: f64, behind: f64, braking: f64) -> Option<(usize, f64)> {
         let path = self.path;
         let mut index = self.segment;
         while index > 0 && arc - path.arc(index) <= behind {
             if self.is_stop(index) {
-                return path.arc(index);
+                return Some((index, path.arc(index) - arc));
             }
             index -= 1;
         }
-        let end = self.end.map_or(f64::INFINITY, |end| self.end_arc(end));
+        let end = self.end_stop(arc);
+        let far = end.map_or(f64::INFINITY, |(_, distance)| arc + distance);
         let (mut index, mut lap) = (self.segment, 0.0);
         for _ in 0..HOPS {
             let target = path.arc(index) + SURELY * 0.5 * self.squared(index) / braking;
@@ -107,11 +153,40 @@ impl Planned<'_, '_> {
                 (index, lap) = (0, path.length());
             }
             let place = path.arc(index) + lap;
-            if place >= end || self.is_stop(index) {
-                return smaller(place, end);
+            if place >= far {
+                break;
+            }
+            if self.is_stop(index) {
+                return Some((index, place - arc));
             }
         }
         end
+    }
+
+    /// The waypoint that ends the section, and how far from `arc` it is [m].
+    pub(super) fn end_stop(&self, arc: f64) -> Option<(usize, f64)> {
+        let end = self.end?;
+        let waypoint = self.path.next(end).unwrap_or(end + 1);
+        Some((waypoint, self.end_arc(end) - arc))
+    }
+
+    /// How far along waypoint `index` is from `arc` [m]; on a closed path in the lap in which it is
+    /// nearest to `expected` [m].
+    pub(super) fn distance(&self, index: usize, arc: f64, expected: f64) -> f64 {
+        let path = self.path;
+        let found = path.arc(index) - arc;
+        if !path.is_closed() {
+            return found;
+        }
+        let laps = [found - path.length(), found, found + path.length()];
+        let nearer = |a: f64, b: f64| {
+            if (a - expected).abs() < (b - expected).abs() {
+                a
+            } else {
+                b
+            }
+        };
+        laps.into_iter().fold(found, |best, lap| nearer(lap, best))
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod bicycle;
 pub mod delay;
+pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod fault;
@@ -13,6 +14,7 @@ pub mod timed;
 pub mod wheels;
 
 pub use delay::InFlight;
+pub use drive::{Drive, Motion};
 pub use estimate::{AdaptParams, Estimate, Known};
 pub use estimator::Estimator;
 pub use fault::Fault;

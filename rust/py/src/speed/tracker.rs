@@ -3,15 +3,19 @@
 use std::sync::Arc;
 
 use numpy::PyArray1;
-use popsteer_core::VehicleState;
-use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::speed::{
+    Phase, SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState, Told,
+};
 use popsteer_core::vehicle::Vehicle;
+use popsteer_core::{Status, VehicleState};
 use popsteer_sim::longitudinal::Tracked;
 use popsteer_sim::plant::PedalMap;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
 use crate::errors::Raises;
-use crate::params::{Number, number, params};
+use crate::params::{Field, Number, number, params};
 use crate::path::{PyPath, fitted};
 use crate::record::record;
 use crate::tracker::state;
@@ -34,6 +38,44 @@ impl PySpeedTracker {
     }
 }
 
+/// A phase as it goes between Python and the core: its name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PyPhase(Phase);
+
+impl<'py> IntoPyObject<'py> for PyPhase {
+    type Target = PyString;
+    type Output = Bound<'py, PyString>;
+    type Error = std::convert::Infallible;
+
+    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
+        self.0.name().into_pyobject(py)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for PyPhase {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let name: String = object.extract()?;
+        let found = Phase::ALL.into_iter().find(|phase| phase.name() == name);
+        found
+            .map(Self)
+            .ok_or_else(|| PyValueError::new_err(format!("'{name}' is no phase")))
+    }
+}
+
+impl Field for Phase {
+    type Argument = PyPhase;
+
+    fn from_argument(argument: PyPhase) -> Self {
+        argument.0
+    }
+
+    fn argument(self) -> PyPhase {
+        PyPhase(self)
+    }
+}
+
 record! {
     /// What a step of `SpeedTracker` answers.
     PySpeedCommand(SpeedCommand) named "SpeedCommand",
@@ -50,7 +92,11 @@ record! {
     standing: bool, "bool",
         "Whether the vehicle is to be held where it stands.";
     cannot_stop: bool, "bool",
-        "Whether it overruns its stop, however hard it brakes.";
+        "Whether it overruns its stop, however hard it brakes, or stands beyond it.";
+    phase: Phase, "str",
+        "What the vehicle does: 'driving', 'stopping', 'standing' at a stop, 'turning' its wheels at rest, 'shifting' its gear, or 'stopped' as it was told to or for a fault.";
+    status: Status, "Status",
+        "What is known of the inputs: a pose that is stale or an outlier, a fault ('implausible': it brakes), a vehicle off its path.";
 }
 
 /// Keeps the speed that a path allows, and stops at its cusps and its end.
@@ -136,7 +182,12 @@ impl PySpeedTracker {
     /// dt : float
     ///     Time since the last step [s], 1e-6 to 1e3.
     /// pose_age : float, default 0.0
-    ///     How long before this step the pose was measured [s], at most 1: it is rolled forward.
+    ///     How long before this step pose and speed were measured [s], at most 1: they are rolled forward.
+    /// reverse_gear : bool, optional
+    ///     Whether the reverse gear is in; the vehicle stands until its gear is in. If None, it is taken
+    ///     to shift while the vehicle stands.
+    /// stop : bool, default False
+    ///     Whether to stop here and to stand, as long as it is told.
     ///
     /// Returns
     /// -------
@@ -147,7 +198,8 @@ impl PySpeedTracker {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; the state is then unchanged.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, pose_age=0.0))]
+    #[pyo3(signature = (x, y, yaw, speed, dt, *, pose_age=0.0, reverse_gear=None, stop=false))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn step(
         &mut self,
         x: Number,
@@ -156,6 +208,8 @@ impl PySpeedTracker {
         speed: Number,
         dt: Number,
         #[pyo3(from_py_with = number)] pose_age: f64,
+        reverse_gear: Option<bool>,
+        stop: bool,
     ) -> Raises<PySpeedCommand> {
         let vehicle = VehicleState {
             x: x.0,
@@ -164,7 +218,12 @@ impl PySpeedTracker {
             speed: speed.0,
         };
         let (path, law, state) = (self.path.get().view(), &self.law, &mut self.state);
-        let command = law.step_aged(&path, &self.plan, state, vehicle, dt.0, pose_age);
+        let told = Told {
+            pose_age,
+            reverse_gear,
+            stop,
+        };
+        let command = law.step_told(&path, &self.plan, state, vehicle, dt.0, told);
         Ok(PySpeedCommand(command?))
     }
 

@@ -48,7 +48,7 @@ fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
     assert_eq!(refused.unwrap_err().field, "x");
     assert_eq!(state, SpeedTrackerState::default());
     let bad = SpeedTrackerParams {
-        max_jerk: 0.0,
+        max_jerk: Some(0.0),
         ..SpeedTrackerParams::DEFAULT
     };
     let refused = SpeedTracker::new(Vehicle::DEFAULT, bad);

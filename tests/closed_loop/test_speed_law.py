@@ -1,0 +1,290 @@
+"""The law of the speed on a vehicle of these tests: stops, gears, jerks, ages and slopes."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from studies import stopping
+from tests.helpers import looped
+
+STEP = 0.005
+
+
+class Rail:
+    """A vehicle on the x axis: a delay, a lag, brakes that hold, a gearbox that shifts at rest."""
+
+    def __init__(
+        self, x: float, speed: float = 0.0, *, delay: float = 0.1, lag: float = 0.2
+    ) -> None:
+        self.x, self.speed, self.pull, self.lag = x, speed, 0.0, lag
+        self.flight = [0.0] * round(delay / STEP)
+        self.gear, self.shift, self.asked = 1.0, 0.0, 0.0
+        self.slope = 0.0
+
+    def drive(self, command: popsteer.SpeedCommand, time: float) -> None:
+        for _ in range(round(time / STEP)):
+            self.flight.append(command.acceleration)
+            wanted = self.flight.pop(0)
+            kept = math.exp(-STEP / self.lag) if self.lag else 0.0
+            self.pull = wanted + (self.pull - wanted) * kept
+            gear = -1.0 if command.reverse else 1.0
+            self.asked = 0.0 if gear == self.gear or self.speed != 0.0 else self.asked + STEP
+            if self.asked > self.shift:
+                self.gear = gear
+            free = self.speed + STEP * (self.slope + self.gear * max(self.pull, 0.0))
+            braked = STEP * max(-self.pull, 0.0)
+            self.speed = math.copysign(max(abs(free) - braked, 0.0), free) + 0.0
+            self.x += STEP * self.speed
+
+
+def line(length: int, speed: float | None = None, stop: int | None = None) -> popsteer.Path:
+    speeds = None if speed is None else [0.0 if k == stop else speed for k in range(length + 1)]
+    return popsteer.Path([(float(k), 0.0) for k in range(length + 1)], speed=speeds)
+
+
+def run(tracker: Any, car: Rail, seconds: float, dt: float = 0.05) -> list[popsteer.SpeedCommand]:
+    commands = []
+    for _ in range(round(seconds / dt)):
+        commands.append(tracker.step(car.x, 0.0, 0.0, car.speed, dt))
+        car.drive(commands[-1], dt)
+    return commands
+
+
+@looped("told", [True, False])
+def test_no_stop_of_many_is_driven_through_or_waited_for(told: bool) -> None:
+    for seed in range(60):
+        case = stopping.draw(seed, told=told)
+        found = stopping.stop(case, seed)
+        assert not found.through, (seed, case, found)
+        if told:
+            assert stopping.fails(case, found) == [], (seed, case, found)
+
+
+@looped("lag", [0.15, 0.45, 0.8])
+def test_stop_line_is_stopped_at_as_the_end_of_a_path_is(lag: float) -> None:
+    car = popsteer.Vehicle(
+        wheelbase=2.7,
+        drive_delay=0.3,
+        drive_lag=lag,
+        max_speed=8.0,
+        max_acceleration=0.8,
+        max_deceleration=1.0,
+    )
+    for path in (line(100, 8.0, 60), line(60, 8.0)):
+        rail = Rail(0.0, delay=0.3, lag=lag)
+        last = run(popsteer.SpeedTracker(path, car), rail, 60.0)[-1]
+        assert rail.x == pytest.approx(60.0, abs=0.05)
+        assert last.standing
+        assert last.phase == "standing"
+
+
+def test_stop_that_is_overrun_is_stood_at_and_said() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, drive_lag=0.2, max_deceleration=3.0)
+    tracker = popsteer.SpeedTracker(line(60, 5.0, 30), car)
+    rail = Rail(0.0)
+    run(tracker, rail, 20.0)
+    rail.x += 0.3  # pushed over its line
+    commands = run(tracker, rail, 30.0)
+    assert rail.x == pytest.approx(30.3, abs=0.05)
+    assert all(command.standing for command in commands)
+    assert commands[-1].cannot_stop
+    assert commands[-1].distance_to_stop == pytest.approx(30.0 - rail.x)
+
+
+@looped("shift", [0.0, 0.5, 1.5])
+@looped("reported", [True, False])
+def test_gearbox_that_shifts_at_rest_passes_the_cusp(shift: float, reported: bool) -> None:
+    for size in (0.12, 1.0, 3.0):
+        xs = [0.3 * size * k for k in range(51)] + [size * (15 - 0.3 * k) for k in range(1, 34)]
+        speeds = [2.0 * size] * 50 + [-2.0 * size] * 34
+        path = popsteer.Path([(x, 0.0) for x in xs], speed=speeds)
+        car = popsteer.Vehicle(
+            wheelbase=2.7 * size, drive_lag=0.2, max_acceleration=1.0, max_deceleration=1.0
+        )
+        tracker, rail = popsteer.SpeedTracker(path, car), Rail(0.0)
+        rail.shift, farthest = shift, 0.0
+        for _ in range(1200):
+            gear = rail.gear < 0.0 if reported else None
+            command = tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05, reverse_gear=gear)
+            rail.drive(command, 0.05)
+            farthest = max(farthest, rail.x)
+        assert farthest == pytest.approx(15.0 * size, abs=0.15), (size, farthest)
+        assert rail.x == pytest.approx(size * 5.1, abs=0.1), (size, rail.x)
+        assert command.standing
+
+
+def test_vehicle_that_rolls_the_other_way_brakes() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, max_acceleration=1.0, max_deceleration=1.5)
+    for speed in (3.0, 0.5, 0.1):
+        path = popsteer.Path([(20.0 - k, 0.0) for k in range(21)], speed=[-2.0] * 21)
+        tracker, rail = popsteer.SpeedTracker(path, car), Rail(20.0, speed)
+        first = tracker.step(20.0, 0.0, 0.0, speed, 0.05)
+        assert first.acceleration < 0.0
+        assert not first.reverse
+        assert first.phase == "shifting"
+        run(tracker, rail, 40.0)
+        assert rail.x == pytest.approx(0.0, abs=0.05)
+
+
+def test_path_that_is_sent_again_keeps_its_stop() -> None:
+    for behind in (2, 1, 0):
+        for wheelbase in (0.6, 2.7, 9.0):
+            g, speeds = np.arange(0.0, 120.0), np.full(120, 8.0)
+            speeds[60] = 0.0
+            whole = np.column_stack((g, 0.0 * g))
+            tracker = popsteer.SpeedTracker(
+                popsteer.Path(whole, speed=speeds), popsteer.Vehicle(wheelbase=wheelbase)
+            )
+            rail = Rail(0.0, lag=0.0)
+            for k in range(900):
+                if k % 2:
+                    first = min(117, max(0, int(rail.x + 0.5) - behind))
+                    tracker.set_path(popsteer.Path(whole[first:], speed=speeds[first:]))
+                rail.drive(tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05), 0.05)
+            assert rail.x == pytest.approx(60.0, abs=0.06), (behind, wheelbase)
+            # A path without the stop tells it to go on.
+            tracker.set_path(popsteer.Path(whole, speed=np.full(120, 8.0)))
+            run(tracker, rail, 30.0)
+            assert rail.x == pytest.approx(119.0, abs=0.06), (behind, wheelbase)
+
+
+@looped("age", [0.1, 0.3, 0.5])
+def test_old_pose_and_speed_shift_no_stop(age: float) -> None:
+    for speed in (5.0, 15.0):
+        car = popsteer.Vehicle(wheelbase=2.7, drive_lag=0.2, max_speed=speed, max_deceleration=3.0)
+        tracker, rail = popsteer.SpeedTracker(line(100), car), Rail(0.0)
+        past: list[tuple[float, float]] = []
+        for _ in range(800):
+            past.append((rail.x, rail.speed))
+            back = min(round(age / 0.05), len(past) - 1)
+            x, v = past[-1 - back]
+            rail.drive(tracker.step(x, 0.0, 0.0, v, 0.05, pose_age=0.05 * back), 0.05)
+        assert rail.x == pytest.approx(100.0, abs=0.05)
+
+
+@looped("wheelbase", [0.16, 0.33, 1.0, 2.7, 12.0])
+def test_motionless_vehicle_is_held_through_noise(wheelbase: float) -> None:
+    r = random.Random(1)
+    tracker = popsteer.SpeedTracker(
+        popsteer.Path([(0.0, 0.0), (3.0, 0.0)]), popsteer.Vehicle(wheelbase=wheelbase)
+    )
+    stands = [
+        tracker.step(3.0 + r.gauss(0.0, 0.02), r.gauss(0.0, 0.02), 0.0, 0.0, 0.05).standing
+        for _ in range(12_000)
+    ]
+    first = stands.index(True)
+    assert first < 100
+    assert all(stands[first:])
+
+
+@looped("jerk", [1.0, 2.0, 5.0, 20.0, 100.0])
+def test_jerk_is_part_of_the_plan_in_bends_and_at_the_top_speed(jerk: float) -> None:
+    s = np.arange(0.0, 400.0, 0.5)
+    bend = np.where((s > 250.0) & (s < 281.0), 1.0 / 20.0, 0.0)
+    yaw = np.cumsum(bend) * 0.5
+    xy = np.column_stack((np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw)))) * 0.5
+    tracker = popsteer.SpeedTracker(
+        popsteer.Path(xy),
+        popsteer.Vehicle(wheelbase=2.7, max_speed=15.0, drive_delay=0.0),
+        popsteer.SpeedTrackerParams(max_jerk=jerk),
+    )
+    along = speed = last = side = top = 0.0
+    while along < 380.0:
+        at = int(along / 0.5)
+        command = tracker.step(*xy[at], yaw[at], speed, 0.05)
+        assert abs(command.acceleration - last) <= 0.05 * jerk + 1e-9
+        last = command.acceleration
+        speed = max(0.0, speed + 0.05 * last)
+        along += 0.05 * speed
+        side, top = max(side, speed * speed * bend[at]), max(top, speed)
+    assert side <= 4.0 * 1.03
+    assert top <= 15.0 * 1.03
+
+
+def test_leg_of_one_segment_is_driven_like_any_other() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, max_speed=5.0)
+    for points, reverse in (
+        ([(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], [False, True, True]),
+        ([(0.0, 0.0), (50.0, 0.0), (25.0, 0.0), (0.0, 0.0)], [False, True, True, True]),
+    ):
+        tracker = popsteer.SpeedTracker(popsteer.Path(points, reverse=reverse), car)
+        rail, steps = Rail(50.0), 0
+        rail.gear = -1.0
+        while rail.x > 0.1 and steps < 9000:
+            rail.drive(tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05), 0.05)
+            steps += 1
+        assert 0.05 * steps < 22.0, points
+
+
+def test_stop_point_stops_at_its_line_and_a_cusp_is_the_rear_axles() -> None:
+    for wheelbase, ahead in ((2.7, 3.6), (7.5, 9.0), (0.33, 0.4)):
+        car = popsteer.Vehicle(wheelbase=wheelbase, stop_point=ahead, max_speed=4.0)
+        for path in (line(60, 4.0, 30), line(30, 4.0)):
+            tracker, rail = popsteer.SpeedTracker(path, car), Rail(0.0, lag=0.0)
+            first = tracker.step(0.0, 0.0, 0.0, 0.0, 0.05)
+            assert first.distance_to_stop == pytest.approx(30.0 - ahead)
+            run(tracker, rail, 40.0)
+            assert rail.x + ahead == pytest.approx(30.0, abs=0.05)
+        turn = popsteer.Path(
+            [(0, 0), (10, 0), (20, 0), (10, 0)], reverse=[False, False, True, True]
+        )
+        tracker = popsteer.SpeedTracker(turn, car)
+        assert tracker.step(0.0, 0.0, 0.0, 0.0, 0.05).distance_to_stop == pytest.approx(20.0)
+
+
+@looped("grade", [-0.25, -0.17, 0.17, 0.25])
+@looped("told", [True, False])
+def test_end_on_a_slope_is_stood_at_where_the_brakes_hold(grade: float, told: bool) -> None:
+    for wheelbase in (0.6, 2.7, 9.0):
+        path = line(100, 5.0)
+        if told:
+            path = (
+                path.with_grade([grade] * 101)
+                if hasattr(path, "with_grade")
+                else popsteer.Path(
+                    np.column_stack((path.x, path.y)), speed=path.speed, grade=[grade] * 101
+                )
+            )
+        car = popsteer.Vehicle(wheelbase=wheelbase, drive_lag=0.2, max_acceleration=4.0)
+        tracker, rail = popsteer.SpeedTracker(path, car), Rail(60.0, 5.0)
+        rail.slope = -9.80665 * math.sin(math.atan(grade))
+        commands = run(tracker, rail, 60.0)
+        assert rail.x == pytest.approx(100.0, abs=0.3), (wheelbase, rail.x)
+        assert all(command.standing for command in commands[-200:]), wheelbase
+        assert rail.speed == 0.0
+
+
+def test_fault_of_the_inputs_is_braked_for_and_said() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, max_speed=8.0)
+    for fault in ("frozen", "dead speed"):
+        tracker, rail = popsteer.SpeedTracker(line(200), car), Rail(0.0)
+        run(tracker, rail, 8.0)
+        x, said = rail.x, 0
+        for _ in range(200):
+            if fault == "frozen":
+                command = tracker.step(x, 0.0, 0.0, rail.speed, 0.05)
+            else:
+                command = tracker.step(rail.x, 0.0, 0.0, 0.0, 0.05)
+            said += popsteer.Status.IMPLAUSIBLE in command.status
+            rail.drive(command, 0.05)
+        assert said > 10, fault
+        # At rest neither shows: it may go on then, and brakes again.
+        assert rail.speed < 0.5, (fault, rail.speed)
+
+
+def test_operator_stops_the_vehicle_and_lets_it_go() -> None:
+    tracker, rail = popsteer.SpeedTracker(line(100), popsteer.Vehicle(wheelbase=2.7)), Rail(0.0)
+    run(tracker, rail, 5.0)
+    for _ in range(200):
+        command = tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05, stop=True)
+        rail.drive(command, 0.05)
+    assert rail.speed == 0.0
+    assert (command.standing, command.phase) == (True, "stopped")
+    run(tracker, rail, 40.0)
+    assert rail.x == pytest.approx(100.0, abs=0.05)
