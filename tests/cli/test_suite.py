@@ -15,8 +15,8 @@ import popsteer
 from popsteer import lab, sim
 from popsteer.errors import ConfigError
 from popsteer.lab.suite.conditions import CONDITIONS
-from popsteer.lab.suite.drive import drive
-from popsteer.lab.suite.runs import Cell, mean_error, rows
+from popsteer.lab.suite.drive import GIVE_UP, drive
+from popsteer.lab.suite.runs import Cell, _cell, leaders, mean_error, rows
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
 from popsteer.lab.suite.table import losses, suite_lines, worded
 from tests.cli import command
@@ -43,8 +43,15 @@ class Spy:
         return self.steers[len(self.seen) % len(self.steers)]
 
 
-def spied(condition: str, *, scenario: str = "beside", steers: tuple[float, ...] = (0.0,)) -> Any:
+def spied(
+    condition: str,
+    *,
+    scenario: str = "beside",
+    steers: tuple[float, ...] = (0.0,),
+    plant: Any = None,
+) -> Any:
     """Drive by a spy: the spy, and what was measured."""
+    plant = suite_car() if plant is None else plant
     kept = []
 
     def make(path: popsteer.Path, vehicle: popsteer.Vehicle) -> Spy:
@@ -52,7 +59,7 @@ def spied(condition: str, *, scenario: str = "beside", steers: tuple[float, ...]
         kept[0].steers = list(steers)
         return kept[0]
 
-    found = drive(SCENARIOS[scenario], CONDITIONS[condition], suite_car(), make, seed=3)
+    found = drive(SCENARIOS[scenario], CONDITIONS[condition], plant, make, seed=3)
     return kept[0], found
 
 
@@ -74,6 +81,11 @@ def test_conditions_are_what_their_titles_say() -> None:
 
     for share, name in ((1.2, "wheelbase +20 %"), (0.8, "wheelbase -20 %")):
         assert spied(name)[0].vehicle == car.replace(wheelbase=share * car.wheelbase)
+        identified = sim.CarlaIdentified()
+        turning = identified.vehicle.turning_wheelbase
+        assert turning is not None
+        given, _ = spied(name, plant=identified)
+        assert given.vehicle.turning_wheelbase == share * turning
 
     noise = np.array(spied("noise")[0].seen)[:200] - exact[:200]
     assert noise[:, :2].std() == pytest.approx(0.05, rel=0.15)
@@ -94,6 +106,12 @@ def test_conditions_are_what_their_titles_say() -> None:
     assert change.std() == pytest.approx(0.02, rel=0.05)
     assert (fresh.paths[0].y != fresh.paths[1].y).all()
     assert np.array(fresh.seen) == pytest.approx(exact)
+    # Not the exact path, where nothing takes a fresh one either.
+    assert fresh.path.y.std() == pytest.approx(0.02, rel=0.3)
+    smoothed, _ = spied("smoothed path")
+    # The middle of a quadratic through seven points has 1/3 of their variance.
+    change = np.array([each.y[10:-10] for each in smoothed.paths[:50]])
+    assert change.std() == pytest.approx(0.02 / math.sqrt(3.0), rel=0.05)
 
     # The slope pushes back; the tracker of the speed makes up for it.
     steep, climbed = spied("slope")
@@ -139,6 +157,41 @@ def test_controller_that_raises_ends_its_run_with_its_traceback() -> None:
     assert not found.metrics.finished
 
 
+@looped("steer", (math.nan, math.inf, "left"))
+def test_controller_that_crashes_has_the_worst_cell_not_the_best(steer: Any) -> None:
+    class Crashing(Spy):
+        def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+            self.seen.append((x, y, yaw, speed, dt))
+            return 0.0 if len(self.seen) == 1 else steer
+
+    found = drive(SCENARIOS["slalom"], CONDITIONS["as told"], suite_car(), Crashing)
+    cell = _cell("slalom", "as told", "suite-car", "crashing", found)
+    assert (cell.mean_error, cell.success, found.ending[:6]) == (GIVE_UP, False, "raised")
+    assert found.metrics.steps == 1
+
+
+def test_success_counts_faults_as_a_sweep_does() -> None:
+    _, found = spied("as told", scenario="step-steer")
+    driven = drive(SCENARIOS["step-steer"], CONDITIONS["as told"], suite_car(), popsteer.PreviewPop)
+    kept = [_cell("step-steer", "as told", "suite-car", "x", each) for each in (found, driven)]
+    assert [each.success for each in kept] == [False, True]
+    assert not _cell("slalom", "noise", "car", "x", driven._replace(faults=0.01)).success
+
+
+def test_ties_are_told_from_leads() -> None:
+    draws = np.exp(np.random.default_rng(1).normal(0.0, 1.0, 30))
+    noise = np.exp(np.random.default_rng(2).normal(0.0, 0.3, 30))
+    for share, names in ((1.02, ["a", "b"]), (1.5, ["a"])):
+        cells = {
+            "a": [cell("a", 0.01 * each) for each in draws],
+            "b": [
+                cell("b", 0.01 * share * each * by) for each, by in zip(draws, noise, strict=True)
+            ],
+            "c": [cell("c", 0.02 * each) for each in draws],
+        }
+        assert sorted(leaders(cells)) == names
+
+
 @looped("name", list(SCENARIOS))
 def test_scenarios_are_driven_by_preview_pop_to_their_end(name: str) -> None:
     found = drive(SCENARIOS[name], CONDITIONS["as told"], suite_car(), popsteer.PreviewPop)
@@ -158,7 +211,7 @@ def test_losses_are_to_the_best_that_succeeded() -> None:
     cells = [cell("mine", 0.02), cell("theirs", 0.01), cell("fast", 0.001, success=False)]
     cells += [cell("mine", 0.0115, condition="play"), cell("theirs", 0.0105, condition="play")]
     cells.append(cell("fast", 0.001, success=False, condition="play"))
-    found = lab.suite.Suite("standard-1", cells, {"mine": 1e-6, "theirs": 1e-6, "fast": 1e-6}, [])
+    found = lab.suite.Suite("standard-2", cells, {"mine": 1e-6, "theirs": 1e-6, "fast": 1e-6}, [])
     assert [(a.mean_error, b.controller) for a, b in losses(found, "mine")] == [(0.02, "theirs")]
     assert losses(found, "theirs") == []
     two = [cell("mine", 0.01), cell("mine", 0.04, success=False)]
@@ -168,7 +221,9 @@ def test_losses_are_to_the_best_that_succeeded() -> None:
         "Slalom",
         "Noise of 5 cm and 0.01 rad",
         "Play of 1°",
+        "All",
     ]
+    # None of two cells each leads alone, where it does not lead in both.
     slalom = next(line for line in suite_lines(found) if line.startswith("| Slalom"))
     assert slalom == "| Slalom | 0.0152 | 0.0102 | **0.0010 (2)** |"
 
@@ -177,7 +232,7 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "mine.py").write_text("def mine(path, vehicle):\n    raise ZeroDivisionError\n")
-    one = ("matrix", "--suite", "standard-1", "--scenarios", "hairpin", "--controllers")
+    one = ("matrix", "--suite", "standard-2", "--scenarios", "hairpin", "--controllers")
     outcome = command.call(
         capsys,
         *one,
@@ -187,7 +242,7 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
     assert outcome.status == 0
     assert "12 runs on suite-car, carla-identified" in " ".join(outcome.out.split())
     document = json.loads((tmp_path / "suite.json").read_text(encoding="utf-8"))
-    assert (document["schema"], document["suite"]) == ("popsteer-suite/1", "standard-1")
+    assert (document["schema"], document["suite"]) == ("popsteer-suite/1", "standard-2")
     lines = (tmp_path / "suite.csv").read_text(encoding="utf-8").splitlines()[1:]
     table = list(csv.DictReader(lines))
     assert len(table) == len(document["cells"]) == 12
@@ -196,7 +251,7 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
         assert row["controller"] == each["controller"]
         if each["ending"] == "raised ZeroDivisionError":
             broken += 1
-            assert (row["mean_error"], each["mean_error"], each["success"]) == ("nan", None, False)
+            assert (row["mean_error"], each["mean_error"], each["success"]) == ("10.0", 10.0, False)
         else:
             assert float(row["mean_error"]) == each["mean_error"]
     assert broken == 4
@@ -239,15 +294,15 @@ def test_commands_of_the_page_are_taken(
 def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str]) -> None:
     for words, said in (
         (("--suite", "standard-9"), "unknown suite 'standard-9'"),
-        (("--suite", "standard-1", "--scenarios", "moose"), "unknown scenario 'moose'"),
-        (("--suite", "standard-1", "--conditions", "rain"), "unknown condition 'rain'"),
-        (("--suite", "standard-1", "--conditions", ""), "unknown condition ''"),
+        (("--suite", "standard-2", "--scenarios", "moose"), "unknown scenario 'moose'"),
+        (("--suite", "standard-2", "--conditions", "rain"), "unknown condition 'rain'"),
+        (("--suite", "standard-2", "--conditions", ""), "unknown condition ''"),
         (
-            ("--suite", "standard-1", "--tracks", "slalom"),
+            ("--suite", "standard-2", "--tracks", "slalom"),
             "--tracks must be left out where --suite",
         ),
         (
-            ("--suite", "standard-1", "--scenarios", "parking-bay", "--plants", "carla-identified"),
+            ("--suite", "standard-2", "--scenarios", "parking-bay", "--plants", "carla-identified"),
             "one that drives backwards",
         ),
         (("--scenarios", "slalom"), "--scenarios must be given with --suite"),

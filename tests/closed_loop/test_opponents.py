@@ -216,7 +216,9 @@ def test_regulator_has_the_cost_of_its_riccati_equation_and_the_model_of_its_equ
 
 
 def test_autowares_lookahead_distance_is_that_of_its_parameters() -> None:
-    chased = AutowarePurePursuit(straight(), CAR.replace(wheelbase=2.79), AutowareGains())
+    chased = AutowarePurePursuit(
+        straight(), CAR.replace(wheelbase=2.79), AutowareGains(velocity_ratio=2.4)
+    )
     for speed, y, wanted in ((1.0, 0, 4.35), (3.0, 0.2, 7.2), (3.0, 0.8, 7.2 + 2.88), (9.0, 0, 15)):
         chased.reset()
         eye = chased.observer

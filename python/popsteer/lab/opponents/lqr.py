@@ -67,7 +67,7 @@ class Weights:
     RANGES: ClassVar = {"heading": (0.0, 1e3), "change": (0.01, 1e4)}
 
     heading: float = 30.0
-    change: float = 30.0
+    change: float = 10.0
 
 
 class Lqr(Opponent):

@@ -33,8 +33,8 @@ _SPEED, _GAIN = 0.005, 0.02
 class Weights(lqr.Weights):
     """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage."""
 
-    heading: float = 3.0
-    change: float = 10.0
+    heading: float = 10.0
+    change: float = 0.1
 
 
 class Mpc(Opponent):
@@ -62,6 +62,8 @@ class Mpc(Opponent):
         super().reset()
         self._key = (math.inf, 0.0)
         self._solver: Any = None
+        self.said: dict[str, Any] = {}
+        """What daqp says of the last problem, such as its own `solve_time` [s]."""
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
         """Answer a pose [m, m, rad] and a speed [m/s] with the angle of the wheels [rad]."""
@@ -70,7 +72,7 @@ class Mpc(Opponent):
 
     def solve(self) -> float:
         """Solve it: the command [rad]. Raises PopsteerError where daqp finds no solution."""
-        x, _, flag, _ = self._solver.solve()
+        x, _, flag, self.said = self._solver.solve()
         if flag < 1:
             raise PopsteerError(f"daqp found no solution: {flag}")
         return self.observer.commanded(self._before + float(x[0]), self._seen)

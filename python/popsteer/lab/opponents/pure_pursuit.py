@@ -13,17 +13,17 @@ from popsteer.lab.opponents.observer import Opponent, Seen
 
 @dataclass
 class AutowareGains:
-    """The defaults of Autoware's node; its distances are for a wheelbase of 2.79 m."""
+    """Autoware's node has a `velocity_ratio` of 2.4; distances are for a wheelbase of 2.79 m."""
 
     RANGES: ClassVar = {
-        "velocity_ratio": (0.1, 10.0),
+        "velocity_ratio": (0.01, 10.0),
         "lateral_error_ratio": (0.0, 20.0),
         "curvature_ratio": (0.0, 500.0),
         "least": (0.1, 50.0),
         "most": (0.1, 100.0),
     }
 
-    velocity_ratio: float = 2.4
+    velocity_ratio: float = 0.15
     lateral_error_ratio: float = 3.6
     curvature_ratio: float = 120.0
     least: float = 4.35
@@ -31,7 +31,7 @@ class AutowareGains:
 
 
 class AutowarePurePursuit(Opponent):
-    """Angle atan(2 G sin α / d) to a point at d = clamp(2.4 v - 120 |κ| + 3.6 |e|).
+    """Angle atan(2 G sin α / d) to a point at d = clamp(ratio v - 120 |κ| + 3.6 |e|).
 
     The last term counts from 0.5 m on. Parameters and law as autoware_pure_pursuit documents them;
     in this loop it also has the prediction of its dead time.
@@ -58,8 +58,8 @@ class AccelerationGains:
 
     RANGES: ClassVar = {"time": (0.05, 3.0), "least": (0.3, 10.0)}
 
-    time: float = 0.35
-    least: float = 1.2
+    time: float = 0.2
+    least: float = 1.5
 
 
 class AccelerationPursuit(Opponent):

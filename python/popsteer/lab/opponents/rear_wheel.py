@@ -18,7 +18,7 @@ class Gains:
     RANGES: ClassVar = {"decay": (0.05, 5.0), "damping": (0.1, 5.0), "preview": (0.0, 1.0)}
 
     decay: float = 0.75
-    damping: float = 0.7
+    damping: float = 1.0
     preview: float = 0.0
     """How far ahead the curvature is taken [s], besides the lag of the wheels."""
 

@@ -1,12 +1,12 @@
 """A suite of scenarios under conditions, with a version, for any controller and any plant.
 
-``standard-1`` is fixed: what changes a figure of it makes ``standard-2``.
+``standard-2`` is fixed: what changes a figure of it makes ``standard-3``.
 
 Examples
 --------
 >>> from popsteer.lab import suite
 >>> suite.names()
-('standard-1',)
+('standard-2',)
 >>> found = suite.run(["stanley"], ["suite-car"], scenarios=["slalom"], conditions=["as told"])
 >>> [(cell.scenario, cell.condition, cell.success) for cell in found.cells]
 [('slalom', 'as told', True)]

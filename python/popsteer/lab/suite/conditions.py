@@ -20,13 +20,15 @@ class Condition:
     is_told: bool = True
     """Whether the controllers are told of these."""
     wheelbase: float = 1.0
-    """The wheelbase that the controllers are told, as a share of the true one."""
+    """The wheelbases that the controllers are told, as shares of the true ones."""
     position: float = 0.0
     """Noise of x and of y, standard deviation [m]."""
     yaw: float = 0.0
     """Noise of the heading [rad]."""
     path: float = 0.0
     """Noise of the waypoints of a path that is fresh every cycle [m]; 0: one path for all."""
+    smoothed: bool = False
+    """Whether all controllers get those waypoints smoothed, by the same local quadratics."""
     loss: float = 0.0
     """Share of the cycles in which no pose arrives."""
     play: float = 0.0
@@ -44,9 +46,10 @@ CONDITIONS: dict[str, Condition] = {
     "noise": Condition("Noise of 5 cm and 0.01 rad", position=0.05, yaw=0.01),
     "play": Condition("Play of 1°", play=0.017453292519943295),
     "fresh path": Condition("A fresh path each cycle, 2 cm of noise", path=0.02),
+    "smoothed path": Condition("... smoothed alike for all", path=0.02, smoothed=True),
     "loss": Condition("A fifth of the poses lost", loss=0.2),
     "wheelbase +20 %": Condition("Told a wheelbase 20 % too long", wheelbase=1.2),
     "wheelbase -20 %": Condition("Told a wheelbase 20 % too short", wheelbase=0.8),
     "slope": Condition("Slope of 8 %, not told", grade=0.08),
 }
-"""The conditions of standard-1, by name."""
+"""The conditions of standard-2, by name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 import zlib
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import Path, Settings, Simulation, SpeedTracker, Vehicle
+from popsteer._core import Path, Settings, Simulation, SpeedTracker, Vehicle, _path_cusps
+from popsteer.errors import InputError
 from popsteer.lab.common.varied import varied
 from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.metrics import Metrics
@@ -19,6 +21,8 @@ from popsteer.sim.pedals import PedalMap
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from popsteer.lab.suite.conditions import Condition
     from popsteer.lab.suite.scenarios import Scenario
 
@@ -26,7 +30,10 @@ LATERAL = 4.0
 """Lateral acceleration that speeds are planned for [m/s²]."""
 _GRAVITY = 9.806_65
 _LIMITS = {"max_lateral_acceleration": LATERAL, "max_acceleration": 2.0, "max_deceleration": 3.0}
-_GIVE_UP = 10.0
+GIVE_UP = 10.0
+"""A run ends so far from the path, and counts as so far where it does not reach the end [m]."""
+# Waypoints of a local quadratic.
+_WINDOW = 7
 
 
 class Driven(NamedTuple):
@@ -57,7 +64,11 @@ def drive(
     told = varied(plant, path, scenario.plant).plant
     mover = varied(told, path, condition.plant).plant
     believed = vehicle_of(mover if condition.is_told else told)
-    believed = believed.replace(wheelbase=condition.wheelbase * believed.wheelbase)
+    share, turning = condition.wheelbase, believed.turning_wheelbase
+    believed = believed.replace(
+        wheelbase=share * believed.wheelbase,
+        turning_wheelbase=None if turning is None else share * turning,
+    )
     limited = vehicle_of(mover).replace(max_speed=scenario.max_speed, **_LIMITS)
     pace = SpeedTracker(path, limited)
     start = default_start(path, scenario.start_offset, vehicle_of(mover))
@@ -69,12 +80,12 @@ def drive(
         start=start,
         speed=first,
         tracked_point=vehicle_of(mover).rear_axle,
-        settings=Settings(dt=dt, give_up_distance=_GIVE_UP, time_limit=300.0),
+        settings=Settings(dt=dt, give_up_distance=GIVE_UP, time_limit=300.0),
     )
     loop = _Loop(run, path, condition, pace, PedalMap.of(mover), np.random.default_rng(seed))
     trace = ""
     try:
-        controller = make(path, believed)
+        controller = make(loop.told(), believed)
         while not run.is_over:
             loop.cycle(controller, dt)
     except Exception as error:  # noqa: BLE001 - anything can be raised by code of one's own
@@ -111,7 +122,9 @@ class _Loop:
         x, y = (x, y) + condition.position * aside
         measured = (float(x), float(y), yaw + condition.yaw * turned, speed)
         if condition.path > 0.0:
-            self._renew(controller)
+            fresh = self.told()
+            if hasattr(controller, "set_path"):
+                controller.set_path(fresh)
         self.waited += dt
         holds = isinstance(controller, controllers.CONTROLLERS)
         start = time.perf_counter()
@@ -124,6 +137,8 @@ class _Loop:
             answer = self.steer
         self.times.append(time.perf_counter() - start)
         self.steer = float(getattr(answer, "steer", answer))
+        if not math.isfinite(self.steer):
+            raise InputError("steer", self.steer, "finite")
         status = getattr(answer, "status", None)
         self.faults += getattr(status, "level", "") == "fault"
         half = 0.5 * condition.play
@@ -134,12 +149,15 @@ class _Loop:
         up, down = self.push
         self.run.step(self.wheels, min(throttle + up, 1.0), min(brake + down, 1.0), drive.reverse)
 
-    def _renew(self, controller: Any) -> None:  # noqa: ANN401 - of popsteer or your own
-        """Give the path anew, with other errors of its waypoints, to what can take one."""
-        noise = self.condition.path * self.random.standard_normal(self.xy.shape)
-        if hasattr(controller, "set_path"):
-            path = self.path
-            controller.set_path(Path(self.xy + noise, closed=path.closed, reverse=path.reverse))
+    def told(self) -> Path:
+        """Give the path as it is told: itself, or with new errors of its waypoints."""
+        condition, path = self.condition, self.path
+        if condition.path == 0.0:
+            return path
+        xy = self.xy + condition.path * self.random.standard_normal(self.xy.shape)
+        if condition.smoothed:
+            xy = _smoothed(xy, path)
+        return Path(xy, closed=path.closed, reverse=path.reverse)
 
     def driven(self, trace: str) -> Driven:
         """Measure what was driven."""
@@ -161,6 +179,21 @@ class _Loop:
             step_time=float(np.median(self.times)) if self.times else math.nan,
             traceback=trace,
         )
+
+
+def _smoothed(xy: NDArray[np.float64], path: Path) -> NDArray[np.float64]:
+    """Smooth the waypoints of each section by local quadratics.
+
+    A. Savitzky, M. Golay, *Smoothing and Differentiation of Data by Simplified Least Squares
+    Procedures*, 1964.
+    """
+    from scipy.signal import savgol_filter
+
+    ends = [0, *np.flatnonzero(_path_cusps(path)).tolist(), len(xy) - 1]
+    for first, last in itertools.pairwise(ends):
+        section = slice(first, last + 1)
+        xy[section] = savgol_filter(xy[section], _WINDOW, 2, axis=0)
+    return xy
 
 
 def seed_of(*names: str) -> int:

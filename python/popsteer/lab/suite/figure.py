@@ -21,7 +21,7 @@ _GOOD, _FAIR, _BAD = "#2a9d8f", "#e9c46a", "#c8553d"  # told apart by colour-bli
 
 def suite_figure(found: Suite, theme: Theme) -> Figure:
     """Draw the error of each controller in each row of the table, and over its steering."""
-    lines = rows(found)
+    lines = rows(found)[:-1]
     names = list(found.step_times)
     titles = [title_of(name) for name in names]
     figure = Figure(

@@ -47,7 +47,7 @@ class Scenario:
     title: str
     """What a reader recognises."""
     path: Callable[[], Path]
-    """Makes what is followed."""
+    """Makes what is followed: with tangents, so that all see one curve and errors are from it."""
     max_speed: float
     """Speed that is planned at most [m/s]."""
     start_offset: float = 0.0
@@ -60,14 +60,14 @@ class Scenario:
 
 def _shipped(name: str) -> Path:
     track = tracks.get(name)
-    return Path(track.xy, closed=track.closed)
+    return Path(track.xy, closed=track.closed, yaw="spline")
 
 
 def _hairpin() -> Path:
     """Two straights of 40 m, joined by a half turn of 7 m radius behind clothoids of 6 m."""
     pieces = [*straight(40.0), *turn(180.0, 7.0, 6.0), *straight(40.0)]
     length = 80.0 + math.pi * 7.0 + 6.0
-    return Path(sample(pieces, round(length / 0.5) + 1).xy)
+    return Path(sample(pieces, round(length / 0.5) + 1).xy, yaw="spline")
 
 
 def arcs(
@@ -97,7 +97,7 @@ def _bay() -> Path:
     poses, reverse = arcs(
         ((False, 0.0, 6.0), (True, 1.0 / 7.0, 3.5 * math.pi), (True, 0.0, 4.0)),
     )
-    return Path([(x, y) for x, y, _ in poses], reverse=reverse)
+    return Path([(x, y) for x, y, _ in poses], reverse=reverse, yaw="spline")
 
 
 def _zigzag() -> Path:
@@ -132,4 +132,4 @@ SCENARIOS: dict[str, Scenario] = {
     "zigzag": Scenario("Zigzag of corners", _zigzag, 10.0),
     "beside": Scenario("2 m beside, slow wheels", _straight, 8.0, 2.0, plant=_SLOW),
 }
-"""The scenarios of standard-1, by name."""
+"""The scenarios of standard-2, by name."""

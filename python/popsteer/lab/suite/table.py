@@ -20,7 +20,7 @@ from popsteer.lab.common.layout import (
 )
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.suite.runs import Cell, Suite, grouped, mean_error, rows
+from popsteer.lab.suite.runs import Cell, Suite, grouped, leaders, mean_error, rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -40,6 +40,14 @@ def worded(cells: Sequence[Cell]) -> str:
     """Word the error of some cells, and how many of them failed."""
     failed = sum(not each.success for each in cells)
     return f"{mean_error(cells):.4f}" + (f" ({failed})" if failed else "")
+
+
+def _marked(cells: dict[str, list[Cell]], bold: str = "") -> dict[str, str]:
+    """Word a row: who leads alone between two `bold`, those that tie behind a ``=``."""
+    words, first = {name: worded(own) for name, own in cells.items()}, leaders(cells)
+    for name in first:
+        words[name] = f"{bold}{words[name]}{bold}" if len(first) == 1 else f"= {words[name]}"
+    return words
 
 
 def losses(found: Suite, name: str) -> list[tuple[Cell, Cell]]:
@@ -86,7 +94,7 @@ def suite_tables(found: Suite) -> list[Table]:
 
     table = blank_table(1)
     names = list(found.step_times)
-    lines = [(title, {k: worded(v) for k, v in cells.items()}) for title, cells in rows(found)]
+    lines = [(title, _marked(cells)) for title, cells in rows(found)]
     lines += _others(found)
     lines.append(("step [µs]", {k: f"{1e6 * v:.1f}" for k, v in found.step_times.items()}))
     add_names(table, "", (title for title, _ in lines))
@@ -101,7 +109,8 @@ def suite_caption(found: Suite) -> str:
     plants = ", ".join(dict.fromkeys(each.plant for each in found.cells))
     return (
         f"{found.name}, {len(found.cells)} runs on {plants}; geometric mean of the mean"
-        " |cross-track error| of the rear axle [m], in brackets how many runs failed"
+        " |cross-track error| of the rear axle [m], in brackets how many runs failed; = tie for the"
+        " least (bootstrap over the cells of the row, 95 %)"
     )
 
 
@@ -132,10 +141,7 @@ def suite_lines(found: Suite) -> list[str]:
     """Set out the tables in Markdown: what is the same on every machine."""
     names = list(found.step_times)
     lines = [("", {name: title_of(name) for name in names}), ("---", dict.fromkeys(names, "--:"))]
-    for title, cells in rows(found):
-        least = min(mean_error(each) for each in cells.values())
-        bold = {k: "**" if mean_error(v) == least else "" for k, v in cells.items()}
-        lines.append((title, {k: f"{bold[k]}{worded(v)}{bold[k]}" for k, v in cells.items()}))
+    lines += [(title, _marked(cells, "**")) for title, cells in rows(found)]
     lines += _others(found)
     return [
         f"| {' | '.join((title, *(cells[name] for name in names)))} |" for title, cells in lines
