@@ -51,7 +51,7 @@ help: ## list these targets
 setup: $(VENV)/.dev ## make .venv with popsteer and all that developing it needs
 
 demo: $(VENV)/.lab ## drive the embedded track with the paper's controllers, and draw it
-	$(VENV)/bin/popsteer compare --out $(DEMO)
+	$(VENV)/bin/popsteer paper --out $(DEMO)
 	@echo
 	@echo "Figures are in $(CURDIR)/$(DEMO):"
 	@find $(DEMO) -name '*.png' -o -name '*.svg' | sort | sed 's/^/  /'
@@ -109,8 +109,8 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 	$(PY) -m studies.matrix $(MATRIX)
 	$(PY) -m studies.pages choose
 
-suite: $(VENV)/.dev ## the suite standard-1 by popsteer's controllers and the opponents; write docs/results.md
-	$(VENV)/bin/popsteer matrix --suite standard-1 --out $(SUITE) --controllers \
+suite: $(VENV)/.dev ## the suite standard-2 by popsteer's controllers and the opponents; write docs/results.md
+	$(VENV)/bin/popsteer matrix --suite standard-2 --out $(SUITE) --controllers \
 		"$$($(PY) -c 'from popsteer.lab import opponents; print("preview-pop", *opponents.names(), "stanley", "pure-pursuit", "pop", "pid", sep=",")')"
 	$(PY) -m studies.suite $(SUITE)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
 import statistics
 
-from popsteer import AdaptParams, controllers, lab
+from popsteer import AdaptParams, CoupledLongitudinal, Pid, controllers, lab, presets, sim
 from popsteer.lab.common.names import title_of
 from popsteer.sim import CarlaIdentified
-from studies.layout import AUTHORS_START, ROOT, cells, course, line, table
+from studies.layout import DOCS, cells, course, line, table
 from studies.sizing import job
 
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
@@ -18,18 +20,24 @@ BICYCLE = "kinematic-bicycle"
 CROSS_TRACK, HEADING = 0.05, 0.10
 
 
-def matrix() -> dict[str, dict[tuple[str, str], float]]:
-    """The record of `make matrix` in README: by title the errors by plant and track."""
-    block = (ROOT / "README.md").read_text(encoding="utf-8").partition("<!-- matrix: begin")[2]
-    head, _, *rows = re.findall(r"^\|.*\|$", block.partition("<!-- matrix: end")[0], re.MULTILINE)
+def matrix() -> tuple[dict[str, dict[tuple[str, str], float]], dict[str, float]]:
+    """The record of `make matrix`: by title the errors by plant and track, and the steps [µs]."""
+    block = (DOCS / "choose.md").read_text(encoding="utf-8").partition("<!-- matrix: begin")[2]
     found: dict[str, dict[tuple[str, str], float]] = {}
-    for column, title in enumerate(cells(head)[2:], start=2):
-        found[title] = {(row[0], row[1]): float(row[column]) for row in map(cells, rows)}
-    return found
+    steps: dict[str, list[float]] = {}
+    for part in block.partition("<!-- matrix: end")[0].split("\n\n")[:-1]:
+        head, _, *rows = (cells(row) for row in re.findall(r"^\|.*\|$", part, re.MULTILINE))
+        track, _, *plants, _ = head
+        for title, _, *errors, step in rows:
+            own = [float(each.partition(" / ")[0].strip("()")) for each in errors]
+            keys = ((plant, track) for plant in plants)
+            found.setdefault(title, {}).update(zip(keys, own, strict=True))
+            steps.setdefault(title, []).append(float(step))
+    return found, {title: statistics.median(own) for title, own in steps.items()}
 
 
 def _loop(title: str, row: str) -> str:
-    page = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8")
+    page = (DOCS / "loop.md").read_text(encoding="utf-8")
     head = page.partition("<!-- table: cars loop -->\n")[2].partition("\n")[0]
     titles = [each.lower() for each in cells(head)]
     if title.lower() not in titles:
@@ -46,12 +54,11 @@ def _margins(title: str) -> list[str]:
 
 def choose_lines() -> list[str]:
     """What each controller does on the records of other pages."""
-    record = matrix()
+    record, steps = matrix()
     lines = []
     for name in CHOICES:
         title = title_of(name)
-        errors = dict(record[title])
-        step = errors.pop(("step, median [µs]", ""))
+        errors = record[title]
         of_bicycle = [error for (plant, _), error in errors.items() if plant == BICYCLE]
         others = [error for (plant, _), error in errors.items() if plant != BICYCLE]
         lines.append(
@@ -63,7 +70,7 @@ def choose_lines() -> list[str]:
                 _loop(title, "as it is"),
                 _loop(title, "localisation noise"),
                 *_margins(title),
-                f"{step:.2f}",
+                f"{steps[title]:.2f}",
             )
         )
     return lines
@@ -102,7 +109,7 @@ def adapting_lines() -> list[str]:
 def paper_lines() -> list[str]:
     """The paper's table, driven anew on the authors' track."""
     path, _ = course("authors")
-    driven = lab.compare.run(path, start=AUTHORS_START, start_at="front")
+    driven = lab.compare.paper.run(path)
     lines = []
     for name, run in driven.runs.items():
         paper, metrics = lab.compare.paper.PAPER[name], run.metrics
@@ -112,4 +119,34 @@ def paper_lines() -> list[str]:
         reproduced = apart[0] <= CROSS_TRACK and apart[1] <= HEADING
         shown = [f"{cell:.4f}" for pair in zip(found, wanted, strict=True) for cell in pair]
         lines.append(line(controllers.get(name).title, *shown, "yes" if reproduced else "no"))
+    return lines
+
+
+def pid_lines() -> list[str]:
+    """Every reading of the paper's PID: gains, integral, and a delay that nobody is told."""
+    path, _ = course("authors")
+    plant, text = CarlaIdentified(), presets.get("pid", "paper")
+    lines = []
+    for (kp, kd), with_dt, delay in itertools.product(
+        ((0.25, 0.2), (0.12, 0.48)), (True, False), (0.0, 0.05, 0.1)
+    ):
+        params = text.replace(kp=kp, kd=kd, integral_with_dt=with_dt)
+        late = plant.replace(vehicle=plant.vehicle.replace(dead_time=delay))
+        metrics = sim.run(
+            Pid(path, plant.vehicle, params, adapt=None),
+            late,
+            start=lab.compare.paper.START,
+            start_at="front",
+            longitudinal=CoupledLongitudinal(),
+        ).metrics
+        lines.append(
+            line(
+                f"{kp:g}, {params.ki:g}, {kd:g}",
+                "with Δt" if with_dt else "without Δt",
+                f"{1e3 * delay:.0f}",
+                f"{metrics.mean_abs_cross_track_error:.4f}",
+                f"{metrics.mean_abs_heading_error:.4f}",
+                f"{math.degrees(metrics.max_abs_steer):.0f}",
+            )
+        )
     return lines

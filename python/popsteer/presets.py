@@ -20,8 +20,8 @@ Controller by controller:
 `pid`
     The paper's integral (Equation 1) sums errors without Δt, so its weight grows with the control
     rate; the published code multiplies by Δt, and so do ``default`` and ``reproduction``. The gains
-    are 0.25, 0.01 and 0.2 in Table 1, but 0.12, 0.01 and 0.48 in the code. No reading reproduces
-    the paper's PID row: with the table's gains and Δt it tracks as closely as POP. ``default``
+    are 0.25, 0.01 and 0.2 in Table 1, but 0.12, 0.01 and 0.48 in the code. The paper's PID row
+    could not be reproduced: with the table's gains and Δt it tracks as closely as POP. ``default``
     takes the derivative across the path's heading over two wheelbases (``smoothing_length``), the
     others that of the error.
 `pure-pursuit`
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 __all__ = ["REPRODUCTION", "get", "names"]
 
 REPRODUCTION = "reproduction"
-"""The preset that comparisons with the paper use by default."""
+"""The preset of the paper's experiment, `popsteer.lab.compare.paper.run`."""
 
 # The published code's numbers for a car of 3 m wheelbase, where the paper has none.
 _SEARCH: dict[str, Any] = {

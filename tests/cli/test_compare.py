@@ -68,7 +68,7 @@ def test_compare_writes_all_files_and_no_other(demo: tuple[Outcome, Path]) -> No
 
 def test_compare_metrics_have_the_documented_layout(demo: tuple[Outcome, Path]) -> None:
     metrics = json.loads((demo[1] / "metrics.json").read_text(encoding="utf-8"))
-    assert metrics["schema"] == 2
+    assert metrics["schema"] == 3
     assert metrics["dt"] == 0.05
     assert metrics["plant"] == "carla-identified"
     assert metrics["path"]["waypoints"] == 1274
@@ -133,14 +133,13 @@ def test_compare_of_the_authors_run_reproduces_the_paper(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     waypoints = authors_data() / "waypoints.csv"
-    outcome = command.call(
-        capsys, "compare", "--waypoints", str(waypoints), "--start", "-183.797,79.760,-1.574"
-    )
+    outcome = command.call(capsys, "paper", "--waypoints", str(waypoints))
     assert outcome.status == 0
-    assert "PID row is reproduced by no reading" in outcome.out
+    assert "PID row could not be reproduced" in outcome.out
     assert "another track" not in outcome.out
     pop = next(line for line in outcome.out.splitlines() if line.startswith("POP ")).split()
-    assert float(pop[3]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
+    assert pop[1:3] == ["reproduction", "front"]
+    assert float(pop[5]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
 
 
 def test_waypoints_with_speeds_are_driven_at_them(
@@ -217,9 +216,9 @@ def test_compare_with_a_car_of_ones_own_says_what_the_controllers_believed(
     plant = ("--plant", str(car))
     predicted = command.call(capsys, *arguments, *plant)
     assert (predicted.status, predicted.err) == (0, "")
-    assert "plant car.toml, preset reproduction" in predicted.out
+    assert "plant car.toml, dt" in predicted.out
     late = command.call(capsys, *arguments, *plant, "--set-vehicle", "dead_time=0")
-    assert "plant car.toml, believed dead_time 0, preset reproduction" in late.out
+    assert "plant car.toml, believed dead_time 0, dt" in late.out
     assert late.out != predicted.out
     elsewhere = command.call(capsys, *arguments, *plant, "--vehicle", "paper")
     assert (elsewhere.status, elsewhere.out) == (2, "")
@@ -239,7 +238,56 @@ def test_compare_with_each_preset_and_plant_says_so(
     arguments = ("compare", "--track", "slalom", "--preset", preset, "--plant", plant)
     outcome = command.call(capsys, *arguments)
     assert outcome.status == 0
-    assert f"plant {plant}, preset {preset}" in outcome.out
+    assert f"plant {plant}, dt" in outcome.out
+    rows = [line.split() for line in outcome.out.splitlines()]
+    tuning = {row[0]: row[1:3] for row in rows if row and row[0] in {"POP", "Pure-Pursuit"}}
+    assert tuning == {"POP": [preset, "front"], "Pure-Pursuit": [preset, "rear"]}
+
+
+def test_compare_drives_a_car_of_ones_own_as_the_library_does(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """No tuning and no pedals of the paper's car: a car of 0.33 m keeps to bends of 1.5 m."""
+    car = popsteer.Vehicle(
+        wheelbase=0.33, max_steer=0.4, max_steer_rate=3.0, steer_lag=0.05, max_speed=2.0
+    )
+    car.save(tmp_path / "rc.toml")
+    angle = np.linspace(0.0, 4.5, 90)
+    xy = np.column_stack((1.5 * np.sin(angle), 1.5 - 1.5 * np.cos(angle)))
+    np.savetxt(tmp_path / "rc.csv", xy, delimiter=",")
+    own = ("--plant", str(tmp_path / "rc.toml"), "--waypoints", str(tmp_path / "rc.csv"))
+    own += ("--start-offset", "0")
+    command.call(
+        capsys, "compare", *own, "--controllers", "pop,pure-pursuit,stanley", "--out", str(tmp_path)
+    )
+    metrics = json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))
+    for name, found in metrics["controllers"].items():
+        assert (found["tuning"], found["finished"]) == ("default", True)
+        assert found["mean_abs_cross_track_error"] < 0.25, name
+        made = popsteer.controllers.get(name).controller(popsteer.Path(xy), car)
+        assert found["params"] == made.params.resolved(car).as_dict()
+    speeds = _records(tmp_path / "runs" / "stanley.csv")
+    assert 1.0 < max(row["speed"] for row in speeds) < 2.1
+
+
+def test_plant_that_cannot_start_from_rest_is_driven_as_it_is(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("vehiclemodels")
+    outcome = command.call(
+        capsys,
+        "compare",
+        "--plant",
+        "commonroad-mb-2",
+        "--track",
+        "slalom",
+        "--controllers",
+        "stanley",
+    )
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "at 1 m/s (this plant cannot start from rest); speed-tracker" in outcome.out
+    row = next(line for line in outcome.out.splitlines() if line.startswith("Stanley "))
+    assert row.endswith(" yes")
 
 
 def test_compare_keeps_the_order_of_the_controllers_and_drops_repetitions(

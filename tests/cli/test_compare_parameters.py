@@ -45,7 +45,7 @@ def test_compare_with_every_parameter_set_drives_with_them(
     params = metrics["controllers"][law]["params"]
     assert params.keys() == default.keys()
     assert all(params[name] != default[name] for name in params)
-    assert "with changes" in metrics["preset"]
+    assert metrics["controllers"][law]["tuning"] == "default with changes"
 
 
 def _driven(capsys: pytest.CaptureFixture[str], out: Path, *arguments: str) -> dict[str, Any]:

@@ -106,9 +106,7 @@ def test_tracks_export_writes_what_compare_reads(
     assert command.call(capsys, "tracks", "export", "slalom", str(file)).status == 0
     path = popsteer.Path.from_csv(file)
     assert np.array_equal(np.column_stack((path.x, path.y)), tracks.get("slalom").xy)
-    # A file's speeds are kept; shipped tracks are driven by the paper's pedals.
-    pedals = ("--longitudinal", "coupled", "--controllers", "pop")
-    outcome = command.call(capsys, "compare", "--waypoints", str(file), *pedals)
+    outcome = command.call(capsys, "compare", "--waypoints", str(file), "--controllers", "pop")
     shipped = command.call(capsys, "compare", "--track", "slalom", "--controllers", "pop")
     said, _, rest = outcome.out.partition("\n")
     assert said.startswith("Read track.csv: 308 waypoints of x (x [m]), y (y [m]), speed (speed")
@@ -199,6 +197,7 @@ WANTED = {
     | GIVEN
     | ONE
     | {"--set-run", "--replay-run", "--step-time", "--record", "--report"},
+    "paper": {"--preset", "--waypoints", "--out", "--report"},
     # Many tracks have no start in common, many plants no parameters.
     "matrix": RUNS
     | PEDALS

@@ -68,21 +68,22 @@ def test_matrix_writes_every_combination(
 
 
 def _check_markdown(text: str, rows: list[dict[str, str]]) -> None:
-    head, _, *body, steps, _, machine = text.splitlines()
-    assert head == "| plant | track | Stanley | POP |"
-    wanted = []
-    for stanley, pop in zip(rows[::2], rows[1::2], strict=True):
-        errors = [
-            f"{float(row['settled_mean_abs_cross_track_error']):.4f}" for row in (stanley, pop)
-        ]
-        wanted.append(f"| {pop['plant']} | {pop['track']} | {errors[0]} | {errors[1]} |")
-    assert body == wanted
-    times = []
-    for law in LAWS:
-        median = statistics.median(float(row["step_time"]) for row in rows if row["law"] == law)
-        times.append(f"{1e6 * median:.2f}")
-    assert steps == f"| step, median [µs] |  | {times[0]} | {times[1]} |"
-    assert machine.endswith(f"Python {platform.python_version()}.")
+    *blocks, machine = text.split("\n\n")
+    for track, block in zip(("straight", "slalom"), blocks, strict=True):
+        head, _, *body = block.splitlines()
+        assert head == f"| {track} | errors at | {' | '.join(PLANTS)} | step [µs] |"
+        wanted = []
+        for law, title in zip(LAWS, ("Stanley", "POP"), strict=True):
+            own = [row for row in rows if (row["law"], row["track"]) == (law, track)]
+            errors = [
+                f"{float(row['settled_mean_abs_cross_track_error']):.4f} / "
+                f"{float(row['rear_axle_settled_mean_abs_cross_track_error']):.4f}"
+                for row in own
+            ]
+            time = statistics.median(float(row["step_time"]) for row in own)
+            wanted.append(f"| {title} | front | {' | '.join(errors)} | {1e6 * time:.2f} |")
+        assert body == wanted
+    assert machine.endswith(f"Python {platform.python_version()}.\n")
 
 
 @looped(("count", "shape"), [(1, (1, 1)), (3, (1, 3)), (4, (2, 2)), (5, (2, 3))])

@@ -29,7 +29,7 @@ EXPECTED = {
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    return lab.compare.run(path, start=START, start_at="front")
+    return lab.compare.paper.run(path)
 
 
 def test_authors_start_is_that_of_the_front_axle(comparison: Comparison) -> None:

@@ -151,7 +151,7 @@ def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:
         for name, error in (("preview-pop", 0.02), ("stanley", 0.01))
     ]
     document = {
-        "suite": "standard-1",
+        "suite": "standard-2",
         "step_times": {"preview-pop": 1e-6, "stanley": 1e-6},
         "cells": [asdict(each) for each in cells],
     }

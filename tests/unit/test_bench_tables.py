@@ -27,6 +27,7 @@ EMPTY = ROW | {"p50": 100, "net_p50": 25.0}
 LATENCY: dict[str, Any] = {
     "results": {
         "pop_step_ns": ROW,
+        "pop_command_ns": ROW,
         "empty_call_ns": EMPTY,
         "numba_step_ns": None,
         "mpc_step_ns": STAGE | {"net_p50": 70_000.0},
@@ -67,9 +68,11 @@ def run(tmp_path: Path) -> Path:
 
 def test_figures_hold_the_numbers_of_the_run(run: Path) -> None:
     made = tables.figures(run, run / "criterion", "rustc 1")
-    assert set(made) == {"figures", "latency"}
-    for text in made.values():
-        assert "A CPU, 2 cores; CPython 3.11; rustc 1." in text
+    assert set(made) == {"figures", "steps"}
+    assert all("A CPU, 2 cores; CPython 3.11; rustc 1." in text for text in made.values())
+    short = [line for line in made["steps"].splitlines() if line.startswith("| ")]
+    assert [line.partition(" | ")[0] for line in short] == ["| call", "| ---", "| POP, command"]
+    for text in (made["figures"],):
         for line in (
             "| POP, angle | 200 ns | 300 ns | 1.50 µs | 4.00 ms | 150 ns | 2.00 | 6.00 | 1.00 |",
             "| POP in numba | not installed |  |  |  |  |  |  |  |",

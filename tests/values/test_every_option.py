@@ -60,11 +60,14 @@ compare --controllers pop --waypoints way.csv
  --speed 2
  --constant-speed 3.5
  --longitudinal speed-pid
- --set-longitudinal cutoff=0.3
+ --set-longitudinal kp=0.7
  --dt 0.02
  --set-run time_limit=60
 compare --controllers pop
  --track slalom
+paper
+ --preset paper
+ --waypoints way.csv
 matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
  --controllers stanley
  --preset paper
@@ -82,9 +85,9 @@ matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
  --speed 2
  --constant-speed 3.5
  --longitudinal speed-pid
- --set-longitudinal cutoff=0.3
+ --set-longitudinal kp=0.7
  --dt 0.02
-matrix --suite standard-1 --controllers pop --plants kinematic-bicycle
+matrix --suite standard-2 --controllers pop --plants kinematic-bicycle
  --scenarios slalom
  --conditions noise
 compare --controllers pop --waypoints geo.csv
@@ -170,7 +173,7 @@ sweep --controller pop --waypoints way.csv
  --start-offset -0.4
  --speed 2
  --constant-speed 3.5
- --set-longitudinal cutoff=0.3
+ --set-longitudinal kp=0.7
  --dt 0.02
  --workers 3
  --dask local:2
@@ -198,7 +201,7 @@ tune --controller pop --waypoints way.csv
  --cars 2
  --seed 3
  --constant-speed 3.5
- --set-longitudinal cutoff=0.3
+ --set-longitudinal kp=0.7
  --dt 0.02
  --trials 9
  --seconds 8
@@ -345,6 +348,7 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
 
     runs = {
         lab.compare: ("path", "tuning", "plant"),
+        lab.compare.paper: ("path", "preset"),
         lab.matrix: ("paths", "tuning", "plants"),
         lab.suite: ("tuning", "plants"),
         lab.stability: ("tuning", "plant", "speeds"),

@@ -148,6 +148,8 @@ def _comparison(plant: str, track: str, **errors: float) -> Any:
         plant=plant,
         track=track,
         runs=runs,
+        tuning=dict.fromkeys(runs, "default"),
+        points=dict.fromkeys(runs, "front"),
         path=tables.STRAIGHT,
         vehicle=popsteer.Vehicle(),
         first=next(iter(runs.values())),

@@ -146,6 +146,8 @@ def _laws() -> Iterator[tuple[str, Any]]:
         yield f"{law} usual", _steered(kind, usual)
         for name in vars(usual):
             value = getattr(usual, name)
+            # Autoware's distance is at its least, unless the ratio is its own.
+            value = 4.0 if name == "velocity_ratio" else value
             other = type(usual)(**{name: 0.6 * value or 0.2})
             yield f"{law} {name}", _steered(kind, other)
     if find_spec("osqp") is not None:

@@ -37,7 +37,7 @@ COMMANDS = {
     "compare backwards": "compare --controllers pop --waypoints turn.csv --plant kinematic-bicycle"
     " --out out",
     "matrix": "matrix --controllers pop,pid --waypoints bends.csv --constant-speed 4 --out out",
-    "suite": "matrix --suite standard-1 --controllers stanley --scenarios slalom"
+    "suite": "matrix --suite standard-2 --controllers stanley --scenarios slalom"
     " --conditions noise,loss --out out",
     "stability": "stability --controllers pop,stanley --speeds 4,9 --vehicle carla-identified"
     " --out out",

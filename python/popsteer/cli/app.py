@@ -13,6 +13,7 @@ from popsteer.cli import (
     identify,
     matrix,
     new,
+    paper,
     plan,
     record,
     replay,
@@ -24,7 +25,10 @@ from popsteer.cli import (
 )
 
 # In the order of the list: each has a function of its name, whose docstring is its line there.
-_PAGES = (compare, new, plan, identify, replay, stability, matrix, tune, sweep, ros2, record, bench)
+_PAGES = (
+    *(compare, paper, new, plan, identify, replay),
+    *(stability, matrix, tune, sweep, ros2, record, bench),
+)
 
 _HELP = """\
 Path-tracking controllers, driven along a track and measured.
@@ -36,7 +40,8 @@ plant's vehicle unless --vehicle gives them another.
 
 \b
 Examples:
-  popsteer compare                       the paper's four controllers on the shipped race track
+  popsteer paper                         the paper's experiment, on the shipped race track
+  popsteer compare                       the same controllers as this library drives them
   popsteer compare --out out             the same, with figures, records and metrics in out/
   popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
   popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]

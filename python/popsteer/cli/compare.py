@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 from popsteer import controllers as own_controllers
-from popsteer import lab, presets, sim
+from popsteer import lab, sim
 from popsteer._core import AdaptParams, Vehicle
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
@@ -21,7 +21,6 @@ from popsteer.errors import ConfigError
 from popsteer.files import check_files
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import KINDS, made
-from popsteer.lab.compare.paper import is_authors_path
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings
@@ -56,24 +55,24 @@ _SECTIONS: list[tuple[str, type[object]]] = [
 ]
 
 HELP = """\
-Drive controllers along one track and show their errors, beside the paper's where it has them.
+Drive controllers along one track and show their errors.
 
 Errors are measured at the point that each controller tracks, as in the paper: the rear axle for
 Pure-Pursuit, the front axle for the paper's other controllers. They are measured again at the rear
 axle, which is the same point for all. The controllers know the plant's vehicle unless --vehicle or
 --set-vehicle gives them another.
 
---preset chooses the tuning. --set then changes any parameter of the controllers that have it or of
-their estimation, --set-plant one of the plant or of its vehicle, --set-vehicle one of the vehicle
-that the controllers are given, --set-longitudinal one of the pedals, --set-run one of the run. All
-of them can be repeated; the parameters are listed below.
+Each controller has its defaults, unless --preset or --params gives it another tuning; popsteer
+paper is the paper's own experiment. --set then changes any parameter of the controllers that have
+it or of their estimation, --set-plant one of the plant or of its vehicle, --set-vehicle one of the
+vehicle that the controllers are given, --set-longitudinal one of the pedals, --set-run one of the
+run. All of them can be repeated; the parameters are listed below.
 
 \b
 Examples:
   popsteer compare
   popsteer compare --controllers stanley,pop --track figure-eight --out out
   popsteer compare --waypoints waypoints.csv --start=-183.797,79.760,-1.574 --out out
-  popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
   popsteer compare --waypoints course.csv --longitudinal speed-tracker
@@ -98,7 +97,7 @@ Examples:
 def compare(
     *,
     controllers: options.Controllers = _CONTROLLERS,
-    preset: options.Preset = presets.REPRODUCTION,
+    preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
     waypoints: options.Waypoints = None,
@@ -147,9 +146,9 @@ def compare(
     settings = assigned(Settings(dt=dt), set_run, "the run")
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
-        # On the authors' path the paper's pedals are the default, as there.
-        own = [] if is_authors_path(course.path) else [course]
-        chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, own, [mover])
+        chosen = inputs.longitudinal(
+            longitudinal, set_longitudinal, constant_speed, [course], [mover]
+        )
         itself = sim.vehicle_of(mover)
         given = inputs.believed(vehicle, set_vehicle, itself)
         pose, at = inputs.start(course.path, start, start_at, start_offset, itself)
@@ -162,7 +161,7 @@ def compare(
             mover,
             vehicle=given,
             adapt=tuning.adapt,
-            preset=tuning.preset,
+            preset=tuning.called,
             start=pose,
             start_at=at,
             speed=speed,
@@ -213,7 +212,7 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
         drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
         comparison = lab.compare.Comparison(
             {job.controller: found},
-            preset=f"run {run} of {Path(file).name}",
+            {job.controller: f"run {run} of {Path(file).name}"},
             plant=job.label,
             track=job.course,
         )

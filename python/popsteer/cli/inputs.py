@@ -8,22 +8,23 @@ from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import own, plants, presets, sim, toml_file, tracks, vehicle_file, vehicles
+from popsteer import own, plants, sim, toml_file, tracks, vehicle_file, vehicles
 from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.distributions import Distribution, distribution
-from popsteer.lab.common.longitudinal import LongitudinalParams, params_of
+from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
+from popsteer.lab.common.longitudinal import usual as usual_pedals
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.varied import usual
 from popsteer.lab.compare import parameters
+from popsteer.lab.compare.runs import tunings
 from popsteer.params_file import load_all
 from popsteer.plants.protocol import PythonPlant
 from popsteer.ranges import check_known
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant, default_start
 from popsteer.sim.geometry import Pose, StartAt, object_of
-from popsteer.sim.pedals import PedalMap
 
 Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
 OWN_CONTROLLERS = own_controllers.names()
@@ -37,11 +38,10 @@ _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
 
 class Course(NamedTuple):
-    """A path, what to call it, and whether it is a shipped track."""
+    """A path, and what to call it."""
 
     path: Path
     name: str
-    shipped: bool = False
 
 
 class Tuning(NamedTuple):
@@ -52,6 +52,8 @@ class Tuning(NamedTuple):
     adapt: AdaptParams | Literal["auto"] | None
     """How they adapt; None: not at all."""
     preset: str
+    called: dict[str, str]
+    """What the tuning of each is called."""
 
 
 def course(
@@ -72,7 +74,7 @@ def course(
     if track is not None and own.is_reference(track):
         return Course(_own_path(track), own.title(track))
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
-    return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name, True)
+    return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name)
 
 
 def place(origin: str | None) -> tuple[float, float] | None:
@@ -162,6 +164,7 @@ def tuned(
         if not (own_too and baselines.is_known(name)):
             check_known("controller", name, known)
     begun: dict[str, Any] = parameters(controllers, preset)
+    called = dict(tunings(controllers, preset))
     if params is not None:
         found = load_all(params)
         for name in found:
@@ -170,6 +173,7 @@ def tuned(
                 raise ConfigError("--params", f"{params} with {name}", f"a file of {driven} alone")
         begun |= found
         preset = params.name
+        called |= dict.fromkeys(found, preset)
     usual = AdaptParams()
     # The baselines do not adapt, so alone they have no such parameters.
     adapting = [usual] if set(controllers) & set(own_controllers.names()) else []
@@ -180,8 +184,10 @@ def tuned(
         adapt = None
     elif adapting and changed[-1] is not usual:
         adapt = changed[-1]
+    made = dict(zip(begun, changed, strict=False))
+    called = {k: v if made[k] is begun[k] else f"{v} with changes" for k, v in called.items()}
     said = f"{preset} with changes" if assignments else preset
-    return Tuning(dict(zip(begun, changed, strict=False)), adapt, said)
+    return Tuning(made, adapt, said, called)
 
 
 def start(
@@ -216,19 +222,16 @@ def longitudinal(
 ) -> LongitudinalParams | None:
     """Give the parameters of the controller of the pedals; None where a constant speed is kept.
 
-    Where no option names one, it is ``speed-tracker`` if one of the user's own paths has speeds, as
-    `popsteer plan` writes them: they are there to be kept; ``speed-pid`` if besides a plant does
-    not say what its pedals do. Without speeds, and on shipped tracks, it is the paper's.
+    Where no option names one, it is what `popsteer.lab.common.longitudinal.usual` gives.
     """
     if constant_speed is not None:
         if name or assignments:
             raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
         return None
-    if name is None:
-        name = "coupled"
-        if any(not course.shipped and course.path.speed is not None for course in courses):
-            name = "speed-tracker" if all(map(PedalMap.is_known, plants)) else "speed-pid"
-    return assigned(params_of(name), assignments, name)
+    if name is not None:
+        return assigned(params_of(name), assignments, name)
+    found = usual_pedals([course.path for course in courses], plants)
+    return assigned(found, assignments, name_of(found))
 
 
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
@@ -321,8 +324,6 @@ def tuning(
     """Give the name of the controller, by default the one that the file is of, and its tuning."""
     if controller is None:
         controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
-    if baselines.is_known(controller) and preset == "default":
-        preset = presets.REPRODUCTION  # those from elsewhere have one tuning alone
     return controller, tuned([controller], preset, assignments, no_adapt=no_adapt, params=params)
 
 

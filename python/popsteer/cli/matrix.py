@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer import lab, presets
+from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
@@ -44,8 +44,8 @@ Examples:
   popsteer matrix --plants car.toml,loaded-car.toml --vehicle car.toml
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
   popsteer matrix --tracks slalom,circle --report matrix.html
-  popsteer matrix --suite standard-1 --controllers preview-pop,mine.py:Mine --out out
-  popsteer matrix --suite standard-1 --scenarios slalom --conditions noise
+  popsteer matrix --suite standard-2 --controllers preview-pop,mine.py:Mine --out out
+  popsteer matrix --suite standard-2 --scenarios slalom --conditions noise
 """
 
 _WITH_SUITE = ("suite", "scenarios", "conditions", "controllers", "params", "set_", "plants", "out")
@@ -54,7 +54,7 @@ _WITH_SUITE = ("suite", "scenarios", "conditions", "controllers", "params", "set
 def matrix(
     *,
     controllers: options.Controllers = _CONTROLLERS,
-    preset: options.Preset = presets.REPRODUCTION,
+    preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
     waypoints: Annotated[
@@ -112,7 +112,7 @@ def matrix(
             movers,
             vehicle=given,
             adapt=tuning.adapt,
-            preset=tuning.preset,
+            preset=tuning.called,
             start_offset=start_offset,
             speed=speed,
             constant_speed=constant_speed,
@@ -150,8 +150,7 @@ def _suite(context: typer.Context, name: str, out: Path | None) -> None:
     if options.is_given(context, "plants"):
         movers = inputs.names("--plants", given["plants"])
     outputs.check_folder(out, lab.suite.table.FILES)
-    usual = "default" if set(chosen) & set(own_names()) else presets.REPRODUCTION
-    tuning = inputs.tuned(chosen, usual, given["set_"], no_adapt=False, params=given["params"])
+    tuning = inputs.tuned(chosen, "default", given["set_"], no_adapt=False, params=given["params"])
     scenarios, conditions = (
         None if given[key] is None else [part.strip() for part in given[key].split(",")]
         for key in ("scenarios", "conditions")

@@ -193,7 +193,11 @@ Distributions: TypeAlias = Annotated[
 ]
 Speed: TypeAlias = Annotated[
     float | None,
-    optional("M/S", "Speed at the start. The default is that of --constant-speed, or else 0."),
+    optional(
+        "M/S",
+        "Speed at the start. The default is that of --constant-speed, or else 0, or the least that"
+        " the plant can start with.",
+    ),
 ]
 ConstantSpeed: TypeAlias = Annotated[
     float | None, optional("M/S", "Drive at this speed; a PI controller works the pedals.")
@@ -202,11 +206,11 @@ Longitudinal: TypeAlias = Annotated[
     str | None,
     optional(
         "NAME",
-        "The controller of the pedals: coupled, the paper's; speed-pid, which tracks the reference"
-        " speeds of the waypoints; or speed-tracker, which plans speeds within the limits of the"
-        " vehicle that the controllers are given, and keeps them. The default is speed-tracker"
-        " where waypoints or a track of your own have speeds, else coupled; on the paper's track,"
-        " compare takes coupled.",
+        "The controller of the pedals: speed-tracker, which plans speeds within the limits of the"
+        " vehicle that the controllers are given and the speeds of the waypoints, and keeps them;"
+        " speed-pid, which tracks the speeds of the waypoints; or coupled, the paper's. The default"
+        " is speed-tracker; for a plant of your own that does not say what its pedals do speed-pid,"
+        " and without speeds coupled.",
     ),
 ]
 SetLongitudinal: TypeAlias = Annotated[

@@ -131,6 +131,11 @@ class CommonRoad(Varied):
         )
         self._x: list[float] = []
 
+    @property
+    def least_speed(self) -> float:
+        """Least speed that it can start with [m/s]."""
+        return self._model.least_speed
+
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the vehicle into a pose of its rear axle [m, m, rad], rolling straight ahead [m/s].
 

@@ -274,19 +274,18 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         if longitudinal is not None:
             raise ConfigError("constant_speed", constant_speed, "None where longitudinal is given")
         path, longitudinal = at_constant_speed(path, constant_speed)
-        speed = start_speed(path, constant_speed) if speed is None else speed
     if pedals is not None and not isinstance(longitudinal, SpeedTracker):
         raise ConfigError("pedals", pedals, "None where longitudinal is no SpeedTracker")
     check_seed(seed)
     plant = object_of(plant)  # refuses an unknown one before anything is asked of it
     vehicle = plant.vehicle
-    check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
+    check_longitudinal(longitudinal, path, vehicle)
     if start is None:
         start = default_start(path, vehicle=vehicle)
     else:
         start = pose_of(start, start_at, vehicle)
-    begun = 0.0 if speed is None else speed
+    begun = start_speed(path, constant_speed, plant) if speed is None else speed
     tracked = getattr(controller, "tracked_point", None)
     simulation = Simulation(
         path, plant, start=start, speed=begun, tracked_point=tracked, settings=settings
@@ -326,9 +325,13 @@ def _raised(drive: Callable[[], object], *, goes_on: bool) -> tuple[str, str]:
     return "", ""
 
 
-def start_speed(path: Path, constant_speed: float | None) -> float:
-    """Give the speed that a run starts with [m/s]: the constant one, signed as the path, or 0."""
-    speed = 0.0 if constant_speed is None else constant_speed
+def start_speed(path: Path, constant_speed: float | None, plant: object) -> float:
+    """Give the speed that a run starts with [m/s], signed as the path: the constant one, or none.
+
+    A plant that cannot start from rest has a `least_speed` [m/s].
+    """
+    least = float(getattr(plant, "least_speed", 0.0))
+    speed = least if constant_speed is None else constant_speed
     return -speed if _starts_backwards(path) else speed
 
 

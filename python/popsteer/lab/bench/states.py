@@ -57,7 +57,7 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
     against the segment that leads to the nearest waypoint; that gives the yaw back.
     """
     folder = FilePath(folder)
-    path = Path.from_csv(folder / "waypoints.csv")
+    path = Path.from_csv(folder / "waypoints.csv", columns="x,y,speed")
     trajectory = _table(folder / "trajectory.csv", 4)[1:]
     errors = _table(folder / "tracking_error.csv", 2)
     if len(errors) != len(trajectory):

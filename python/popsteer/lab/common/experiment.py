@@ -129,7 +129,7 @@ class Experiment:
         path, pedals = road
         car = sim.vehicle_of(plant)
         start = sim.default_start(path, offset, car)
-        return beginning(start, path, car, self.speed, self.constant_speed, pedals)
+        return beginning(start, path, plant, self.speed, self.constant_speed, pedals)
 
     def drive_one(
         self,
@@ -199,5 +199,8 @@ class Experiment:
 
     def _speed(self, road: Road, made: Varied) -> float:
         """Give the speed at the start [m/s]: the one drawn, the one given, or the path's."""
-        usual = start_speed(road[0], self.constant_speed) if self.speed is None else self.speed
-        return usual if made.speed is None else made.speed
+        if made.speed is not None:
+            return made.speed
+        if self.speed is not None:
+            return self.speed
+        return start_speed(road[0], self.constant_speed, self.whole)

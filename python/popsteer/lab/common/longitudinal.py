@@ -17,9 +17,13 @@ from popsteer._core import (
 )
 from popsteer.ranges import check_known
 from popsteer.sim.closed_loop import start_speed
+from popsteer.sim.geometry import object_of, vehicle_of
+from popsteer.sim.pedals import PedalMap
 
 if TYPE_CHECKING:
-    from popsteer.sim.geometry import Pose
+    from collections.abc import Iterable
+
+    from popsteer.sim.geometry import Plant, Pose
     from popsteer.sim.pedals import Longitudinal
 
 LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams
@@ -43,6 +47,19 @@ def name_of(params: LongitudinalParams) -> str:
     return next(name for name, kind in KINDS.items() if isinstance(params, kind))
 
 
+def usual(paths: Iterable[Path], plants: Iterable[Plant]) -> LongitudinalParams:
+    """Give what works the pedals where nothing is said: a `SpeedTracker`.
+
+    It plans within the limits of the vehicle and the speeds of the waypoints. Where a plant does
+    not say what its pedals do, as `PedalMap.of` needs it, a `SpeedPid` keeps the speeds of the
+    waypoints, and without any the paper's coupled controller drives.
+    """
+    if all(map(PedalMap.is_known, plants)):
+        return SpeedTrackerParams()
+    has_speeds = all(path.speed is not None for path in paths)
+    return SpeedPidParams() if has_speeds else CoupledLongitudinalParams()
+
+
 def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Longitudinal | None:
     """Make the longitudinal controller of a run; without parameters None, for the paper's."""
     if params is None:
@@ -55,15 +72,16 @@ def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Lon
 def beginning(
     start: Pose,
     path: Path,
-    plant: Vehicle,
+    plant: Plant,
     speed: float | None,
     constant_speed: float | None,
     longitudinal: Longitudinal | None,
 ) -> str:
-    """Say in one line where a run starts, the pose of `plant`, and how it then drives."""
-    axle, ahead = "front", plant.front_axle
+    """Say in one line where a run of `plant` starts, the pose, and how it then drives."""
+    whole, car = object_of(plant), vehicle_of(plant)
+    axle, ahead = "front", car.front_axle
     if path.reverse is not None and path.reverse[0]:
-        axle, ahead = "rear", plant.rear_axle
+        axle, ahead = "rear", car.rear_axle
     x, y, yaw = start
     at = path.project(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw))
     aside = at.cross_track_error
@@ -71,7 +89,8 @@ def beginning(
     side = f"{abs(aside):.2f} m {left} of" if abs(aside) > 5e-3 else "on"
     arc = at.arc_length
     place = f"{arc:.1f} m along it" if arc > 0.05 else "beside its first waypoint"
-    begun = start_speed(path, constant_speed) if speed is None else speed
+    begun = start_speed(path, constant_speed, whole) if speed is None else speed
+    least = " (this plant cannot start from rest)" if getattr(whole, "least_speed", 0.0) else ""
     if constant_speed is not None:
         then = f"{constant_speed:g} m/s are kept"
     elif isinstance(longitudinal, SpeedTracker):
@@ -83,4 +102,4 @@ def beginning(
         given = CoupledLongitudinalParams() if longitudinal is None else longitudinal.params
         then = f"the paper's pedals (coupled) drive towards {given.speed_limit:.4g} m/s"
         then += "" if path.speed is None else ", not the speeds of the waypoints"
-    return f"Starts with the {axle} axle {side} the path, {place}, at {begun:g} m/s; {then}."
+    return f"Starts with the {axle} axle {side} the path, {place}, at {begun:g} m/s{least}; {then}."

@@ -86,10 +86,11 @@ def run_csv(run: Run) -> str:
     return csv_text([head, units], run.records, rows)
 
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the layout; a change that would mislead readers of the old one raises it.
 
-2: `start` is the pose of the vehicle's point, no longer that of the front axle.
+2: `start` is the pose of the vehicle's point, no longer that of the front axle. 3: the tuning
+stands with each controller, in place of a `preset` of all.
 """
 
 _REAR = "rear_axle_"
@@ -104,7 +105,6 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         "dt": comparison.dt,
         "plant": comparison.plant,
         "plant_vehicle": comparison.vehicle.as_dict(),
-        "preset": comparison.preset,
         "path": {
             "name": comparison.track,
             "waypoints": len(path),
@@ -113,7 +113,8 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         },
         "start": dict(zip(("x", "y", "yaw"), comparison.first.start, strict=True)),
         "controllers": {
-            name: _controller(run)
+            name: {"tuning": comparison.tuning[name], "errors_at": comparison.points[name]}
+            | _controller(run)
             # Times differ from run to run; without them the file is the same each time.
             | ({"step_time": times[name]} if name in (times := comparison.step_times) else {})
             for name, run in comparison.runs.items()

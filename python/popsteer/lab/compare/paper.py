@@ -1,14 +1,18 @@
-"""What the paper reports, to be put beside what is measured."""
+"""The paper's experiment: what it reports, and the run to be put beside it."""
 
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from popsteer import presets, tracks
+from popsteer._core import CoupledLongitudinal, Path
+from popsteer.lab.compare import runs
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
-    from popsteer._core import Path
+    from popsteer.lab.compare.runs import Comparison
 
 
 class PaperFigures(NamedTuple):
@@ -44,4 +48,49 @@ def is_authors_path(path: Path) -> bool:
         and abs(path.length - _LENGTH) < 0.01
         and abs(float(path.x[0]) - _FIRST[0]) < 0.001
         and abs(float(path.y[0]) - _FIRST[1]) < 0.001
+    )
+
+
+START = (-183.8, 78.7, -1.574)
+"""Where the front axle starts on the authors' path [m, m, rad]."""
+
+
+def run(
+    path: Path | None = None,
+    preset: str = presets.REPRODUCTION,
+    progress: Callable[[str, float], object] | None = None,
+) -> Comparison:
+    """Drive the paper's experiment: its controllers, tuning and pedals, on the identified plant.
+
+    Parameters
+    ----------
+    path : Path, optional
+        What is followed: the embedded race track by default. On the authors' own path the start is
+        theirs, too.
+    preset : str, default "reproduction"
+        Which reading of the paper tunes the controllers; see `popsteer.presets`.
+    progress : callable, optional
+        As `popsteer.lab.compare.run` has it.
+
+    Returns
+    -------
+    Comparison
+        The runs.
+
+    Raises
+    ------
+    ConfigError
+        The preset is not known.
+
+    Examples
+    --------
+    >>> path = Path([(float(x), 0.0) for x in range(81)])
+    >>> run(path).tuning["pop"]
+    'reproduction'
+    """
+    if path is None:
+        path = Path(tracks.get("racetrack").xy)
+    there: dict[str, Any] = {"start": START, "start_at": "front"} if is_authors_path(path) else {}
+    return runs.run(
+        path, preset=preset, longitudinal=CoupledLongitudinal(), progress=progress, **there
     )

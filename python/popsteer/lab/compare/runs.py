@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +14,7 @@ from popsteer._core import AdaptParams, Path, Settings, Vehicle, build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common.experiment import controller
-from popsteer.lab.common.longitudinal import beginning
+from popsteer.lab.common.longitudinal import beginning, made, usual
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.timing import Drive, Driver, time_calls
 from popsteer.sim import Plant, Run, plant_name, vehicle_of
@@ -45,14 +45,16 @@ class Comparison:
 
     runs: Mapping[str, Run]
     """The runs by name of the controller, in the order to show them; at least one."""
-    preset: str
-    """Where the controllers' tuning comes from."""
+    tuning: Mapping[str, str]
+    """Where the tuning of each controller comes from, by its name: a preset, a file, changes."""
     plant: str
     """What the plant is called."""
     track: str = ""
     """What the path is called; ``dataclasses.replace`` gives it a name."""
     begins: str = ""
     """Where the runs start and how fast they drive, in one line."""
+    points: Mapping[str, str] = field(default_factory=dict)
+    """The point at which the errors of each controller are measured, by its name."""
     step_times: Mapping[str, float] = field(default_factory=dict)
     """What a step of each controller takes [s], where that was measured: see `time_steps`."""
     latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
@@ -84,7 +86,9 @@ class Comparison:
         return self.first.dt
 
 
-def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParams]:
+def parameters(
+    names: Sequence[str], preset: str | Mapping[str, str]
+) -> dict[str, Params | MpcParams]:
     """Give the tuning of several controllers from a preset.
 
     Parameters
@@ -109,7 +113,9 @@ def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParam
     >>> parameters(["pid"], "published-code")["pid"].kp
     0.12
     """
-    if preset != presets.REPRODUCTION and names and all(map(baselines.is_known, names)):
+    if not isinstance(preset, str):
+        raise ConfigError("preset", preset, "the name of one where no parameters are given")
+    if preset != "default" and names and all(map(baselines.is_known, names)):
         requirement = f"left out, as it changes nothing about {', '.join(names)}"
         raise ConfigError("preset", preset, requirement)
     chosen: dict[str, Params | MpcParams] = {}
@@ -130,7 +136,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     *,
     vehicle: Vehicle | None = None,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
-    preset: str = presets.REPRODUCTION,
+    preset: str | Mapping[str, str] = "default",
     start: Pose | None = None,
     start_at: StartAt = "pose",
     speed: float | None = None,
@@ -156,8 +162,9 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         The vehicle that the controllers are given; the plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
-    preset : str, default "reproduction"
-        Where the tuning comes from; see `popsteer.presets`.
+    preset : str or mapping of str to str, default "default"
+        Where the tuning comes from; see `popsteer.presets`. A mapping says what each controller's
+        is called.
     start : tuple of float, optional
         Pose at the start, (x, y, yaw) [m, m, rad]; by default the front axle is 2.44 m to the right
         of the first waypoint.
@@ -166,7 +173,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
-        What works the pedals; the paper's coupled controller by default.
+        What works the pedals; by default what `popsteer.lab.common.longitudinal.usual` gives.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional
@@ -195,6 +202,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     """
     chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     believed = vehicle_of(plant) if vehicle is None else vehicle
+    if longitudinal is None and constant_speed is None:
+        longitudinal = made(usual([path], [plant]), path, believed)
     drivers = {
         name: controller(name, path, believed, params, adapt) for name, params in chosen.items()
     }
@@ -220,10 +229,29 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     begins = ""
     if runs:
         first = next(iter(runs.values()))
-        begins = beginning(
-            first.start, path, first.plant_vehicle, speed, constant_speed, longitudinal
-        )
-    return Comparison(runs=runs, preset=preset, plant=plant_name(plant), begins=begins)
+        begins = beginning(first.start, path, plant, speed, constant_speed, longitudinal)
+    return Comparison(
+        runs=runs,
+        tuning=tunings(runs, preset),
+        plant=plant_name(plant),
+        begins=begins,
+        points={name: _point(driver, believed) for name, driver in drivers.items()},
+    )
+
+
+def tunings(names: Iterable[str], preset: str | Mapping[str, str]) -> Mapping[str, str]:
+    """Say what the tuning of each controller is called: those from elsewhere have defaults."""
+    if isinstance(preset, Mapping):
+        return preset
+    return {name: preset if name in controllers.names() else "default" for name in names}
+
+
+def _point(driver: object, vehicle: Vehicle) -> str:
+    """Name the point at which a controller's errors are measured, by default the front axle."""
+    at = getattr(driver, "tracked_point", vehicle.front_axle)
+    no_slip = vehicle.rear_axle if vehicle.no_slip_point is None else vehicle.no_slip_point
+    known = ((vehicle.front_axle, "front"), (vehicle.rear_axle, "rear"), (no_slip, "no-slip"))
+    return next((name for ahead, name in known if at == ahead), f"{at:.3g} m ahead")
 
 
 # Of a slow controller as many as take a second or so, of a fast one as many as steady its median.

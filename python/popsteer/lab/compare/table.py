@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 
 def caption(comparison: Comparison) -> str:
-    """Say in one line what was compared: track, plant, vehicle believed, preset, control period."""
+    """Say in one line what was compared: track, plant, vehicle believed, control period."""
     path = comparison.path
     name = f"{comparison.track}, " if comparison.track else ""
     believed = differences(comparison.believed, comparison.vehicle)
     return (
         f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}{believed}, "
-        f"preset {comparison.preset}, dt {comparison.dt:g} s"
+        f"dt {comparison.dt:g} s"
     )
 
 
 def notes(comparison: Comparison) -> list[str]:
     """Say what a reader has to know of the figures."""
     where = (
-        "Errors are measured at each controller's own tracked point, as the paper did, and at the"
+        "Errors are measured at the point that each controller tracks, as the paper did, and at the"
         " rear axle, one point for all."
     )
     said = [comparison.begins, where]
@@ -49,8 +49,8 @@ def notes(comparison: Comparison) -> list[str]:
     ]
     if "pid" in comparison.runs and is_authors_path(comparison.path):
         said.append(
-            "The paper's PID row is reproduced by no reading of its gains; with those of its table"
-            " and Δt in the integral, PID tracks as closely as POP."
+            "The paper's PID row could not be reproduced; with the gains of its table and Δt in the"
+            " integral, PID tracks as closely as POP."
         )
     return said
 
@@ -64,18 +64,23 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
     there = is_authors_path(comparison.path)
     against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
     groups = [against_paper + more] if width >= WIDE else [against_paper, more]
-    return [_table(comparison, columns) for columns in groups]
+    return [_table(comparison, columns, told=each == 0) for each, columns in enumerate(groups)]
 
 
-def _table(comparison: Comparison, columns: list[_Column]) -> Table:
+def _table(comparison: Comparison, columns: list[_Column], *, told: bool) -> Table:
+    """Set out some columns, after tuning and place of measurement where that is `told`."""
     from rich.text import Text
+
+    said = (("tuning", comparison.tuning), ("errors\nat", comparison.points)) if told else ()
 
     table = blank_table(1)
     add_names(table, "controller", map(title_of, comparison.runs))
+    for head, names in said:
+        add_names(table, head, names.values())
     add_numbers(table, *(column.head for column in columns))
     best = [_best(comparison, column) for column in columns]
     for name, run in comparison.runs.items():
-        cells = [Text(title_of(name))]
+        cells = [Text(title_of(name)), *(Text(names[name]) for _, names in said)]
         for column, least in zip(columns, best, strict=True):
             value = column.value(run)
             style = "bold" if value is not None and value == least else ""

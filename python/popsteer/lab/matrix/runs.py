@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from popsteer import presets
 from popsteer.errors import ConfigError
 from popsteer.lab import compare
 from popsteer.lab.common.longitudinal import LongitudinalParams
@@ -48,7 +47,7 @@ def run(  # noqa: PLR0913 - as `compare`
     *,
     vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
-    preset: str = presets.REPRODUCTION,
+    preset: str | Mapping[str, str] = "default",
     start_offset: float | None = None,
     speed: float | None = None,
     constant_speed: float | None = None,
@@ -72,17 +71,17 @@ def run(  # noqa: PLR0913 - as `compare`
         each plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
-    preset : str, default "reproduction"
-        Where the tuning of the controllers comes from; preview-pop is the same in all, and the
-        baselines have none.
+    preset : str or mapping of str to str, default "default"
+        Where the tuning comes from, as `popsteer.lab.compare.run` has it.
     start_offset : float, optional
         How far to the left of the first waypoint the front axle starts [m], as
         `popsteer.sim.default_start` has it.
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     longitudinal : parameters, optional
-        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
-        by default. A `SpeedTracker` plans for the vehicle that the controllers are given.
+        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; by default
+        what `usual` there gives. A `SpeedTracker` plans for the vehicle that the controllers are
+        given.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional
@@ -156,6 +155,9 @@ class Row(NamedTuple):
     plant: str
     track: str
     law: str
+    tuning: str
+    point: str
+    """Where the errors are measured."""
     metrics: Metrics
     step_time: float
     ending: str
@@ -166,4 +168,13 @@ def rows(found: Matrix) -> Iterator[Row]:
     for comparison in found.comparisons:
         for name, run in comparison.runs.items():
             time = comparison.step_times.get(name, math.nan)
-            yield Row(comparison.plant, comparison.track, name, run.metrics, time, run.ending)
+            yield Row(
+                comparison.plant,
+                comparison.track,
+                name,
+                comparison.tuning[name],
+                comparison.points[name],
+                run.metrics,
+                time,
+                run.ending,
+            )

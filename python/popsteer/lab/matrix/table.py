@@ -32,19 +32,22 @@ if TYPE_CHECKING:
 FILES = ("matrix.csv", "matrix.md", "matrix.json", *figure_names("matrix"))
 """The names of the files that `matrix_files` gives."""
 
+_REAR = "rear_axle_settled_mean_abs_cross_track_error"
 _COLUMNS = (
     "mean_abs_cross_track_error",
     "settled_mean_abs_cross_track_error",
     "settled_max_abs_cross_track_error",
+    _REAR,
 )
 
 
 def matrix_caption(found: Matrix) -> str:
-    """Say in one line what was driven: preset, control period, and what the figures are."""
+    """Say in one line what was driven: control period, and what the figures are."""
     first = found.comparisons[0]
     return (
-        f"preset {first.preset}, dt {first.dt:g} s; |cross-track error| of the whole run and after"
-        f" {first.first.settings.settling_time:g} s, median time of a step"
+        f"dt {first.dt:g} s; |cross-track error| at the point that each controller tracks, of the"
+        f" whole run and after {first.first.settings.settling_time:g} s, and then at the rear axle,"
+        " one point for all; median time of a step"
     )
 
 
@@ -66,16 +69,29 @@ def _table(shown: Sequence[Row], plant: str | None = None) -> Table:
         table.title, table.title_justify, table.title_style = f"plant {plant}", "left", "bold"
     add_names(table, "track", (row.track for row in shown))
     add_names(table, "controller", (title_of(row.law) for row in shown))
-    add_numbers(table, "mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished")
+    add_names(table, "tuning", (row.tuning for row in shown))
+    add_names(table, "errors\nat", (row.point for row in shown))
+    heads = (
+        "mean\n[m]",
+        "after\n[m]",
+        "max after\n[m]",
+        "rear axle\n[m]",
+        "step\n[µs]",
+        "fin-\nished",
+    )
+    add_numbers(table, *heads)
     for row in shown:
         figures = row.metrics
         table.add_row(
             *((row.plant,) if plant is None else ()),
             row.track,
             title_of(row.law),
+            row.tuning,
+            row.point,
             f"{figures.mean_abs_cross_track_error:.4f}",
             f"{figures.settled_mean_abs_cross_track_error:.4f}",
             f"{figures.settled_max_abs_cross_track_error:.3f}",
+            f"{getattr(figures, _REAR):.4f}",
             f"{1e6 * row.step_time:.2f}",
             "yes" if figures.finished else "no",
         )
@@ -116,30 +132,43 @@ def _csv(found: Matrix) -> str:
     for row in rows(found):
         numbers = (*(getattr(row.metrics, column) for column in _COLUMNS), row.step_time)
         ending = row.ending.replace('"', '""')
-        lines.append([row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"'])
-    names = ("plant", "track", "law", *_COLUMNS, "step_time", "ending")
+        lines.append(
+            [
+                row.plant,
+                row.track,
+                row.law,
+                row.tuning,
+                row.point,
+                *map(repr, numbers),
+                f'"{ending}"',
+            ]
+        )
+    names = ("plant", "track", "law", "tuning", "errors_at", *_COLUMNS, "step_time", "ending")
     return csv_text(["errors in m, step_time in s"], names, lines)
 
 
 def _markdown(found: Matrix) -> str:
-    """Set out the errors after settling, and what a step takes on an average plant and track."""
-    names = list(found.comparisons[0].runs)
-    lines = [["plant", "track", *map(title_of, names)], ["---", "---", *["--:"] * len(names)]]
-    for each in found.comparisons:
-        cells = [_error(run.metrics) for run in each.runs.values()]
-        lines.append([each.plant, each.track, *cells])
-    times = [
-        median(each.step_times.get(name, math.nan) for each in found.comparisons) for name in names
-    ]
-    lines.append(["step, median [µs]", "", *(f"{1e6 * time:.2f}" for time in times)])
+    """Set out a table for each track: errors after settling, where measured / at the rear axle."""
+    plants = list(dict.fromkeys(each.plant for each in found.comparisons))
+    shown = list(rows(found))
+    tables = []
+    for track in dict.fromkeys(row.track for row in shown):
+        rules = ["--:"] * (len(plants) + 1)
+        lines = [[track, "errors at", *plants, "step [µs]"], ["---", "---", *rules]]
+        for law in dict.fromkeys(row.law for row in shown):
+            own = [row for row in shown if (row.track, row.law) == (track, law)]
+            errors = ([_error(row.metrics, name) for name in (_COLUMNS[1], _REAR)] for row in own)
+            points = ", ".join(dict.fromkeys(row.point for row in own))
+            time = f"{1e6 * median(row.step_time for row in own):.2f}"
+            lines.append([title_of(law), points, *map(" / ".join, errors), time])
+        tables.append("".join(f"| {' | '.join(line)} |\n" for line in lines))
     on = describe()
-    table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    return f"{table}\n{on['cpu']}, {on['cores']} cores; {on['python']}.\n"
+    return "\n".join([*tables, f"{on['cpu']}, {on['cores']} cores; {on['python']}.\n"])
 
 
-def _error(metrics: Metrics) -> str:
-    """Show the mean error after settling; of a run that did not finish in brackets."""
-    error = metrics.settled_mean_abs_cross_track_error
+def _error(metrics: Metrics, name: str) -> str:
+    """Show a mean error after settling; of a run that did not finish in brackets."""
+    error = getattr(metrics, name)
     if not math.isfinite(error):
         return "–"
     return f"{error:.4f}" if metrics.finished else f"({error:.4f})"
