@@ -5,7 +5,7 @@ From the root of a checkout:
     python -m studies.pages [TABLE ...]  # the tables of docs/, all or those named
     python -m studies.figures            # the figures of `popsteer compare` and `stability`
     python -m studies.report             # the pictures of docs/report.md, in headless Chromium
-    python -m studies.matrix FOLDER      # what `popsteer matrix --out` wrote, into README.md
+    python -m studies.matrix FOLDER      # what `popsteer matrix --out` wrote, into two pages
     python -m studies.bench FOLDER       # what `make bench` measured, into the READMEs
     python -m studies.limits STUDY       # preview POP behind wheels that turn slowly
     python -m studies.sizing             # runs a second of a sweep, by number of workers

@@ -5,7 +5,7 @@
 The folder holds what that run wrote: `latency.json` (popsteer bench), `instruction_counts.json`,
 and, where that bench is there, `path_scale.json`; criterion's estimates are taken from its own
 folder, those newer than the file `started`. Blocks stand between `<!-- NAME: begin ... -->` and
-`<!-- NAME: end -->`; benches/README.md has the block `figures`, README.md `latency`.
+`<!-- NAME: end -->`; benches/README.md has the block `figures`, README.md `steps`.
 """
 
 from __future__ import annotations
@@ -39,12 +39,19 @@ def machine(latency: dict[str, Any], rustc: str) -> str:
     return f"{of['cpu']}, {of['cores']} cores; {of['python']}; {rustc}."
 
 
-def latency_table(latency: dict[str, Any]) -> str:
-    """Lay out the steps as called from Python; a yardstick that was not at hand says why."""
-    heading = "call", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
+SHORT = ("pop_command_ns", "preview_pop_car_step_ns", "daqp_step_ns")
+"""The rows of README."""
+
+
+def latency_table(latency: dict[str, Any], names: Sequence[str] = ()) -> str:
+    """Lay out the steps as called from Python, or some; a yardstick not at hand says why."""
+    heading = "call", "p50", "p99", "p99.9", "max", "net p50"
+    heading += "times an empty call", "the same, net", "times POP's angle"
     step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
     rows = []
     for name, row in latency["results"].items():
+        if names and name not in names:
+            continue
         label = LABELS.get(name, name)
         if row is None:
             if not label.startswith("-"):
@@ -123,7 +130,7 @@ def figures(folder: Path, criterion: Path, rustc: str) -> dict[str, str]:
     parts += ["### In Rust alone", criterion_table(criterion, since)]
     return {
         "figures": "\n\n".join(parts),
-        "latency": f"{latency_table(latency)}\n\n{on}",
+        "steps": f"{latency_table(latency, SHORT)}\n\n{on}",
     }
 
 

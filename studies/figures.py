@@ -1,6 +1,6 @@
 """Draws the figures of README and docs/ anew.
 
-    python -m studies.figures          # those of `popsteer compare` and `popsteer stability`
+    python -m studies.figures          # those of `popsteer paper` and `popsteer stability`
 
 The others are drawn by the commands that measure what they show; `MADE_BY` has all of them.
 """
@@ -18,11 +18,12 @@ from studies.layout import DOCS
 FIGURES = DOCS / "figures"
 # The command that draws each figure, light and dark, by the beginning of its name.
 MADE_BY = {
-    "results": "popsteer compare",
+    "results": "popsteer paper",
     "carrot-offset": "popsteer stability",
     "preview-choice": "popsteer stability",
     "stability-map": "popsteer stability",
     "stability-margins": "popsteer stability",
+    "versus": "python -m studies.versus",
     "matrix": "make matrix",
     "report": "python -m studies.report",
     "limits-map": "python -m studies.limits",
@@ -33,7 +34,7 @@ MADE_BY = {
 
 def main() -> None:
     """Run the two commands and copy what the pages show."""
-    for command in ("compare", "stability"):
+    for command in ("paper", "stability"):
         with tempfile.TemporaryDirectory() as folder:
             popsteer = [sys.executable, "-m", "popsteer", command, "--out", folder]
             subprocess.run(popsteer, check=True, stdout=subprocess.DEVNULL)

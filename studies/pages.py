@@ -13,7 +13,7 @@ from popsteer import controllers
 from studies import edges, limits
 from studies.cars_loop import loop_lines
 from studies.cases import case_lines
-from studies.choose import adapting_lines, choose_lines, paper_lines
+from studies.choose import adapting_lines, choose_lines, paper_lines, pid_lines
 from studies.dead_time import age_lines, dead_time_lines, dead_time_rows
 from studies.grip import grip_lines
 from studies.layout import table, write_table
@@ -48,10 +48,11 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "limits, slalom": ("preview_pop.md", limits.slalom_lines),
     "limits, straight": ("preview_pop.md", limits.straight_lines),
     "limits, sweep": ("preview_pop.md", limits.sweep_lines),
-    # Of the tables before it and of README's matrix.
+    # Of the tables before it and of the page's matrix.
     "choose": ("choose.md", choose_lines),
     "adapting": ("choose.md", adapting_lines),
     "paper": ("paper.md", paper_lines),
+    "pid": ("paper.md", pid_lines),
 }
 
 

@@ -1,4 +1,4 @@
-"""What README shows is what its commands print, and its example runs."""
+"""What README shows is what its commands print, and its loops run."""
 
 from __future__ import annotations
 
@@ -9,66 +9,54 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import popsteer
-from popsteer import controllers, lab, sim, tracks
+from popsteer import lab, sim, tracks
 from popsteer.lab.common.names import title_of
-from studies.matrix import FIGURES, update
-from tests.helpers import ROOT, authors_data
+from studies.matrix import FIGURES, TRACK, update
+from tests.helpers import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+LOOP = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8").partition("## The whole loop")[2]
+COURSE = "x, y, speed\n" + "".join(f"{x}, 0.0, 5.0\n" for x in range(50))
+CHOOSE = (ROOT / "docs" / "choose.md").read_text(encoding="utf-8")
 
 
-def rows(after: str) -> dict[str, list[str]]:
-    """The first table after a text: the cells of each row by the first one."""
-    table = README.partition(after)[2].partition("| controller |")[2].partition("\n\n")[0]
-    lines = re.findall(r"^\| (.+) \|$", table, flags=re.MULTILINE)
-    cells = [[cell.strip() for cell in line.split("|")] for line in lines]
-    return {first: rest for first, *rest in cells if first in TITLES}
+def test_readme_is_one_page() -> None:
+    assert len(README.splitlines()) <= 120
 
 
-TITLES = {controllers.get(name).title: name for name in controllers.names()}
-
-
-def test_readme_table_of_the_embedded_track_is_what_compare_measures() -> None:
-    track = tracks.get("racetrack")
-    path = popsteer.Path(track.xy, speed=track.speed)
-    comparison = lab.compare.run(path)
-    shown = rows("<!-- table of: popsteer compare -->")
-    assert set(shown) == {"PID", "Pure-Pursuit", "Stanley", "POP"}
-    for title, cells in shown.items():
-        metrics = comparison.runs[TITLES[title]].metrics
-        assert cells == [
-            f"{metrics.mean_abs_cross_track_error:.4f}",
-            f"{metrics.mean_abs_heading_error:.4f}",
-            f"{metrics.max_abs_cross_track_error:.2f}",
-            f"{metrics.settled_mean_abs_cross_track_error:.4f}",
-            f"{metrics.rear_axle_mean_abs_cross_track_error:.4f}",
-        ]
-
-
-def test_readme_table_of_the_authors_track_is_what_compare_measures() -> None:
-    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    comparison = lab.compare.run(path, start=(-183.8, 78.7, -1.574), start_at="front")
-    shown = rows("--start=-183.8,78.7,-1.574")
-    assert set(shown) == {"PID", "Pure-Pursuit", "Stanley", "POP"}
-    for title, cells in shown.items():
-        metrics = comparison.runs[TITLES[title]].metrics
-        paper = lab.compare.paper.PAPER[TITLES[title]]
-        assert cells == [
-            f"{metrics.mean_abs_cross_track_error:.4f}",
-            f"{paper.mean_abs_cross_track_error:.4f}",
-            f"{metrics.mean_abs_heading_error:.4f}",
-            f"{paper.mean_abs_heading_error:.4f}",
-        ]
-
-
-def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_readme_loop_drives_and_stops_at_a_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     example = re.search(r"```python\n(.*?)```", README, flags=re.DOTALL)
     assert example is not None
     rows = "".join(f"{x}, 0.0, 5.0\n" for x in range(50))
     (tmp_path / "waypoints.csv").write_text(f"x, y, speed\n{rows}")
+    monkeypatch.chdir(tmp_path)
+    poses = iter([(0.25 * k, 0.5, 0.0, 5.0) for k in range(8)] + [(1.75, 0.5, 0.0, 5.0)] * 40)
+    turns = iter([True] * 48 + [False])
+    actuated: list[tuple[float, float, bool]] = []
+    stopped: list[Any] = []
+    exec(
+        compile(example.group(1), "README.md", "exec"),
+        {
+            "driving": lambda: next(turns),
+            "localise": lambda: next(poses),
+            "actuate": lambda *values: actuated.append(values),
+            "stop": stopped.append,
+        },
+    )
+    assert len(actuated) == 48
+    assert all(steer < 0.0 for steer, _, _ in actuated[:8])
+    assert stopped, "the pose stood still for 2 s at 5 m/s"
+
+
+def test_whole_loop_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    example = re.search(r"```python\n(.*?)```", LOOP, flags=re.DOTALL)
+    assert example is not None
+    (tmp_path / "waypoints.csv").write_text(COURSE)
     monkeypatch.chdir(tmp_path)
     poses = iter(
         [
@@ -82,7 +70,7 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
     logged: list[Any] = []
     actuated: list[tuple[float, float, bool]] = []
     exec(
-        compile(example.group(1), "README.md", "exec"),
+        compile(example.group(1), "loop.md", "exec"),
         {
             "driving": lambda: next(turns),
             "localise": lambda: next(poses),
@@ -105,7 +93,8 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 _LISTS = ("controllers", "plants", "tracks")
-BLOCK = README.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[0]
+BLOCK = CHOOSE.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[0]
+SHOWN = README.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[0]
 
 
 def _command(text: str) -> list[str]:
@@ -120,9 +109,15 @@ def _options() -> dict[str, str]:
     return dict(zip(words[::2], words[1::2], strict=True))
 
 
-def _rows() -> list[list[str]]:
-    lines = re.findall(r"^\| (.+) \|$", BLOCK, flags=re.MULTILINE)
-    return [[cell.strip() for cell in line.split("|")] for line in lines]
+def _tables() -> dict[str, list[list[str]]]:
+    """The rows of the table of each track."""
+    tables = {}
+    for block in BLOCK.partition("\n")[2].split("\n\n")[:-1]:
+        lines = block.splitlines()
+        head, _, *rows = ([cell.strip() for cell in line[1:-1].split("|")] for line in lines)
+        assert head[1:] == ["errors at", *_options()["--plants"].split(","), "step [µs]"]
+        tables[head[0]] = rows
+    return tables
 
 
 def test_command_of_the_matrix_is_that_of_make() -> None:
@@ -132,16 +127,14 @@ def test_command_of_the_matrix_is_that_of_make() -> None:
     assert _command(makefile.replace("$(MATRIX)", folder[1])) == _command(README)
 
 
-def test_table_of_the_matrix_has_the_rows_and_columns_of_its_command() -> None:
+def test_tables_of_the_matrix_have_the_rows_of_its_command() -> None:
     options = _options()
-    names, plants, courses = (options[f"--{which}"].split(",") for which in _LISTS)
-    head, _, *body, steps = _rows()
-    assert head == ["plant", "track", *map(title_of, names)]
-    assert [row[:2] for row in body] == [[plant, track] for plant in plants for track in courses]
-    assert steps[0] == "step, median [µs]"
-    for row in (*body, steps):
-        assert len(row) == len(head)
-        assert all(float(cell.strip("()")) > 0.0 for cell in row[2:])
+    tables = _tables()
+    assert list(tables) == options["--tracks"].split(",")
+    for rows in tables.values():
+        assert [row[0] for row in rows] == list(map(title_of, options["--controllers"].split(",")))
+    (one,) = (each for each in BLOCK.split("\n\n") if f"| {TRACK} |" in each)
+    assert one.strip() == SHOWN.partition("\n")[2].strip()
 
 
 @pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
@@ -150,8 +143,8 @@ def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
     names = options["--controllers"].split(",")
     checked = [name for name in names if name in popsteer.controllers.names()]
     assert len(checked) == len(names) - 1  # the MPC's digits are those of a release of osqp
-    shown = {row[1]: row[2:] for row in _rows() if row[0] == plant}
-    for track, cells in shown.items():
+    at = 2 + options["--plants"].split(",").index(plant)
+    for track, rows in _tables().items():
         course = tracks.get(track)
         path = popsteer.Path(course.xy, speed=course.speed, closed=course.closed)
         start = sim.default_start(path, float(options["--start-offset"]), sim.vehicle_of(plant))
@@ -160,8 +153,20 @@ def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
         for name in checked:
             metrics = found.runs[name].metrics
             assert metrics.finished
-            error = f"{metrics.settled_mean_abs_cross_track_error:.4f}"
-            assert cells[names.index(name)] == error, (track, name)
+            row = rows[names.index(name)]
+            assert found.points[name] in row[1].split(", ")
+            assert row[at] == (
+                f"{metrics.settled_mean_abs_cross_track_error:.4f} / "
+                f"{metrics.rear_axle_settled_mean_abs_cross_track_error:.4f}"
+            ), (track, name)
+
+
+def test_stanley_of_the_matrix_is_as_a_loop_of_ones_own_drives_it() -> None:
+    """Its defaults on the exact car: millimetres, at the front axle that it tracks."""
+    at = 2 + _options()["--plants"].split(",").index("kinematic-bicycle")
+    for track, rows in _tables().items():
+        (row,) = (each for each in rows if each[0] == "Stanley")
+        assert float(row[at].partition(" / ")[0]) < 0.01, track
 
 
 def test_update_of_the_matrix_replaces_the_block_and_the_figures(tmp_path: Path) -> None:
@@ -169,15 +174,19 @@ def test_update_of_the_matrix_replaces_the_block_and_the_figures(tmp_path: Path)
     run.mkdir()
     (checkout / "docs" / "figures").mkdir(parents=True)
     (checkout / "README.md").write_text(README, encoding="utf-8")
-    (run / "matrix.md").write_text("| new |\n\nA machine.\n", encoding="utf-8")
+    (checkout / "docs" / "choose.md").write_text(CHOOSE, encoding="utf-8")
+    tables = "| other |\n| 1 |\n\n| slalom |\n| 2 |\n\nA machine.\n"
+    (run / "matrix.md").write_text(tables, encoding="utf-8")
     for name in FIGURES:
         (run / name).write_bytes(name.encode())
     update(run, checkout)
     new = (checkout / "README.md").read_text(encoding="utf-8")
-    assert "make matrix) -->\n| new |\n\nA machine.\n<!-- matrix: end -->\n" in new
+    assert "make matrix) -->\n| slalom |\n| 2 |\n<!-- matrix: end -->\n" in new
+    all_of_them = (checkout / "docs" / "choose.md").read_text(encoding="utf-8")
+    assert f"make matrix) -->\n{tables}<!-- matrix: end -->\n" in all_of_them
     kept = (text.partition("<!-- matrix: begin")[0] for text in (new, README))
     assert len(set(kept)) == 1
     for name in FIGURES:
-        assert f"docs/figures/{name}" in README
+        assert f"figures/{name}" in CHOOSE
         assert (checkout / "docs" / "figures" / name).read_bytes() == name.encode()
         assert (ROOT / "docs" / "figures" / name).is_file()

@@ -57,6 +57,10 @@ with open("drive.csv", "w", encoding="utf-8") as file:
 import popsteer
 controller = popsteer.Stanley(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))
 pose, passed, dt = (0.0, 0.1, 0.0, 5.0), 0.0, 0.05
+with open("waypoints.csv", "w") as file:
+    file.write("x,y,speed\\n0,0,5\\n50,0,5\\n")
+driving, localise, present_angle = iter([True, False]).__next__, lambda: pose, lambda: 0.0
+log = actuate = watch = stop = lambda *given: None
 """,
     "docs/tune.md": """
 import popsteer

@@ -92,7 +92,7 @@ def test_every_figure_is_shown_and_has_the_command_that_draws_it() -> None:
 
 def test_table_of_the_choice_is_that_of_the_records() -> None:
     assert table("choose.md", "choose") == choose_lines()
-    assert len(matrix()) == len(CHOICES)
+    assert len(matrix()[0]) == len(CHOICES)
 
 
 def test_table_of_the_paper_is_driven() -> None:

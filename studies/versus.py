@@ -1,0 +1,64 @@
+"""Draws README's figure: four controllers on the paper's track, and on a plant from elsewhere.
+
+python -m studies.versus
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from popsteer import Path, lab, sim, tracks
+from popsteer.lab.common.draw import files_of
+from popsteer.lab.common.names import title_of
+from studies.layout import DOCS
+
+if TYPE_CHECKING:
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.compare import Comparison
+
+CONTROLLERS = ("pop", "stanley", "pure-pursuit", "preview-pop")
+PANELS = (
+    ("racetrack", "carla-identified", "the paper's track, the car identified from its run"),
+    ("slalom", "commonroad-mb-2", "slalom, CommonRoad's multi-body BMW 320i"),
+)
+
+
+def driven(track: str, plant: str) -> Comparison:
+    """Drive all four, at 10 m/s from 1 m beside the path, as README's matrix does."""
+    path = Path(tracks.get(track).xy)
+    start = sim.default_start(path, 1.0, sim.vehicle_of(plant))
+    return lab.compare.run(path, CONTROLLERS, plant, start=start, constant_speed=10.0)
+
+
+def versus_figure(found: list[Comparison], theme: Theme) -> Figure:
+    """Draw the cross-track errors of each run over the distance; the axes hold all of them."""
+    figure = Figure(figsize=(10.0, 5.4), layout="constrained")
+    for panel, each, (_, _, title) in zip(figure.subplots(2, 1), found, PANELS, strict=True):
+        for name, run in each.runs.items():
+            far = np.cumsum(np.abs(run.records["speed"])) * run.dt
+            mean = run.metrics.settled_mean_abs_cross_track_error
+            label = f"{title_of(name)}: {mean:.4f} m"
+            panel.plot(far, run.records["cross_track_error"], color=theme.colour(name), label=label)
+        panel.axvline(50.0, color=theme.faint, lw=0.8, ls=":")
+        panel.margins(x=0.0)
+        panel.set_title(title, fontsize=10.5, loc="left")
+        panel.set_ylabel("cross-track error [m]")
+        panel.legend(title="mean after 5 s", loc="center left", bbox_to_anchor=(1.0, 0.5))
+    panel.set_xlabel("distance driven [m]")
+    return figure
+
+
+def main() -> None:
+    """Drive and draw."""
+    found = [driven(track, plant) for track, plant, _ in PANELS]
+    for name, content in files_of({"versus": partial(versus_figure, found)}).items():
+        if name.endswith(".png"):
+            (DOCS / "figures" / name).write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()
