@@ -34,16 +34,17 @@ def main() -> None:
 
     x, y, yaw, speed = path.x[0], path.y[0], path.path_yaw_behind(1), 0.0
     steer = wheels = farthest = 0.0
-    heard = time.monotonic()
+    heard = before = time.monotonic()
     while path.project(x, y).arc_length < path.length - 0.5 or speed > 0.01:
         time.sleep(PERIOD)
+        dt, before = time.monotonic() - before, time.monotonic()  # longer on a machine that is busy
         for data in commands.take():
             drive = ros2.decode(DRIVE, data).drive
             speed, steer, heard = drive.speed, drive.steering_angle, time.monotonic()
         if time.monotonic() - heard > options.timeout:
             raise PopsteerError(f"no command on {topics.command} for {options.timeout:g} s")
-        wheels += (steer - wheels) * PERIOD / CAR.steer_lag
-        x, y, yaw, _ = paper.kinematic_bicycle(x, y, yaw, speed, wheels, 0.0, CAR.wheelbase, PERIOD)
+        wheels += (steer - wheels) * min(dt / CAR.steer_lag, 1.0)
+        x, y, yaw, _ = paper.kinematic_bicycle(x, y, yaw, speed, wheels, 0.0, CAR.wheelbase, dt)
         farthest = max(farthest, abs(path.project(x, y).cross_track_error))
         message = ros2.odometry_message(x, y, yaw, speed, time.time_ns(), "map")
         odometry.write(ros2.encode(message))
