@@ -212,7 +212,7 @@ WANTED = {
     | TABLE
     | {"--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--report", "--course"},
+    "identify": GIVEN | LOG | {"--out", "--report", "--course", "--stops"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}

@@ -178,7 +178,7 @@ def compare(
         made_by = lab.report.Origin(
             outputs.command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
-        fastest = float(np.max(np.abs(comparison.first.records["speed"])))
+        fastest = float(np.max(np.abs(comparison.first.records["speed"]), initial=0.0))
         stops = not course.path.closed
         hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=stops)
         read = [course.path.source]
