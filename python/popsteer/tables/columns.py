@@ -267,7 +267,7 @@ def _unexplained(values: Floats, known: Mapping[int, str]) -> str:
         for k in range(count)
         for n in [names.get(k, "?")]
     ]
-    likely = next((k for k in rest if values[:, k].min() >= 0.0 < np.ptp(values[:, k])), rest[0])
+    likely = next((k for k in rest if values[:, k].min() >= 0.0 < np.ptp(values[:, k])), rest[-1])
     first = ",".join("speed" if k == likely else each for k, each in enumerate(read))
     plain = ",".join(read)
     listed = ", ".join(ranges[:4]) + (", ..." if len(ranges) > 4 else "")
