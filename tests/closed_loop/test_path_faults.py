@@ -138,3 +138,27 @@ def test_mended_path_outlasts_a_pickle() -> None:
     assert again.mended == path.mended != ()
     car = popsteer.Vehicle(wheelbase=2.7)
     assert popsteer.Stanley(again, car).path.mended == popsteer.Stanley(path, car).path.mended
+
+
+def test_lap_as_an_open_path_is_driven_from_its_beginning() -> None:
+    for wheelbase in (0.33, 2.7):
+        for spacing in (0.05, 0.5):
+            count = round(math.tau * 30.0 / spacing)
+            angle = math.tau * np.arange(count + 1) / count
+            ring = 10.0 * wheelbase * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
+            path = popsteer.Path(ring, speed=np.full(count + 1, wheelbase))
+            car = popsteer.Vehicle(wheelbase=wheelbase, max_steer=0.6)
+            # Behind the start, as a vehicle stands whose front axle is at it, beside it, and on it.
+            for x, y in ((-wheelbase, -wheelbase), (0.0, 0.0), (-0.5 * wheelbase, 0.1 * wheelbase)):
+                tracker = popsteer.SpeedTracker(path, car)
+                left = tracker.step(x, y, 0.0, 0.0, 0.05).distance_to_stop
+                assert left > 0.95 * path.length
+                start = (x, y, 0.0)
+                plant = popsteer.sim.KinematicBicycle(car)
+                driver, slow = popsteer.PreviewPop(path, car), wheelbase
+                result = popsteer.sim.run(driver, plant=plant, start=start, constant_speed=slow)
+                assert result.metrics.time > 0.9 * path.length / wheelbase
+            # One that was given another place is there.
+            x, y = ring[count // 2]
+            half = popsteer.SpeedTracker(path, car).step(x, y, math.pi, 0.0, 0.05)
+            assert half.distance_to_stop == pytest.approx(0.5 * path.length, rel=0.01)

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from popsteer import PathError
-from tests.parity.compare import Pair, call, make
+from tests.parity.compare import Controller, Pair, call, make
 from tests.parity.strategies import SPOTS, XY, Shape, Spot, fitted, shapes, usually
 
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
@@ -288,3 +288,18 @@ def test_path_relocalise_on_a_long_path_matches_reference() -> None:
             angle, far = rng.uniform(-4.0, 4.0), rng.choice([0.0, 3.0, 60.0, 2000.0])
             yaw = rng.uniform(-4.0, 4.0)
             pair.call("relocalise", x + far * math.cos(angle), y + far * math.sin(angle), yaw)
+
+
+def test_open_lap_matches_reference_at_its_first_step() -> None:
+    laps = 0
+    for seed in range(200):
+        random_ = random.Random(seed)
+        count, radius = random_.randint(20, 60), random_.uniform(6.0, 30.0)
+        angles = [math.tau * k / count for k in range(count + 1 - random_.choice([0, 0, 1, 3]))]
+        lap = [(radius * math.sin(a), radius * (1.0 - math.cos(a))) for a in angles]
+        path, car = make("Path", lap), make("Vehicle", wheelbase=random_.uniform(0.3, 4.0))
+        pair = Controller("Stanley", path, car, make("StanleyParams"), {})
+        pose = (random_.gauss(0.0, 3.0), random_.gauss(0.0, 2.0), random_.gauss(0.0, 1.0))
+        assert pair.step(*pose, 1.0, 0.05) is not None
+        laps += pair.rust.state.waypoint < 5 and pose[0] < 0.0
+    assert laps > 20

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from popsteer.reference.geometry import get_distance
 from popsteer.reference.math import PI, cos, sin, sqrt
 from popsteer.reference.path.locate import locate
 from popsteer.reference.path.relocalise import first_as_good, relocalise
@@ -134,7 +135,21 @@ class Follow:
         if path.closed:
             return found
         base, noise = vehicle.ahead(self.base), _AS_GOOD * self.opposite_distance
+        if self._is_before_lap(path, found, (base.x, base.y), vehicle.yaw):
+            return 0
         return first_as_good(path, (base.x, base.y), vehicle.yaw, self.opposite_distance, noise)
+
+    def _is_before_lap(self, path: PathView, found: int, position: Point, yaw: float) -> bool:
+        """Tell whether a vehicle beside the end of an open lap stands before its start."""
+        reach = self.search_distance
+        first, following = path.segment(0)
+        last = path.waypoint(len(path) - 1)
+        along = (following[0] - first[0], following[1] - first[1])
+        forward = along[0] * cos(yaw) + along[1] * sin(yaw) > 0.0
+        is_lap = path.length > 4.0 * reach and get_distance(first, last) <= 0.5 * reach
+        is_near = get_distance(first, position) <= reach
+        at_end = path.s[found] >= path.length - 2.0 * reach
+        return is_lap and at_end and is_near and forward and not path.is_reverse(0)
 
     def _locate_from(
         self, path: PathView, segment: int, vehicle: VehicleState, dt: float, travelled: float

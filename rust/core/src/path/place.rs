@@ -17,7 +17,7 @@ use super::relocalise::{first_as_good, relocalise_within};
 use super::view::PathView;
 use crate::error::{InputError, input_within};
 use crate::geometry::{Point, get_distance};
-use crate::math::{smaller, sqrt};
+use crate::math::{cos, sin, smaller, sqrt};
 use crate::vehicle::VehicleState;
 
 /// Where a vehicle is on its path.
@@ -285,6 +285,9 @@ impl Follow {
         }
         let base = vehicle.ahead(self.base);
         let position = Point::new(base.x, base.y);
+        if self.is_before_lap(path, found, position, vehicle.yaw) {
+            return 0;
+        }
         let (opposite, noise) = (self.opposite_distance, self.noise());
         first_as_good(
             path,
@@ -294,6 +297,19 @@ impl Follow {
             (found, noise),
             STEP_BUDGET,
         )
+    }
+
+    /// Whether a vehicle beside the last stretch, on segment `found`, of an open path that ends where it
+    /// began stands before its start: laps are driven from their beginning.
+    fn is_before_lap(&self, path: &PathView<'_>, found: usize, position: Point, yaw: f64) -> bool {
+        let reach = self.search_distance;
+        let (first, next) = path.segment(0);
+        let last = path.waypoint(path.len() - 1);
+        let forward = (next.x - first.x) * cos(yaw) + (next.y - first.y) * sin(yaw) > 0.0;
+        let is_lap = path.length() > 4.0 * reach && get_distance(first, last) <= 0.5 * reach;
+        let is_near = get_distance(first, position) <= reach;
+        let at_end = path.arc(found) >= path.length() - 2.0 * reach;
+        is_lap && at_end && is_near && forward && !path.is_reverse(0)
     }
 
     /// Searches the whole path for the vehicle's `base`.
