@@ -25,4 +25,4 @@ PYTHONPATH="$PWD/target/smoke" HYPOTHESIS_PROFILE=smoke "$python" -m pytest -q -
 	tests/parity/test_laws.py::test_law_with_a_vehicle_matches_reference_random \
 	tests/parity/test_laws.py::test_law_matches_reference_rollout \
 	tests/closed_loop/test_run.py tests/closed_loop/test_run_reverse.py \
-	tests/unit/test_csv_file.py tests/cli/test_errors.py tests/cli/test_help.py "$@"
+	tests/unit/test_tables.py tests/cli/test_errors.py tests/cli/test_help.py "$@"
