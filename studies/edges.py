@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer import (
-    AdaptParams,
     Path,
     SpeedPid,
     SpeedPidParams,
@@ -50,9 +49,8 @@ CHANGES: Mapping[str, Mapping[str, float]] = {
 """The parameters of each controller that are not its defaults, the same on all tracks.
 
 Bends of 6 m radius and speeds of 0.3 m/s are no racetrack: lookaheads shorter than the bends, a
-Stanley that is soft at walking pace, a preview that is not blind there and estimates the slip there
-too. The wheels of this plant turn at once, so that the PID's derivative would answer to its own
-last command.
+Stanley that is soft at walking pace, a preview that is not blind there. The wheels of this plant
+turn at once, so that the PID's derivative would answer to its own last command.
 """
 TOP_SPEED = 10.0
 """Speed that no reference speed exceeds [m/s]."""
@@ -162,9 +160,7 @@ def edge_controller(name: str, path: Path, vehicle: Vehicle) -> controllers.Cont
     """Make a controller as it drives the edges: its default, with `CHANGES`."""
     # The registry pairs each controller with its parameters; the type checker cannot see that.
     usual: Any = presets.get(name, "default")
-    changes = CHANGES[name]
-    adapt: Any = AdaptParams(min_speed=changes["min_speed"]) if "min_speed" in changes else "auto"
-    return controllers.get(name).controller(path, vehicle, usual.replace(**changes), adapt=adapt)
+    return controllers.get(name).controller(path, vehicle, usual.replace(**CHANGES[name]))
 
 
 def _row(track: str, done: Run) -> EdgeRun:

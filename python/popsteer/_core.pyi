@@ -544,7 +544,6 @@ class Vehicle(_Vehicle):
 class AdaptParams(_Params):
     turn_time: float = 10.0
     slip_time: float = 5.0
-    min_speed: float | None = None
 
 @final
 class MonitorParams(_Params):

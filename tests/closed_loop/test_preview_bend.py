@@ -91,7 +91,7 @@ def test_choice_varies_the_parameter_of_each_controller() -> None:
     costly = PreviewPopParams(steer_rate_cost=1.0)
     offset = preview_offset(costly, VEHICLE, 40.0, 12.0, 0.04, believed=given, adapt=None)
     assert found.offsets[1] == offset != 0.0
-    late = margins(costly, VEHICLE, 12.0, 0.04, believed=given, adapt=None).dead_time
+    late = margins(costly, VEHICLE, 12.0, 0.04, believed=given).dead_time
     assert found.dead_times[1] == late
 
 

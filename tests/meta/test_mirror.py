@@ -76,9 +76,9 @@ HELD = {
     "vehicle/fault.rs": f"{_RUST}faults.rs",
     "vehicle/past.rs": f"{_RUST}late_poses.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/tests.rs",
-    # The textbook's solution, by numpy.
-    "vehicle/regression.rs": "tests/closed_loop/test_least_squares.py",
-    "vehicle/estimator.rs": "tests/closed_loop/test_least_squares.py",
+    # The textbook's solution: least squares over all measurements at once; numpy.
+    "vehicle/kalman.rs": f"{_RUST}estimates.rs",
+    "vehicle/estimator.rs": f"{_RUST}estimates.rs",
     "speed/curvature.rs": f"{_RUST}planned_speeds.rs",
     "speed/limits.rs": "tests/unit/test_planning_numpy.py",
     "speed/defaults.rs": "tests/unit/test_planning.py",

@@ -273,10 +273,8 @@ VEHICLE_OPTIONAL = (
 ADAPT_RANGES: Ranges = {
     "turn_time": ((0.0, 1e6), (0.05, 20.0)),
     "slip_time": ((0.0, 1e6), (0.05, 20.0)),
-    "min_speed": ((0.0, 1e3), (0.0, 10.0)),
 }
 """The parameters of how a controller adapts."""
-ADAPT_OPTIONAL = ("min_speed",)
 MONITOR_RANGES: Ranges = {
     "deviation_limit": ((0.0, 1e9), (0.05, 3.0)),
     "turn_tolerance": ((0.0, 1e9), (0.001, 0.1)),
@@ -311,7 +309,7 @@ CALM_VEHICLES = _that_may_steer_at_rest(some(VEHICLE_RANGES, VEHICLE_OPTIONAL, c
 ADAPTS = st.one_of(
     st.just("auto"),
     st.none(),
-    some(ADAPT_RANGES, ADAPT_OPTIONAL),
+    some(ADAPT_RANGES, ()),
     some(ADAPT_RANGES, (), calm=True),
 )
 """How a controller adapts: by default, not at all, or arguments of `AdaptParams`."""

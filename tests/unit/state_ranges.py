@@ -38,6 +38,16 @@ WHOLE: dict[str, Any] = {
         noise=1e-6,
         offset_square=9.0,
         offset_sum=0.1,
+        gain=State(
+            level=0.0,
+            variance=1e-6,
+            cross=(0.0,),
+            mean=(1.0,),
+            covariance=(0.01,),
+            residual=0.0,
+            noise=1e-6,
+            noise_time=1.0,
+        ),
         alarm=0.5,
         within=True,
     ),
@@ -65,13 +75,12 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"estimator.{name}.{field}", least, most, name)
         for name in ("turning", "sliding")
         for field, least, most in (
-            *((sums, -1e40, 1e40) for sums in ("regressors.1", "measured")),
-            *((sums, -1e90, 1e90) for sums in ("information.1", "moment.1")),
-            *(("information.0", 0.0, 1e90), ("residual", -1e45, 1e45)),
-            *(("noise", 0.0, 1e90), ("noise_time", 0.0, 1e3)),
+            *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0", "covariance.1")),
+            *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0", "noise")),
+            ("noise_time", 0.0, 1e3),
         )
     ),
-    ("estimator.slip_compliance", -1e30, 1e30, "slip_compliance"),
+    ("estimator.unknown", 0.0, 1.0, "unknown"),
     *(
         (f"estimator.estimate.{name}", low, high, name)
         for name, low, high in (

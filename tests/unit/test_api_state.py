@@ -42,14 +42,18 @@ ESTIMATE = {
 }
 
 
-def _regression(count: int, noise: float) -> dict[str, Any]:
-    """Least squares of so many regressors, before the first period."""
+def _walk(mean: tuple[float, ...], deviations: tuple[float, ...], noise: float) -> dict[str, Any]:
+    """A filter before the first period."""
+    count = len(mean)
+    variances = [0.0] * count**2
+    variances[:: count + 1] = [each * each for each in deviations]
     return {
-        "regressors": (0.0,) * count,
-        "measured": 0.0,
-        "information": (0.0,) * count**2,
-        "moment": (0.0,) * count,
-        "residual": 0.0,
+        "level": 0.0,
+        "variance": noise,
+        "cross": (0.0,) * count,
+        "mean": mean,
+        "covariance": tuple(variances),
+        "residual": None,
         "noise": noise,
         "noise_time": 0.2,
     }
@@ -66,9 +70,10 @@ FIRST: dict[str, Any] = {
     "period": 0.0,
     "estimator": {
         "last_measured": None,
-        "turning": _regression(3, 2.5e-5),
-        "sliding": _regression(2, 1.4e-5),
-        "slip_compliance": 0.0,
+        "turning": _walk((1.0, 0.0, 0.0, 0.0), (0.1, 0.012, 0.05, 0.1), 2.5e-5),
+        "sliding": _walk((0.0, 0.0, 0.0), (0.02, 0.1, 0.01), 1.4e-5),
+        "pace": _walk((0.0,), (3.0,), 1e-5),
+        "unknown": 1.0,
         "estimate": ESTIMATE,
     },
 }

@@ -193,7 +193,7 @@ def _values() -> list[Any]:
     all_given = late.replace(**dict.fromkeys(optional, 1.0))
     values: list[Any] = [path, popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), late, all_given]
     values += [
-        popsteer.AdaptParams(min_speed=1.0),
+        popsteer.AdaptParams(turn_time=1.0),
         popsteer.MonitorParams(deviation_limit=1.0),
         path.project(1.0, 0.5),
         path.get_lookahead_point(1.0, 0.5, 3.0),

@@ -15,7 +15,6 @@ import popsteer
 from popsteer import ConfigError, InputError
 from tests.parity.laws import LATERAL, SPEED_TRACKER, Law
 from tests.parity.strategies import (
-    ADAPT_OPTIONAL,
     ADAPT_RANGES,
     MONITOR_OPTIONAL,
     MONITOR_RANGES,
@@ -81,7 +80,7 @@ def test_report_beyond_its_bounds_is_refused_by_name(law: Law) -> None:
 
 def test_parameters_of_what_is_around_a_controller_have_the_documented_bounds() -> None:
     around = (
-        ("AdaptParams", ADAPT_RANGES, ADAPT_OPTIONAL),
+        ("AdaptParams", ADAPT_RANGES, ()),
         ("MonitorParams", MONITOR_RANGES, MONITOR_OPTIONAL),
         ("SpeedTrackerParams", SPEED_TRACKER.ranges, SPEED_TRACKER.optional),
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
+from popsteer import Vehicle, controllers, presets, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab import stability
 from popsteer.lab.stability import margins
@@ -23,17 +23,16 @@ SMALL = 1e-3  # errors [m, rad]
 PATH = popsteer.Path(np.column_stack((np.arange(200.0), np.zeros(200))))
 CAR = Vehicle(wheelbase=2.7, max_lateral_acceleration=None)
 
-# Preview POP of another vehicle, one that estimates the slip, and with a step of the prediction
-# that is longer than the control period; the bounds of the slip are far beyond the errors below.
-_Other = tuple[dict[str, float], dict[str, float], float]
+# Preview POP of another vehicle, and with a step of the prediction that is longer than the control
+# period.
+_Other = tuple[dict[str, float], dict[str, float]]
 OTHERS: dict[str, _Other] = {
-    "slip": ({}, {}, 0.02),
-    "no-lag": ({}, {"steer_lag": 0.0}, 0.5),
-    "vehicle": ({"horizon": 2.7}, {"turning_wheelbase": 3.4, "understeer": 2e-3}, 0.0),
-    "point": ({"horizon": 0.4}, {"rear_axle": -1.3, "no_slip_point": -0.2}, 0.5),
+    "no-lag": ({}, {"steer_lag": 0.0}),
+    "vehicle": ({"horizon": 2.7}, {"turning_wheelbase": 3.4, "understeer": 2e-3}),
+    "point": ({"horizon": 0.4}, {"rear_axle": -1.3, "no_slip_point": -0.2}),
 }
 ANSWERS: list[tuple[str, _Other]] = [
-    *((name, ({}, {}, 0.0)) for name in controllers.names()),
+    *((name, ({}, {})) for name in controllers.names()),
     *(("preview-pop", other) for other in OTHERS.values()),
 ]
 
@@ -43,28 +42,24 @@ ANSWERS: list[tuple[str, _Other]] = [
 def test_linearised_controller_answers_small_errors_as_the_controller_does(
     name: str, other: _Other, speed: float
 ) -> None:
-    tuning, given, slip_time = other
+    tuning, given = other
     params, vehicle = presets.get(name, "default").replace(**tuning), CAR.replace(**given)
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     weights = linearised(params, vehicle, speed, 0.05)
     rng = np.random.default_rng(7)
     make: Callable[..., controllers.Controller] = controllers.get(name).controller
-    adapt = AdaptParams(turn_time=0.0, slip_time=slip_time, min_speed=1e-3)
-    law = make(PATH, vehicle, params, adapt=adapt, monitor=None)  # every pose is believed
+    law = make(PATH, vehicle, params, adapt=None, monitor=None)  # every pose is believed
     # PID's first step has no derivative, and nothing is estimated from it.
     offsets = np.concatenate(([0.0], rng.uniform(-SMALL, SMALL, 8)))
     headings = np.concatenate(([0.0], rng.uniform(-SMALL, SMALL, 8)))
     seen = offsets + weights.tracked_point * headings
     answers: list[float] = []
-    slips = np.zeros(len(seen))  # as estimated: that has a test of its own
     for k in range(len(seen)):
         x = 20.0 + k * speed * 0.05
         answers.append(law.steer(x, float(offsets[k]), float(headings[k]), speed, 0.05))
-        slips[k] = law.state.estimator.estimate.slip
         wanted = -_weighed(weights.cross_track, seen[: k + 1])
         wanted -= _weighed(weights.heading, headings[: k + 1])
-        wanted -= _weighed(weights.slip, slips[: k + 1])
         wanted -= _weighed(weights.steer[1:], np.array(answers[:-1]))
         assert answers[-1] == pytest.approx(wanted, rel=3e-3, abs=3e-3 * SMALL)
 
@@ -80,10 +75,9 @@ def test_loop_of_a_controller_that_predicts_answers_as_the_controller_does(
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     make: Callable[..., controllers.Controller] = controllers.get(name).controller
-    adapt = AdaptParams(turn_time=0.0, slip_time=0.3, min_speed=1e-3)
-    law = make(PATH, vehicle, params, adapt=adapt, monitor=None)  # every pose is believed
+    law = make(PATH, vehicle, params, adapt=None, monitor=None)  # every pose is believed
     speed, dt, period, steps = 8.0, 0.05, 40, 400
-    loop = Loop(linearised(params, vehicle, speed, dt), vehicle, speed, dt, slip_time=0.3)
+    loop = Loop(linearised(params, vehicle, speed, dt), vehicle, speed, dt)
     at = 2.0 * math.pi / period
     offsets = 5e-3 * np.sin(at * np.arange(steps))
     answers = [
@@ -111,7 +105,7 @@ def test_gain_margin_is_the_factor_at_which_the_loop_turns_unstable(
     vehicle = Vehicle(dead_time=0.01)
     params, given = presets.get(name, "default"), Vehicle()
     law = linearised(params, given, speed, 0.05)
-    margin = margins(params, vehicle, speed, believed=given, adapt=None).gain
+    margin = margins(params, vehicle, speed, believed=given).gain
     assert margin > 1.0
     for factor, stable in ((0.999, True), (1.001, False)):
         scale = factor * margin
@@ -123,7 +117,7 @@ def test_gain_margin_is_the_factor_at_which_the_loop_turns_unstable(
 def test_phase_margin_turns_the_response_onto_minus_one(name: str) -> None:
     vehicle = Vehicle()
     params = presets.get(name, "default")
-    found = margins(params, vehicle, 10.0, adapt=None)
+    found = margins(params, vehicle, 10.0)
     response = Loop(linearised(params, vehicle, 10.0, 0.05), vehicle, 10.0, 0.05).gain()
     turned = response * np.exp(-1j * found.phase)
     assert np.abs(1.0 + turned).min() < 5e-3
@@ -228,27 +222,6 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
             assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
             given.append((abs(kept) > 1.0, bool(largest < 1.0)))
     assert set(given) == {(True, False), (False, True), (False, False)}
-
-
-def test_slip_counts_from_the_speed_on_at_which_a_controller_estimates_it() -> None:
-    from popsteer.lab.stability.runs import _slip_time
-
-    car = popsteer.Vehicle(wheelbase=3.0)
-    late = car.replace(dead_time=0.1)
-    preview, pop = popsteer.PreviewPopParams(), popsteer.PopParams()
-    own = popsteer.AdaptParams(slip_time=2.5, min_speed=8.0)
-    # By itself what predicts adapts, from 5/3 wheelbases a second on, over 5 s.
-    for params, vehicle, adapt, speed, wanted in (
-        (preview, car, "auto", 4.99, 0.0),
-        (preview, car, "auto", 5.0, 5.0),
-        (pop, car, "auto", 9.0, 0.0),
-        (pop, late, "auto", 9.0, 5.0),
-        (preview, car, None, 9.0, 0.0),
-        (pop, car, own, 7.9, 0.0),
-        (pop, car, own, 8.0, 2.5),
-    ):
-        found = _slip_time(params, vehicle, adapt, speed)  # type: ignore[arg-type]
-        assert found == wanted, (type(params), adapt, speed)
 
 
 def test_offset_that_is_driven_on_a_circle_is_the_computed_one() -> None:

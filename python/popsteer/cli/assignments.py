@@ -56,10 +56,10 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     --------
     >>> import popsteer
     >>> tuning, adapt = popsteer.PreviewPopParams(), popsteer.AdaptParams()
-    >>> named = ["horizon=2", "min_speed=1"]
+    >>> named = ["horizon=2", "min_speed=1", "slip_time=3"]
     >>> tuning, adapt = assigned_each([tuning, adapt], named, "preview-pop")
-    >>> tuning.horizon, tuning.min_speed, adapt.min_speed
-    (2.0, 1.0, 1.0)
+    >>> tuning.horizon, tuning.min_speed, adapt.slip_time
+    (2.0, 1.0, 3.0)
     """
     known = [_settable(params) for params in parts]
     names = list(dict.fromkeys(name for fields in known for name in fields))

@@ -64,7 +64,6 @@ def stability(
         list[str] | None,
         optional("NAME=VALUE", "Set a field of the real vehicle alone. Can be repeated."),
     ] = None,
-    no_adapt: options.NoAdapt = False,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
 ) -> None:
@@ -72,8 +71,9 @@ def stability(
     names = inputs.names("--controllers", controllers)
     given = inputs.believed(vehicle, set_vehicle)
     itself = inputs.believed(plant, set_plant, given)
+    # What is estimated is a constant in small signals.
     tuning = inputs.tuned(
-        names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
+        names, preset, set_, no_adapt=True, params=params, known=inputs.OWN_CONTROLLERS
     )
     at = _speeds(speeds)
     outputs.check_folder(out, _FILES)
@@ -83,7 +83,6 @@ def stability(
             itself,
             at,
             believed=given,
-            adapt=tuning.adapt,
             preset=tuning.preset,
             dt=dt,
         )

@@ -525,7 +525,7 @@ typedef struct popsteer_pop_params {
 typedef struct popsteer_options {
     /**
      * `POPSTEER_AUTO`: adapts in preview POP, and where the vehicle has a dead time;
-     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time`, `slip_time` and `min_speed`.
+     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time` and `slip_time`.
      */
     uint32_t adapt;
     /**
@@ -534,9 +534,9 @@ typedef struct popsteer_options {
      */
     uint32_t monitor;
     /**
-     * Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
-     * switches them off. Shorter: faster, and more noise of the heading in the estimates.
-     * Default 10, in [0.0, 1000000.0].
+     * Time constant of the estimates of turning gain, understeer, steering offset and dead
+     * time [s]; 0 switches them off. Shorter: a change is learnt sooner, and more noise of the
+     * heading is in the estimates. Default 10, in [0.0, 1000000.0].
      */
     double turn_time;
     /**
@@ -544,11 +544,6 @@ typedef struct popsteer_options {
      * noise of the position in the estimate. Default 5, in [0.0, 1000000.0].
      */
     double slip_time;
-    /**
-     * Below this speed the slip is not estimated [m/s], because the position moves too little
-     * to show it. NAN: `5.0 / 3.0 * wheelbase`, in [0.0, 1000.0].
-     */
-    double min_speed;
     /**
      * Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
      * it off. NAN: `0.5 * wheelbase`, in [0.0, 1000000000.0].

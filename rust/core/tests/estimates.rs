@@ -1,9 +1,11 @@
-//! What the estimator makes of single motions: least squares over all of them at once, written out.
+//! The filter of the estimates beside its definition: least squares over all measurements at once,
+//! written out in dense matrices; and what the estimator makes of single motions.
 
 mod dense;
 
 use dense::solve;
-use popsteer_core::vehicle::wheels::WheelIntegrals;
+use nalgebra::SVector;
+use popsteer_core::vehicle::kalman::{Change, Walk};
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
 use popsteer_core::{Vehicle, VehicleState};
 
@@ -12,283 +14,307 @@ const CAR: Vehicle = Vehicle {
     dead_time: 0.3,
     ..Vehicle::PAPER
 };
-/// Quick, so that forgetting is seen.
-const PARAMS: AdaptParams = AdaptParams {
-    turn_time: 1.5,
-    slip_time: 2.0,
-    min_speed: Some(1.0),
-};
-
-/// One period: what the wheels did, the turn that was measured, and the speeds.
-#[derive(Clone, Copy)]
-struct Period {
-    reached: WheelIntegrals,
-    measured: f64,
-    speeds: (f64, f64),
-    dt: f64,
-}
-
-/// Bends to both sides, at speeds and periods that change, measured with errors; in one of them
-/// the heading jumps.
-fn periods() -> Vec<Period> {
-    let wave = |k: u32, rate: f64| (rate * f64::from(k)).sin();
-    (0..60_u32)
-        .map(|k| {
-            let dt = 0.05 + 0.02 * wave(k, 1.7);
-            let angle = 0.12 * wave(k, 0.21) + 0.02;
-            let speed = |k: u32| 9.0 + 2.0 * wave(k, 0.11);
-            let turn = 1.15 * speed(k) / 3.3 * dt * (angle + 0.03).tan();
-            let jump = if k == 40 { 0.3 } else { 0.0 };
-            Period {
-                reached: WheelIntegrals {
-                    turn: dt * angle.tan(),
-                    slope: dt * (1.0 + angle.tan().powi(2)),
-                    change: 0.03 * wave(k, 0.37) * dt,
-                },
-                measured: turn + 0.002 * wave(k * k, 0.9) + jump,
-                speeds: (speed(k), speed(k + 1)),
-                dt,
-            }
-        })
-        .collect()
-}
-
-/// The expected turn, its derivative by the steering offset, and that by a shorter dead time.
-fn expected(car: &Vehicle, period: &Period) -> [f64; 3] {
-    let speed = 0.5 * (period.speeds.0 + period.speeds.1);
-    let share = speed / (car.wheelbase + car.understeer * speed * speed);
-    let WheelIntegrals {
-        turn,
-        slope,
-        change,
-    } = period.reached;
-    [share * turn, share * slope, share * change]
-}
-
-/// The estimator after each period, from the heading `yaw` on.
-fn observed(car: &Vehicle, periods: &[Period]) -> Vec<Estimator> {
-    let mut estimator = Estimator::default();
-    let mut yaw = 3.0;
-    let state = |yaw: f64, speed: f64| VehicleState {
-        x: 0.0,
-        y: 0.0,
-        yaw,
-        speed,
-    };
-    let mut all = vec![estimator];
-    for period in periods {
-        estimator.last_measured = Some(state(yaw, period.speeds.0));
-        yaw += period.measured;
-        if yaw > std::f64::consts::PI {
-            yaw -= std::f64::consts::TAU;
-        }
-        let now = state(yaw, period.speeds.1);
-        estimator.observe_turn(&PARAMS, car, now, period.reached, period.dt);
-        all.push(estimator);
-    }
-    all
-}
-
-/// The measured turns as they count: at most `2 (|a| + 0.15 |b|)` and six deviations of the noise
-/// off the estimated one.
-fn counted(car: &Vehicle, periods: &[Period], all: &[Estimator]) -> Vec<f64> {
-    let one = |(period, before): (&Period, &Estimator)| {
-        let [a, b, _] = expected(car, period);
-        let Estimate {
-            gain, steer_offset, ..
-        } = before.estimate;
-        let middle = gain * (a + steer_offset * b);
-        let most = 2.0 * (a.abs() + 0.15 * b.abs()) + 6.0 * before.turning.noise.sqrt();
-        period.measured.clamp(middle - most, middle + most)
-    };
-    periods.iter().zip(all).map(one).collect()
-}
 
 #[track_caller]
 fn assert_close(found: f64, wanted: f64) {
     let off = (found - wanted).abs();
-    assert!(off <= 1e-9 * wanted.abs().max(1.0), "{found}, not {wanted}");
+    assert!(off <= 1e-8 * wanted.abs().max(1.0), "{found}, not {wanted}");
 }
 
-/// Sums of `rows` and their answers over the last 2 s, then `M` and `m` over all periods at once,
-/// as dense matrices.
-fn all_at_once(
-    rows: &[Vec<f64>],
-    answers: &[f64],
-    dts: &[f64],
-    time: f64,
-) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let size = rows[0].len();
-    let (mut m, mut y) = (vec![vec![0.0; size]; size], vec![0.0; size]);
-    let age = |from: usize, to: usize| dts[from + 1..=to].iter().sum::<f64>();
-    let last = rows.len() - 1;
-    for (k, dt) in dts.iter().enumerate().take(rows.len()) {
-        let kept = |i: usize| f64::exp(-age(i, k) / 2.0);
-        let sum = |column: usize| (0..=k).map(|i| kept(i) * rows[i][column]).sum::<f64>();
-        let sums: Vec<f64> = (0..size).map(sum).collect();
-        let answer: f64 = (0..=k).map(|i| kept(i) * answers[i]).sum();
-        let weight = dt * f64::exp(-age(k, last) / time);
-        for row in 0..size {
-            y[row] += weight * sums[row] * answer;
-            for column in 0..size {
-                m[row][column] += weight * sums[row] * sums[column];
-            }
-        }
-    }
-    (m, y)
-}
+/// Deviations of the priors, and variance of the noise.
+const PRIOR: [f64; 2] = [0.3, 0.1];
+const NOISE: f64 = 2e-4;
 
-/// The priors: a least weight, and the noise over 1 s against the doubt.
-fn prior(least: f64, noise: f64, doubt: f64) -> f64 {
-    least + noise / (doubt * doubt)
-}
-
-#[test]
-fn test_gain_offset_and_dead_time_are_the_least_squares_over_all_periods() {
-    let periods = periods();
-    let blind = Vehicle {
-        dead_time: 0.0,
-        ..CAR
+/// The inverse of a symmetric matrix.
+fn inverse(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let size = rows.len();
+    let column = |k: usize| {
+        let with = |(i, row): (usize, &Vec<f64>)| {
+            let mut row = row.clone();
+            row.push(if i == k { 1.0 } else { 0.0 });
+            row
+        };
+        solve(rows.iter().enumerate().map(with).collect())
     };
-    for car in [CAR, blind] {
-        let all = observed(&car, &periods);
-        let counted = counted(&car, &periods, &all);
-        assert!(counted.iter().zip(&periods).any(|(y, p)| *y < p.measured));
-        let row = |(period, before): (&Period, &Estimator)| {
-            let [a, b, c] = expected(&car, period);
-            vec![a + before.estimate.longer_dead_time * c, b, -c]
+    (0..size).map(column).collect()
+}
+
+/// Slopes, what is left open, and the measured level, of each period.
+fn changes() -> Vec<([f64; 2], f64, f64)> {
+    let wave = |k: u32, rate: f64| (rate * f64::from(k)).sin();
+    let mut level = 0.0;
+    (1..=30_u32)
+        .map(|k| {
+            let slopes = [0.1 * wave(k, 0.4) + 0.02, 0.05 * wave(k, 1.1)];
+            level += 1.2 * slopes[0] - 0.08 * slopes[1];
+            let open = 1e-5 * (1.0 + wave(k, 0.7));
+            (slopes, open, level + 0.014 * wave(k * k, 0.9))
+        })
+        .collect()
+}
+
+/// Parameters and their covariance by least squares over all levels at once: unknown are both
+/// parameters and each level, beginning with the first; each row is divided by its deviation.
+fn all_at_once(changes: &[([f64; 2], f64, f64)]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let size = 2 + changes.len() + 1;
+    let mut rows: Vec<(Vec<f64>, f64)> = Vec::new();
+    let mut add = |entries: &[(usize, f64)], right: f64, variance: f64| {
+        let mut row = vec![0.0; size];
+        for (place, value) in entries {
+            row[*place] = value / variance.sqrt();
+        }
+        rows.push((row, right / variance.sqrt()));
+    };
+    add(&[(0, 1.0)], 1.0, PRIOR[0] * PRIOR[0]);
+    add(&[(1, 1.0)], 0.0, PRIOR[1] * PRIOR[1]);
+    add(&[(2, 1.0)], 0.0, NOISE);
+    for (k, (slopes, open, measured)) in changes.iter().enumerate() {
+        let step = [
+            (0, -slopes[0]),
+            (1, -slopes[1]),
+            (2 + k, -1.0),
+            (3 + k, 1.0),
+        ];
+        add(&step, 0.0, *open);
+        add(&[(3 + k, 1.0)], *measured, NOISE);
+    }
+    let product = |i: usize, j: usize| rows.iter().map(|(row, _)| row[i] * row[j]).sum::<f64>();
+    let normal: Vec<Vec<f64>> = (0..size)
+        .map(|i| (0..size).map(|j| product(i, j)).collect())
+        .collect();
+    let equations = normal.iter().enumerate().map(|(i, row)| {
+        let right = rows.iter().map(|(each, right)| each[i] * right).sum();
+        row.iter().copied().chain([right]).collect()
+    });
+    (solve(equations.collect()), inverse(&normal))
+}
+
+#[test]
+fn test_filter_is_the_least_squares_over_all_levels_at_once() {
+    let changes = changes();
+    let mut walk = Walk::new([1.0, 0.0], &PRIOR, NOISE);
+    let mut last = 0.0;
+    for (k, (slopes, open, measured)) in changes.iter().enumerate() {
+        let slopes = SVector::from(*slopes);
+        let innovation = walk.observe(
+            &Change {
+                measured: measured - last,
+                expected: slopes.dot(&walk.mean),
+                slopes,
+                open: *open,
+                dt: 0.05,
+            },
+            NOISE,
+        );
+        // None of these is an outlier, and the noise is the given one.
+        assert!(innovation.value.abs() < 4.0 * innovation.variance.sqrt());
+        walk.noise = NOISE;
+        last = *measured;
+        let (found, covariance) = all_at_once(&changes[..=k]);
+        assert_close(walk.mean[0], found[0]);
+        assert_close(walk.mean[1], found[1]);
+        assert_close(walk.level + measured, found[3 + k]);
+        for (place, other) in [(0, 0), (0, 1), (1, 1)] {
+            let wanted = covariance[place][other];
+            let off = (walk.covariance[(place, other)] - wanted).abs();
+            assert!(off <= 1e-6 * PRIOR[place] * PRIOR[other], "{off}");
+        }
+        assert_close(walk.variance, covariance[3 + k][3 + k]);
+    }
+    assert!((walk.mean[0] - 1.2).abs() < 0.05, "{}", walk.mean);
+}
+
+#[test]
+fn test_forgetting_takes_information_down_to_that_of_the_prior() {
+    let mut walk = Walk::new([1.0, 0.0], &PRIOR, NOISE);
+    walk.covariance *= 0.1;
+    walk.covariance[(0, 1)] = 0.002;
+    walk.covariance[(1, 0)] = 0.002;
+    let information = |walk: &Walk<2>| {
+        let rows = [0, 1].map(|i| [0, 1].map(|j| walk.covariance[(i, j)]).to_vec());
+        inverse(&rows).concat()
+    };
+    let before = information(&walk);
+    let mean = walk.mean;
+    for _ in 0..10_000 {
+        walk.forget(1e-4, &PRIOR);
+    }
+    // After one time constant, exp(-1) of what is beyond the prior's is kept.
+    let prior = Walk::new([1.0, 0.0], &PRIOR, NOISE);
+    let known = information(&prior);
+    for (k, found) in information(&walk).iter().enumerate() {
+        let wanted = known[k] + (before[k] - known[k]) * f64::exp(-1.0);
+        assert!((found / wanted - 1.0).abs() < 1e-3, "{found} {wanted}");
+    }
+    // At once, however long it was, it is no more than the prior's; and the estimate stays.
+    walk.covariance *= 1e-3;
+    for _ in 0..1000 {
+        walk.forget(1e3, &PRIOR);
+        let share = walk.covariance[(0, 0)] / (PRIOR[0] * PRIOR[0]);
+        assert!(share > 0.0 && share <= 1.0 + 1e-9, "{share} {walk:?}");
+    }
+    let share = walk.covariance[(0, 0)] / (PRIOR[0] * PRIOR[0]);
+    assert!((share - 1.0).abs() < 1e-6, "{share}");
+    assert_eq!(walk.mean, mean);
+}
+
+#[test]
+fn test_innovations_have_the_variance_that_the_filter_says_and_the_noise_is_found() {
+    // A multiplicative congruential generator: twelve draws less six are nearly normal.
+    let mut seed = 1_u64;
+    let mut normal = || {
+        let draw = |_| {
+            seed = seed * 48271 % 2_147_483_647;
+            #[expect(clippy::cast_precision_loss, reason = "below 2^31")]
+            let share = seed as f64 / 2_147_483_647.0;
+            share
         };
-        let rows: Vec<Vec<f64>> = periods.iter().zip(&all).map(row).collect();
-        let dts: Vec<f64> = periods.iter().map(|period| period.dt).collect();
-        for n in [1, 2, 7, 41, 60] {
-            let (m, y) = all_at_once(&rows[..n], &counted[..n], &dts[..n], PARAMS.turn_time);
-            let noise = all[n - 1].turning.noise;
-            // The gain with the others free, but for a thousandth of their least weights.
-            let weight = prior(3e-3, noise, 0.1);
-            let joint = solve(vec![
-                vec![m[0][0] + weight, m[0][1], m[0][2], y[0] + weight],
-                vec![m[1][0], m[1][1] + 1e-3, m[1][2], y[1]],
-                vec![m[2][0], m[2][1], m[2][2] + 2e-6, y[2]],
-            ]);
-            let fitted = joint[0].clamp(0.4, 2.5);
-            let found = all[n].estimate;
-            assert_close(found.gain, fitted);
-            let [by_offset, by_delay] = [prior(1.0, noise, 0.03), prior(2e-3, noise, 0.1)];
-            let others = solve(vec![
-                vec![m[1][1] + by_offset, m[1][2], y[1] / fitted - m[1][0]],
-                vec![m[2][1], m[2][2] + by_delay, y[2] / fitted - m[2][0]],
-            ]);
-            assert_close(found.steer_offset, others[0].clamp(-0.15, 0.15));
-            let (last, dt) = (all[n - 1].estimate.longer_dead_time, dts[n - 1]);
-            let longer = others[1].clamp(last - 0.2 * dt, last + 0.2 * dt);
-            let unseen = car.dead_time <= 0.0 && longer < 0.005;
-            let longer = if unseen { 0.0 } else { longer };
-            assert_close(
-                found.longer_dead_time,
-                longer.clamp(-car.dead_time, Estimator::MAX_LONGER),
-            );
+        (0..12).map(draw).sum::<f64>() - 6.0
+    };
+    let mut walk = Walk::new([1.0, 0.0], &PRIOR, 1e-4);
+    let (mut level, mut last, mut sum) = (0.0, 0.0, 0.0);
+    for k in 0..4000_u32 {
+        let slopes = SVector::from([0.1 * (0.2 * f64::from(k)).sin(), 0.02]);
+        level += slopes.dot(&SVector::from([0.8, 0.05])) + 1e-3 * normal();
+        let measured = level + 0.02 * normal();
+        let change = Change {
+            measured: measured - last,
+            expected: slopes.dot(&walk.mean),
+            slopes,
+            open: 1e-6,
+            dt: 0.05,
+        };
+        let innovation = walk.observe(&change, 1e-4);
+        last = measured;
+        if k >= 1000 {
+            sum += innovation.value * innovation.value / innovation.variance;
         }
     }
+    assert!(
+        (walk.noise.sqrt() / 0.02 - 1.0).abs() < 0.15,
+        "{}",
+        walk.noise
+    );
+    assert!((sum / 3000.0 - 1.0).abs() < 0.15, "{sum}");
+    assert!((walk.mean[0] - 0.8).abs() < 3.0 * walk.covariance[(0, 0)].sqrt());
 }
 
-/// The acceleration is that of the speed, smoothed over a tenth of a second, up to 20 wheelbases.
-#[test]
-fn test_acceleration_is_smoothed_over_a_tenth_of_a_second() {
-    let periods = periods();
-    let mut acceleration = 0.0;
-    for (period, after) in periods.iter().zip(&observed(&CAR, &periods)[1..]) {
-        let now = (period.speeds.1 - period.speeds.0) / period.dt;
-        acceleration += (1.0 - f64::exp(-period.dt / 0.1)) * (now - acceleration);
-        assert_close(after.estimate.acceleration, acceleration);
-    }
-    let mut crash = periods[0];
-    crash.speeds = (100.0, 0.0);
-    let found = observed(&CAR, &[crash; 3])[3].estimate.acceleration;
-    assert_close(found, -20.0 * 3.0);
-}
-
-#[test]
-fn test_slip_is_the_least_squares_over_all_periods() {
-    for (way, yaw_noise) in [(1.0, 0.0), (-1.0, 0.0), (1.0, 2e-4)] {
-        let mut estimator = Estimator::default();
-        estimator.turning.noise = yaw_noise;
-        estimator.turning.noise_time = 5.0;
-        let (mut least, mut most) = (1.0_f64, 0.0_f64);
-        let mut here = VehicleState {
-            x: 7.0,
-            y: -3.0,
-            yaw: 3.1,
-            speed: way * 7.0,
-        };
-        let (mut rows, mut answers, mut dts) = (vec![], vec![], vec![]);
-        for k in 0..50_u32 {
-            let wave = |rate: f64| (rate * f64::from(k)).sin();
-            let (dt, bend, turn) = (0.06 + 0.03 * wave(1.3), 0.04 * wave(0.2), 0.02 * wave(0.2));
-            let speed = way * (7.0 + wave(0.1));
-            let travel = 0.5 * (here.speed + speed) * dt;
-            let aside = travel * (0.02 + 0.3 * bend) + 0.004 * wave(5.1);
-            let direction = here.yaw + 0.5 * turn;
-            let now = VehicleState {
-                x: here.x + travel * direction.cos() - aside * direction.sin(),
-                y: here.y + travel * direction.sin() + aside * direction.cos(),
-                yaw: here.yaw + turn,
-                speed,
-            };
-            let noise = estimator.sliding.noise;
-            estimator.last_measured = Some(here);
-            estimator.observe_slip(&PARAMS, &CAR, now, bend, dt);
-            here = now;
-            let square = (travel / dt) * (travel / dt) / CAR.wheelbase;
-            rows.push(vec![
-                travel / CAR.wheelbase,
-                travel / CAR.wheelbase * square * bend,
-            ]);
-            answers.push(aside / CAR.wheelbase);
-            dts.push(dt);
-            let (m, y) = all_at_once(&rows, &answers, &dts, PARAMS.slip_time);
-            let doubt = 0.1 * CAR.wheelbase / square;
-            let weights = [
-                m[0][0] + prior(0.25, noise, 0.02),
-                m[1][1] + prior(0.04, noise, doubt),
-            ];
-            let best = solve(vec![
-                vec![weights[0], m[0][1], y[0]],
-                vec![m[1][0], weights[1], y[1]],
-            ]);
-            // Sums over 2 s, in which the noise of the heading adds up. None is seen before the first.
-            let heading = 2.0 * travel / dt / CAR.wheelbase;
-            let seen = if k == 0 { 0.0 } else { noise };
-            let density = (seen + heading * heading * yaw_noise) * dt;
-            let [slip, compliance] = [0, 1].map(|i| {
-                let share = (1.0 - density / weights[i] / (best[i] * best[i])).max(0.0);
-                (least, most) = (least.min(share), most.max(share));
-                best[i] * share
-            });
-            assert_close(estimator.estimate.slip, slip.clamp(-0.15, 0.15));
-            let length = compliance * speed * speed / CAR.wheelbase;
-            assert_close(estimator.estimate.slip_length, length.clamp(-3.0, 3.0));
-        }
-        // Some did not stand out of the noise, some did.
-        assert!(least < 0.1 && most > 0.9, "{least} to {most}");
-        assert!((estimator.estimate.slip - 0.02).abs() < 0.01);
-    }
-}
-
-#[test]
-fn test_slip_is_not_taken_from_a_slow_vehicle() {
-    let at = |y: f64, speed: f64| VehicleState {
+/// What is estimated on a circle to either side at speeds that change between `speeds` [m/s], of a
+/// vehicle with this gain and this understeer in addition to those given.
+fn turned(gain: f64, understeer: f64, speeds: (f64, f64)) -> (Estimator, f64) {
+    let params = AdaptParams::DEFAULT;
+    let mut estimator = Estimator::default();
+    let mut here = VehicleState {
         x: 0.0,
-        y,
+        y: 0.0,
+        yaw: 0.0,
+        speed: speeds.0,
+    };
+    for k in 0..1600_u32 {
+        let time = 0.05 * f64::from(k);
+        let share = 0.5 - 0.5 * (0.3 * time).cos();
+        let angle = 0.05 * (0.9 * time).sin();
+        let reached = popsteer_core::vehicle::wheels::WheelIntegrals {
+            turn: 0.05 * angle.tan(),
+            slope: 0.05 * (1.0 + angle.tan() * angle.tan()),
+            change: 0.05 * 0.045 * (0.9 * time).cos(),
+        };
+        let speed = speeds.0 + share * (speeds.1 - speeds.0);
+        let mean = 0.5 * (here.speed + speed);
+        let length = CAR.turning_length(mean) + understeer * mean * mean;
+        let before = here;
+        here.yaw += gain * mean / length * reached.turn;
+        here.speed = speed;
+        estimator.last_measured = Some(before);
+        estimator.observe_turn(&params, &CAR, here, reached, 0.05);
+    }
+    (estimator, here.speed)
+}
+
+#[test]
+fn test_understeer_is_learnt_where_speeds_differ_and_holds_at_others() {
+    for (gain, understeer) in [(1.0, 0.003), (0.9, 0.002), (1.1, -0.002), (1.0, 0.0)] {
+        let (estimator, speed) = turned(gain, understeer, (5.0, 25.0));
+        let [found, more] = [0, 1].map(|k| estimator.turning.get(k));
+        assert!((found - gain).abs() < 0.01, "{found} of {gain}");
+        let more = more / CAR.wheelbase;
+        assert!((more - understeer).abs() < 2e-4, "{more} of {understeer}");
+        // The gain that controllers use is that at the present speed.
+        let length = CAR.turning_length(speed);
+        let wanted = gain * length / (length + understeer * speed * speed);
+        assert!((estimator.estimate.gain - wanted).abs() < 0.01);
+    }
+}
+
+#[test]
+fn test_acceleration_is_that_of_the_speeds_and_noise_in_them_is_none() {
+    let at = |speed: f64| VehicleState {
+        x: 0.0,
+        y: 0.0,
         yaw: 0.0,
         speed,
     };
-    for (speed, learns) in [(1.01, true), (0.99, false), (-1.01, true), (-0.99, false)] {
-        let mut estimator = Estimator {
-            last_measured: Some(at(0.0, speed)),
-            ..Estimator::default()
+    let still = popsteer_core::vehicle::wheels::WheelIntegrals::default();
+    let found = |speed: &dyn Fn(u32) -> f64, dt: f64| {
+        let mut estimator = Estimator::default();
+        let mut largest = 0.0_f64;
+        for k in 1..400 {
+            estimator.last_measured = Some(at(speed(k - 1)));
+            estimator.observe_turn(&AdaptParams::DEFAULT, &CAR, at(speed(k)), still, dt);
+            if k > 100 {
+                largest = largest.max(estimator.estimate.acceleration.abs());
+            }
+        }
+        (estimator.estimate.acceleration, largest)
+    };
+    for dt in [0.01, 0.05, 0.2] {
+        let braking = found(&|k| 300.0 - 1.5 * dt * f64::from(k), dt).0;
+        assert!((braking + 1.5).abs() < 0.02, "{dt}: {braking}");
+    }
+    // Noise of 0.1 m/s: a difference over 0.1 s would be up to 2 m/s^2.
+    let noisy = found(&|k| 10.0 + 0.14 * (f64::from(k * k) * 0.9).sin(), 0.05).1;
+    assert!(noisy < 0.5, "{noisy}");
+    let mut estimator = Estimator::default();
+    for _ in 0..3 {
+        estimator.last_measured = Some(at(100.0));
+        estimator.observe_turn(&AdaptParams::DEFAULT, &CAR, at(0.0), still, 0.05);
+    }
+    assert!(estimator.estimate.acceleration >= -20.0 * 3.0);
+}
+
+/// The slip that is estimated of a vehicle that slides aside by `slip` at `speed` [m/s], its
+/// position measured with `noise` [m].
+fn slid(speed: f64, slip: f64, noise: f64, dt: f64) -> f64 {
+    let mut estimator = Estimator::default();
+    let (mut x, mut y) = (0.0, 0.0);
+    let mut before = None;
+    for k in 0..200_u32 {
+        let now = VehicleState {
+            x,
+            y: y + noise * (f64::from(k * k) * 0.9).sin(),
+            yaw: 0.0,
+            speed,
         };
-        estimator.observe_slip(&PARAMS, &CAR, at(0.01, speed), 0.0, 0.1);
-        assert_eq!(estimator.estimate.slip.abs() > 0.0, learns, "{speed}");
+        estimator.last_measured = before;
+        estimator.observe_slip(&AdaptParams::DEFAULT, &CAR, now, 0.0, dt);
+        before = Some(now);
+        x += speed * dt * slip.cos();
+        y += speed * dt * slip.sin();
+    }
+    estimator.estimate.slip
+}
+
+#[test]
+fn test_slip_is_learnt_at_every_speed_and_noise_is_no_slip() {
+    for speed in [0.3, 1.0, 3.0, 10.0, -2.0] {
+        for dt in [0.05, 0.4] {
+            let found = slid(speed, 0.02, 0.0, dt);
+            assert!((found - 0.02).abs() < 2e-3, "{speed} {dt}: {found}");
+        }
+        let found = slid(speed, 0.02, 0.01, 0.05);
+        assert!((found - 0.02).abs() < 8e-3, "{speed}: {found}");
+        let found = slid(speed, 0.0, 0.02, 0.05);
+        assert!(found.abs() < 2e-3, "{speed}: {found}");
     }
 }
 

@@ -49,7 +49,9 @@ fn test_prediction_starts_from_the_measured_angle_of_the_wheels() {
         steer_offset: 0.02,
         ..Vehicle::PAPER
     };
-    let tracker = Tracker::of(Pop::new(car, PopParams::DEFAULT).unwrap());
+    // Nothing is learnt of a vehicle that, here, does not answer.
+    let law = Pop::new(car, PopParams::DEFAULT).unwrap();
+    let tracker = Tracker::new(law, None).unwrap();
     let path = Path::new(&[0.0, 50.0], &[0.0; 2], None, false).unwrap();
     let view = path.view();
     let vehicle = |k: u32| VehicleState {

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
-use popsteer_core::vehicle::regression::Regression;
+use popsteer_core::vehicle::kalman::Walk;
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
 use popsteer_core::{Path, PathError, PathView, Vehicle, VehicleState};
 use std::f64::consts::FRAC_PI_4;
@@ -241,28 +241,31 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
             yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
             speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
         }),
-        turning: regression(bytes),
-        sliding: regression(bytes),
-        slip_compliance: symmetric(bytes, 0.01, 1e3),
+        turning: walk(bytes),
+        sliding: walk(bytes),
+        pace: walk(bytes),
+        unknown: bytes.number([0.0, 1.0], [0.0, 1.0]),
         estimate: estimate(bytes, wheelbase, dead_time),
     }
 }
 
-/// Sums that a regression may or may not have.
-fn regression<const N: usize>(bytes: &mut Bytes) -> Regression<N> {
-    let mut drawn = Regression::new(bytes.number([0.0, 1e-3], [0.0, 1e90]));
+/// A filter whose covariance may or may not be one.
+fn walk<const N: usize>(bytes: &mut Bytes) -> Walk<N> {
+    let noise = bytes.number([0.0, 1e-3], [0.0, 1e40]);
+    let mut drawn = Walk::new([0.0; N], &[1.0; N], noise);
     for row in 0..N {
-        drawn.regressors[row] = symmetric(bytes, 1.0, 1e40);
-        drawn.moment[row] = symmetric(bytes, 1.0, 1e90);
+        drawn.mean[row] = symmetric(bytes, 1.0, 1e40);
+        drawn.cross[row] = symmetric(bytes, 0.01, 1e40);
         for column in 0..row {
-            let square = symmetric(bytes, 0.1, 1e90);
-            drawn.information[(row, column)] = square;
-            drawn.information[(column, row)] = square;
+            let both = symmetric(bytes, 0.1, 1e40);
+            drawn.covariance[(row, column)] = both;
+            drawn.covariance[(column, row)] = both;
         }
-        drawn.information[(row, row)] = bytes.number([0.0, 10.0], [0.0, 1e90]);
+        drawn.covariance[(row, row)] = bytes.number([0.0, 10.0], [0.0, 1e40]);
     }
-    drawn.measured = symmetric(bytes, 1.0, 1e40);
-    drawn.residual = symmetric(bytes, 0.1, 1e40);
+    drawn.level = symmetric(bytes, 0.1, 1e40);
+    drawn.variance = bytes.number([0.0, 1e-3], [0.0, 1e40]);
+    drawn.residual = (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 0.1, 1e40));
     drawn.noise_time = bytes.number([0.0, 5.0], [0.0, 10.0]);
     drawn
 }

@@ -269,6 +269,6 @@ def choice(
             offset = preview_offset(
                 changed, vehicle, radius, speed, dt, believed=believed, adapt=adapt
             )
-        margin = margins(changed, vehicle, speed, dt, believed=believed, adapt=adapt)
+        margin = margins(changed, vehicle, speed, dt, believed=believed)
         found.append((value, margin.dead_time, offset))
     return Choice(*zip(*found, strict=True))

@@ -1,15 +1,15 @@
 """Controllers in small signals about straight driving at one speed.
 
 A controller sees e and ψ, the offset and the heading error of its tracked point, and commands
-δ = -(C_e(z) e + C_ψ(z) ψ + C_s(z) s) / D(z), where D is 1 unless it remembers what it commanded; s
-is the slip that it estimates. `popsteer.lab.stability.loop` closes the loop with a vehicle.
+δ = -(C_e(z) e + C_ψ(z) ψ) / D(z), where D is 1 unless it remembers what it commanded.
+`popsteer.lab.stability.loop` closes the loop with a vehicle.
 
 On a straight a step of preview POP is linear feedback of the errors and of what it remembers: c,
 the curvature that its wheels are commanded, a, the curvature that they have come to by its own
-model, and s. With b one period back, the gains g from the cost-to-go, and E the decay of the
+model. With b one period back, the gains g from the cost-to-go, and E the decay of the
 model's lag over a period::
 
-    c = b c - (g_e e + g_p (ψ + s) + g_a a + g_c b c)      δ = (L + K v²) c
+    c = b c - (g_e e + g_p ψ + g_a a + g_c b c)      δ = (L + K v²) c
     a = (1 - E) b c / (1 - E b)
 
 Without a and c, δ is a ratio of polynomials of b.
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 class LinearLaw(NamedTuple):
     """A controller in small signals: the point that it tracks, and weights, the latest first.
 
-    Σ steer[i] δ(k - i) = -Σ (cross_track[i] e(k - i) + heading[i] ψ(k - i) + slip[i] s(k - i))
+    Σ steer[i] δ(k - i) = -Σ (cross_track[i] e(k - i) + heading[i] ψ(k - i))
     """
 
     tracked_point: float
@@ -60,8 +60,6 @@ class LinearLaw(NamedTuple):
     """Of the heading errors [-]."""
     steer: NDArray[np.float64] = np.ones(1)
     """Of the angles [-]; of the latest it is 1."""
-    slip: NDArray[np.float64] = np.zeros(1)
-    """Of the slip that is estimated [-]."""
 
 
 def no_slip(vehicle: Vehicle) -> float:
@@ -153,7 +151,7 @@ class PreviewGains(NamedTuple):
     error: float
     """Of the cross-track error [1/m²]."""
     heading: float
-    """Of the heading error, and of the slip that is estimated: the direction of motion [1/m]."""
+    """Of the heading error [1/m]."""
     driven: float
     """Of the curvature that the wheels have come to [-]."""
     commanded: float
@@ -176,7 +174,7 @@ def _preview_pop(params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: f
     steer = (1.0 - (1.0 - gains.commanded) * _BACK) * lag + gains.driven * driven
     scaled = [length * gain * lag for gain in (gains.error, gains.heading)]
     cross_track, heading = (each.coef.tolist() for each in scaled)
-    return cross_track, heading, steer.coef.tolist(), heading
+    return cross_track, heading, steer.coef.tolist()
 
 
 _LINEAR: dict[type[Any], Callable[[Any, Vehicle, float, float], _Weights]] = {

@@ -6,14 +6,15 @@ bicycle; e₀ is the offset of the no-slip point, ψ the heading error, w the an
     e₀' = v ψ      ψ' = v w / (L + K v²)      τ w' = δ - w
 
 The controller sees e = e₀ + a ψ at its tracked point a ahead, and commands
-δ = -(C_e(z) e + C_ψ(z) ψ + C_s(z) s), where all divide by the same polynomial D(z) if it remembers
-what it commanded; s is the slip that it estimates. A controller that believes in a dead time sees e
+δ = -(C_e(z) e + C_ψ(z) ψ), where both divide by the same polynomial D(z) if it remembers what it
+commanded. What a controller estimates is a constant here: the slip counts only where it stands out
+of what is not known of it. A controller that believes in a dead time sees e
 and ψ as its own chain predicts them through the commands in flight. Commands are held for the
 control period Δt. Sampling is exact: the vehicle's step response is known in closed form, and a
 dead time that is no multiple of Δt splits a period in two. Broken at the command, the loop has the
 gain::
 
-    L(z) = (C_e E(z) + C_ψ Ψ(z) + C_s S(z)) / D(z)
+    L(z) = (C_e E(z) + C_ψ Ψ(z)) / D(z)
 
 of what the vehicle shows, and its closed loop the poles where 1 + L(z) = 0. What the controller
 predicts from its own commands is part of D.
@@ -35,17 +36,14 @@ if TYPE_CHECKING:
 
 _Response: TypeAlias = "NDArray[np.complex128]"
 
-_SPAN = 2.0  # over which the estimator sums motions [s]
-_SLIP_PRIOR = 0.25  # its weight of no slip [s]
 _PREDICTION_STEP = 0.05  # the longest step of a controller's prediction [s]
 
 
 class Loop:
     """The loop of a controller and a vehicle at one speed [m/s], on a grid of frequencies.
 
-    `dt` is the control period Δt [s]. The controller is given `believed`, the vehicle by default,
-    and estimates the slip over `slip_time` [s], never where that is 0. `frequencies` is how many
-    there are up to the half of the control rate.
+    `dt` is the control period Δt [s]. The controller is given `believed`, the vehicle by default.
+    `frequencies` is how many there are up to the half of the control rate.
     """
 
     def __init__(
@@ -56,7 +54,6 @@ class Loop:
         dt: float,
         *,
         believed: Vehicle | None = None,
-        slip_time: float = 0.0,
         frequencies: int = 3000,
     ) -> None:
         slow = np.geomspace(1e-5, 0.1, frequencies // 4, endpoint=False)
@@ -67,25 +64,20 @@ class Loop:
         self._back = back = np.exp(-1j * angles)  # 1 / z
 
         believed = vehicle if believed is None else believed
-        weights = (law.cross_track, law.heading, law.steer, law.slip)
-        cross_track, heading, steer, slip = (
+        weights = (law.cross_track, law.heading, law.steer)
+        cross_track, heading, steer = (
             np.polynomial.polynomial.polyval(back, weight) for weight in weights
         )
         # The prediction turns the vehicle by the commands in flight, and moves it aside, ...
         aside, turn = _predicted(believed, speed, dt, back)
         aside = aside + (law.tracked_point - no_slip(believed)) * turn
         self._steer = steer + cross_track * aside + heading * turn
-        # ... and along its heading and the slip of the last step: this one's is found after it.
-        reach = speed * believed.dead_time
-        heading = heading + reach * cross_track
-        slip = slip + reach * cross_track * back
+        # ... and along its heading.
+        heading = heading + speed * believed.dead_time * cross_track
 
         # The weights of the measured offset of the vehicle's no-slip point, and of its heading.
-        estimated, by_heading = _slip_filter(believed, speed, dt, slip_time, back)
         ahead = law.tracked_point - no_slip(vehicle)
-        beside = no_slip(believed) - no_slip(vehicle)
-        self._cross_track = cross_track + slip * estimated
-        self._heading = heading + ahead * cross_track + slip * (beside * estimated + by_heading)
+        self._cross_track, self._heading = cross_track, heading + ahead * cross_track
 
     def gain(self, dead_time: float | None = None) -> _Response:
         """Evaluate the open loop's gain L; `dead_time` [s] stands for the vehicle's own."""
@@ -161,21 +153,3 @@ def _predicted(
             offset = offset + speed * step * (heading + 0.5 * turn)
             heading = heading + turn
     return offset, heading
-
-
-def _slip_filter(
-    vehicle: Vehicle, speed: float, dt: float, time: float, back: _Response
-) -> tuple[_Response, _Response]:
-    """Slip that is estimated for a unit of offset of the no-slip point, and of heading.
-
-    The core's least squares at a steady speed, without noise: sums over the last seconds of the
-    motion aside, in wheelbases, and the prior of no slip.
-    """
-    if time <= 0.0:
-        return np.zeros_like(back), np.zeros_like(back)
-    kept, summed = math.exp(-dt / time), math.exp(-dt / _SPAN)
-    travel = speed * dt / vehicle.wheelbase
-    distance = travel / (1.0 - summed)
-    share = dt * distance / (_SLIP_PRIOR + dt * distance**2 / (1.0 - kept))
-    smooth = share * travel / ((1.0 - kept * back) * (1.0 - summed * back))
-    return smooth * (1.0 - back) / (speed * dt), -0.5 * smooth * (1.0 + back)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from popsteer import controllers, presets
-from popsteer._core import AdaptParams, PopParams, PreviewPopParams, PurePursuitParams, Vehicle
+from popsteer._core import PopParams, PurePursuitParams, Vehicle
 from popsteer.lab.stability.linear import linearised
 from popsteer.lab.stability.loop import Loop
 
@@ -75,7 +75,6 @@ def margins(
     dt: float = 0.05,
     *,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
     frequencies: int = 3000,
 ) -> Margins:
     """Measure how far a loop is from instability.
@@ -99,9 +98,6 @@ def margins(
     believed : Vehicle, optional
         The vehicle that the controller is given; `vehicle` by default. A controller that is given a
         dead time predicts through it.
-    adapt : AdaptParams or None, optional
-        How the controller adapts; None: not at all. Left out: as it does by default. The slip
-        counts here; gain, steering offset and dead time are taken as constants.
     frequencies : int, default 3000
         How finely the frequency response is looked at.
 
@@ -137,7 +133,6 @@ def margins(
         speed,
         dt,
         believed=believed,
-        slip_time=_slip_time(params, believed, adapt, speed),
         frequencies=frequencies,
     )
     if not loop.is_stable():
@@ -160,26 +155,12 @@ def margins(
     )
 
 
-def _slip_time(
-    params: Params, believed: Vehicle, adapt: AdaptParams | Literal["auto"] | None, speed: float
-) -> float:
-    """Time over which a controller estimates the slip at a speed [s]; 0 where it does not."""
-    if adapt == "auto":
-        predicts = isinstance(params, PreviewPopParams) or believed.dead_time > 0.0
-        adapt = AdaptParams() if predicts else None
-    if adapt is None:
-        return 0.0
-    least = 5.0 / 3.0 * believed.wheelbase if adapt.min_speed is None else adapt.min_speed
-    return adapt.slip_time if speed >= least else 0.0
-
-
 def run(
     names: Iterable[str] | Mapping[str, Params] = controllers.names(),
     vehicle: Vehicle | None = None,
     speeds: Iterable[float] = DEFAULT_SPEEDS,
     *,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = "default",
     dt: float = 0.05,
 ) -> Stability:
@@ -196,8 +177,6 @@ def run(
         Speeds [m/s], positive.
     believed : Vehicle, optional
         The vehicle that the controllers are given; `vehicle` by default.
-    adapt : AdaptParams or None, optional
-        How the controllers adapt, as `margins` has it.
     preset : str, default "default"
         Where the tuning comes from; see `popsteer.presets`.
     dt : float, default 0.05
@@ -227,10 +206,7 @@ def run(
     return Stability(
         params=dict(names),
         margins={
-            name: [
-                margins(params, vehicle, speed, dt, believed=believed, adapt=adapt)
-                for speed in speeds
-            ]
+            name: [margins(params, vehicle, speed, dt, believed=believed) for speed in speeds]
             for name, params in names.items()
         },
         vehicle=vehicle,

@@ -13,7 +13,7 @@ use crate::vehicle::{Estimator, VehicleState};
 /// Longest period whose motion is used for estimates [s]: what happened within a longer one is not
 /// known well enough. Larger values allow slower loops, and let gaps disturb the estimates. Poses that
 /// tell their age may lie farther apart: what the wheels did between them is remembered.
-pub const ESTIMATION_GAP: f64 = 0.25;
+pub const ESTIMATION_GAP: f64 = 1.0;
 
 impl<L: LateralLaw> Tracker<L> {
     /// A step that answers every input: where [`step`](Self::step) refuses the input, the

@@ -23,7 +23,12 @@ impl<L: LateralLaw> Tracker<L> {
         let (handover, widest) = (&mut state.handover, widest_offset(car));
         let wanted = fade(handover, state.steer, wanted - offset, dt, widest);
         let angle = car.at_wheels(wanted + offset);
-        let wheel = car.limit_lateral_acceleration(angle, speed, estimate.gain);
+        // The gain is measured: the limit is one of the acceleration that the vehicle has.
+        let gain = match &state.monitor {
+            Some(monitored) if self.adapt().is_none() => monitored.gain.get(0),
+            _ => estimate.gain,
+        };
+        let wheel = car.limit_lateral_acceleration(angle, speed, gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
         let steer = match car.max_steer_rate {
             None => command,

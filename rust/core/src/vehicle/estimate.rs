@@ -8,16 +8,14 @@ use crate::params;
 params! {
     /// How fast a controller adapts to its vehicle: by default within 10 s to its turning, which is
     /// a few bends, and within 5 s to its slip.
-    pub struct AdaptParams<Scaled> of Vehicle(wheelbase) {
-        /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
-        /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
+    pub struct AdaptParams {
+        /// Time constant of the estimates of turning gain, understeer, steering offset and dead time
+        /// [s]; 0 switches them off. Shorter: a change is learnt sooner, and more noise of the
+        /// heading is in the estimates.
         turn_time: f64 = 10.0, in [0.0, 1e6];
         /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more
         /// noise of the position in the estimate.
         slip_time: f64 = 5.0, in [0.0, 1e6];
-        /// Below this speed the slip is not estimated [m/s], because the position moves too little
-        /// to show it.
-        min_speed: Scaled = 5.0 / 3.0 * wheelbase, in [0.0, 1e3];
     }
 }
 
@@ -25,8 +23,8 @@ params! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimate {
-    /// Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
-    /// vehicle without a dead time.
+    /// Ratio of the measured turning to that of the vehicle's parameters, at the present speed: an
+    /// understeer that nobody gave is in it.
     pub gain: f64,
     /// Steering offset, in addition to the vehicle's `steer_offset` [rad].
     pub steer_offset: f64,

@@ -1,91 +1,63 @@
 //! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! Two least-squares fits that forget ([`Regression`]), each of `y = φᵀ θ` in every period: `y` is
-//! measured, `θ` is looked for.
-//!
-//! # Turning: gain, steering offset and dead time
+//! Three extended Kalman filters ([`Walk`]), each of a measured level and of the parameters that its
+//! changes show. Their models of the change in a period of `dt`:
 //!
 //! ```text
-//! y = gain (a + t c) + gain steer_offset b - gain t' c
+//! yaw      gain L / (L + k v²) (a + offset b - (later - t) c)
+//! aside    s (slip + (length + compliance v²) bend)
+//! speed    acceleration dt
 //!
-//! φ = (a + t c, b, -c)ᵀ,    θ = (gain, gain steer_offset, gain t')ᵀ
-//!
-//! a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ (1 + tan(wheel)²) dt,
-//! c = v / L(v) (tan(wheel at the end) - tan(wheel at the start))
+//! a = v / L ∫ tan(wheel) dt,   b = v / L ∫ (1 + tan(wheel)²) dt,
+//! c = v / L (tan(wheel at the end) - tan(wheel at the start))
 //! ```
 //!
-//! `y` is the measured turn, `a` the one by the vehicle's parameters, with the mean speed `v` and
-//! the turning length `L`. `b` is its derivative by the steering offset. Both the dead time's estimate
-//! before this period, `t`, and the one looked for, `t'`, are counted from the dead time given. A dead
-//! time that is longer by `t'` shifts the wheels' motion, so that the vehicle turns by `t' c` less in
-//! the period. The wheels that `a` is computed with are shifted by `t` already. In the code, `a` of
-//! sums and products is the first of φ, `a + t c`, and `c` the third, `-c`.
+//! with the mean speed `v`, the distance `s = v dt`, and the turning length `L` of the vehicle's
+//! parameters at that speed, all lengths in wheelbases, so that vehicles of every size learn alike. What
+//! is looked for: a turning `gain`, an understeer `k` [s²], a steering `offset` [rad] and a dead time
+//! [s] in addition to those given. A dead time that is longer by
+//! `later` shifts the wheels' motion; the wheels of `a`, `b` and `c` are shifted by `t` already. The
+//! no-slip point moves `aside` of the heading by a `slip` [rad], by a wrong place of that point,
+//! `length`, and by tyres that slip in proportion to the lateral acceleration `v² bend`,
+//! `compliance` [s²]; `bend` is the curvature by the wheels when the period began.
 //!
-//! On a straight, an offset and a low gain look alike; in a steady bend they do too, and the dead time
-//! does not show. So the
-//! gain is fitted first, with the other two almost free: only turns that neither of them explains
-//! show it. Then the other two are fitted for that gain. With the sums `M` and `m` of [`Regression`]
-//! split into the gain's row and the rest, and the weights `w` and `W` of the priors:
+//! What explains a turn or a slip is decided by how far each parameter may be from the given one
+//! (the prior's standard deviations) and by where they differ: gain and understeer at other speeds, gain
+//! and offset in other bends, the dead time where wheels move. What only one of them explains, the
+//! others keep out of.
 //!
-//! ```text
-//! M = [aa  r ]    m = [ma]    r = (ab, ac),    B = [bb  bc],    mo = (mb, mc)ᵀ
-//!     [rᵀ  B ]        [mo]                         [bc  cc]
+//! What the models leave open is named in `q`: dynamics of the tyres, a share of the turning rate;
+//! play, an angle of the wheels; both change within [`Estimator::OPEN_TIME`], so `q = 2 OPEN_TIME rate²
+//! dt`. Aside, the noise of the heading is in it too.
 //!
-//! gain = (ma - r B⁻¹ mo + w) / (aa - r B⁻¹ rᵀ + w)       Schur complement of B; the prior is gain 1
-//! (B + W) (steer_offset, t')ᵀ = mo / gain - rᵀ           the last two rows, divided by the gain
-//! ```
+//! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
+//! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
 //!
-//! Assumed: the speed signal and the lag are right; a lag that is longer than given is mostly taken
-//! for dead time.
-//!
-//! # Slip
-//!
-//! ```text
-//! y = slip s + compliance s v² k / L,    φ = (s, s v² k / L)ᵀ,    in wheelbases L
-//! ```
-//!
-//! `y` is the motion aside of the heading, `s` the distance, `k` the curvature by the wheels at the
-//! start of the period. Tyres slip in proportion to the lateral acceleration `v² k`, so what is
-//! learnt at one speed holds at another with the square of the speed; a wrong `no_slip_point`, whose
-//! slip does not grow with the speed, is found right at one speed only.
-//!
-//! `slip` and `compliance` solve `(M + W) θ = m`. Most vehicles hardly slip, and in them the noise of
-//! the yaw would cost more than what is learnt. So each counts only as far as it stands out of its
-//! noise (L. Breiman's non-negative garrote, *Better subset regression using the nonnegative garrote*,
-//! Technometrics 37, 1995, for each by itself; what the two share, `(M + W)₁₂`, is left out of `vᵢ`):
-//!
-//! ```text
-//! θᵢ (1 - vᵢ / θᵢ²)₊,    vᵢ = d / (M + W)ᵢᵢ,    d = (n + (SPAN v / L)² n_yaw) dt
-//! ```
-//!
-//! `d` is the spectral density of the noise in the sums of [`Regression`] at low frequencies. The
-//! noise of the position, of variance `n`, is in a sum once. That of the heading, of variance
-//! `n_yaw`, moves the vehicle aside in every period, so a sum over [`SPAN`] seconds holds all of its periods.
-//!
-//! Assumed: both are white. Noise counts once it has been seen: that of the yaw in the turns, so
-//! never where those are not fitted (`turn_time = 0`).
+//! Assumed: the lag is right; a lag that is longer than given is mostly taken for dead time.
 
-use super::regression::{Regression, SPAN, solve};
+use super::kalman::{Change, Innovation, Walk};
 use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{cos, exp, saturate, sin, smaller, sqrt, wrap};
+use crate::math::{cos, exp, larger, saturate, sin, smaller, wrap};
 use nalgebra::SVector;
 
-/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
+/// The estimator's state: the filters, and the [`Estimate`] they give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimator {
     /// State of the no-slip point when it was last measured; none if the motion since then must not
     /// be used.
     pub last_measured: Option<VehicleState>,
-    /// The measured turns over `φ = (a + t c, b, -c)`.
-    pub turning: Regression<3>,
-    /// The motions aside of the heading over `φ = (s, s v² k / L)`, in wheelbases.
-    pub sliding: Regression<2>,
-    /// Slip per lateral acceleration, in wheelbases [rad s^2].
-    pub slip_compliance: f64,
+    /// The yaw: gain, understeer, steering offset and dead time.
+    pub turning: Walk<4>,
+    /// The position aside of the heading: slip, length and compliance.
+    pub sliding: Walk<3>,
+    /// The speed: acceleration.
+    pub pace: Walk<1>,
+    /// Share of the gain's variance that the turns so far have left.
+    pub unknown: f64,
     /// The present estimates.
     pub estimate: Estimate,
 }
@@ -94,52 +66,40 @@ impl Default for Estimator {
     fn default() -> Self {
         Self {
             last_measured: None,
-            turning: Regression::new(Self::FIRST_YAW_NOISE),
-            sliding: Regression::new(Self::FIRST_POSITION_NOISE),
-            slip_compliance: 0.0,
+            turning: Walk::new([1.0, 0.0, 0.0, 0.0], &Self::TURNING, Self::YAW_NOISE),
+            sliding: Walk::new([0.0; 3], &Self::SLIDING, Self::POSITION_NOISE),
+            pace: Walk::new([0.0], &[Self::ACCELERATION], Self::SPEED_NOISE),
+            unknown: 1.0,
             estimate: Estimate::DEFAULT,
         }
     }
 }
 
 impl Estimator {
-    /// Variances of the noise before any was seen: of the yaw [rad^2], and of the position in
-    /// wheelbases.
-    const FIRST_YAW_NOISE: f64 = 2.5e-5;
-    const FIRST_POSITION_NOISE: f64 = 1.4e-5;
+    /// Variances of the noise before any was seen: of the yaw [rad^2], of position and speed
+    /// in wheelbases.
+    const YAW_NOISE: f64 = 2.5e-5;
+    const POSITION_NOISE: f64 = 1.4e-5;
+    const SPEED_NOISE: f64 = 1e-5;
     /// Below so many wheelbases a second a vehicle forgets more slowly, at rest not at all.
     pub(crate) const SLOW: f64 = 0.2;
-    /// Time constant of the estimated acceleration [s].
-    const ACCELERATION_TIME: f64 = 0.1;
-    /// Weights of the gain 1 [rad^2 s], of the given steering offset [s] and of the given dead time
-    /// [rad^2/s]: not forgotten. Larger values make the estimates slower and steadier.
-    const GAIN_PRIOR: f64 = 3e-3;
-    const OFFSET_PRIOR: f64 = 1.0;
-    const DELAY_PRIOR: f64 = 2e-3;
-    /// How far the gain may be from 1 [-], the offset from the given one [rad], and the dead time
-    /// from the given one [s]: standard deviations. The noisier the yaw, the more they weigh
-    /// ([`Regression::prior`]).
-    const GAIN_DOUBT: f64 = 0.1;
-    const OFFSET_DOUBT: f64 = 0.03;
-    const DELAY_DOUBT: f64 = 0.1;
-    /// Share of their weights that offset and dead time have where they are free: what keeps a
-    /// vehicle that has not turned yet from a division by 0.
-    const FREE: f64 = 1e-3;
-    /// Weights of no slip [s] and of no slip by the lateral acceleration [1/s^3], in wheelbases.
-    const SLIP_PRIOR: f64 = 0.25;
-    const COMPLIANCE_PRIOR: f64 = 0.04;
-    /// Standard deviations of the slip [rad] and, in wheelbases, of the slip per curvature.
-    const SLIP_DOUBT: f64 = 0.02;
-    const LENGTH_DOUBT: f64 = 0.1;
-    /// A measured change counts as no farther from the expected one than so many standard deviations
-    /// of the noise, and so many times the largest turn or slip that the estimates could explain. A
-    /// jump of the localisation then changes little.
-    const OUTLIER: f64 = 6.0;
-    const MOST_TURNS: f64 = 2.0;
-    const MOST_SLIPS: f64 = 4.0;
+    /// How far gain [-], understeer [s^2], offset [rad] and dead time [s] may be from those given:
+    /// standard deviations. 0.012 s² is an understeer of 0.004 s²/m of a vehicle of 3 m.
+    const TURNING: [f64; 4] = [0.1, 0.012, 0.05, 0.1];
+    /// The same of slip [rad], length, and compliance [s^2].
+    const SLIDING: [f64; 3] = [0.02, 0.1, 0.01];
+    /// The same of an acceleration in wheelbases [1/s^2], and for how long one lasts [s].
+    const ACCELERATION: f64 = 3.0;
+    const ACCELERATION_TIME: f64 = 0.2;
+    /// What the models leave open: a share of the turning rate, an angle of the wheels [rad], an
+    /// angle of slip [rad], each for this time [s].
+    const OPEN_TURN: f64 = 0.03;
+    const OPEN_WHEEL: f64 = 0.002;
+    const OPEN_SLIP: f64 = 0.003;
+    const OPEN_TIME: f64 = 0.1;
     /// How fast the dead time changes [s/s]. Faster: one that nobody told costs less; slower: wheels
     /// that stick are not taken for late ones before the monitor sees them.
-    const DELAY_RATE: f64 = 0.2;
+    const DELAY_RATE: f64 = 0.1;
     /// Shortest dead time that counts where none was given [s].
     const LEAST_DEAD_TIME: f64 = 0.005;
     /// How much longer than given the dead time may turn out [s].
@@ -154,16 +114,12 @@ impl Estimator {
     const GAIN_SPREAD: f64 = 0.25;
     /// Bound of the estimated steering offset [rad].
     pub const MAX_STEER_OFFSET: f64 = 0.15;
+    /// Bound of the estimated understeer and compliance [s^2].
+    const MAX_UNDERSTEER: f64 = 1.0;
     /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
-    /// Shortest distance from which a slip is estimated [m]: over a shorter one, the path's turn
-    /// divided by the distance could overflow. The slowest vehicle at its default `min_speed`
-    /// travels more in the shortest period.
-    const LEAST_TRAVEL: f64 = 1e-9;
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
-    /// Bound of the slip per lateral acceleration, which no valid input reaches.
-    const MAX_COMPLIANCE: f64 = 1e30;
 
     /// Bounds of `longer_dead_time` [s]: from no dead time to [`Self::MAX_LONGER`] more.
     #[inline]
@@ -185,139 +141,134 @@ impl Estimator {
         let Some(before) = self.last_measured else {
             self.turning.interrupt();
             self.sliding.interrupt();
+            self.pace.interrupt();
             // Of an acceleration that is measured no more less and less is believed.
+            self.pace.mean *= exp(-dt / Self::ACCELERATION_TIME);
             self.estimate.acceleration *= exp(-dt / Self::ACCELERATION_TIME);
             return;
         };
-        let speed = 0.5 * (before.speed + now.speed);
-        let share = speed / vehicle.turning_length(speed);
-        let reached = WheelIntegrals {
-            turn: share * reached.turn,
-            slope: share * reached.slope,
-            change: share * reached.change,
-        };
-        let estimate = self.estimate;
-        self.find_slip_length(vehicle, now.speed);
-        self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
+        self.observe_pace(vehicle, now.speed - before.speed, dt);
         if params.turn_time > 0.0 {
-            // What a vehicle has shown is not to be forgotten while it stands and shows nothing.
-            let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
+            let speed = 0.5 * (before.speed + now.speed);
             let measured = wrap(now.yaw - before.yaw);
-            self.fit_turning(params.turn_time / moving, vehicle, reached, measured, dt);
+            self.observe_yaw(params.turn_time, vehicle, reached, (measured, speed), dt);
+            self.publish(vehicle, now.speed);
         }
     }
 
-    #[inline]
-    fn acceleration(
-        vehicle: &Vehicle,
-        estimate: &Estimate,
-        before: VehicleState,
-        now: VehicleState,
-        dt: f64,
-    ) -> f64 {
-        let most = Self::MAX_ACCELERATION * vehicle.wheelbase;
-        let innovation = (now.speed - before.speed) / dt - estimate.acceleration;
-        let weight = 1.0 - exp(-dt / Self::ACCELERATION_TIME);
-        saturate(estimate.acceleration + weight * innovation, -most, most)
+    fn observe_pace(&mut self, vehicle: &Vehicle, measured: f64, dt: f64) {
+        let change = Change {
+            measured: measured / vehicle.wheelbase,
+            expected: self.pace.get(0) * dt,
+            slopes: SVector::<f64, 1>::new(dt),
+            open: 0.0,
+            dt,
+        };
+        self.pace.observe(&change, Self::SPEED_NOISE);
+        self.pace
+            .keep(0, -Self::MAX_ACCELERATION, Self::MAX_ACCELERATION);
+        let share = dt / Self::ACCELERATION_TIME;
+        self.pace.forget(share, &[Self::ACCELERATION]);
+        let found = self.pace.beyond_doubt(&SVector::<f64, 1>::new(1.0));
+        self.estimate.acceleration = found * vehicle.wheelbase;
     }
 
-    /// Updates gain, steering offset and dead time from one `measured` turn [rad].
-    ///
-    /// In `reached`, `turn` is `a`, `slope` is `b` and `change` is `c`.
+    /// `q` of a turn at `rate` [rad/s] for `dt` [s], where a radian of the wheels turns the vehicle at
+    /// `share` [rad/s].
     #[inline]
-    fn fit_turning(
+    pub(crate) fn open_turn(rate: f64, share: f64, dt: f64) -> f64 {
+        let (tyres, play) = (Self::OPEN_TURN * rate, Self::OPEN_WHEEL * share);
+        2.0 * Self::OPEN_TIME * (tyres * tyres + play * play) * dt
+    }
+
+    /// Updates the yaw's parameters from a turn [rad] `measured` at a mean `speed` [m/s].
+    #[inline]
+    fn observe_yaw(
         &mut self,
         time: f64,
         vehicle: &Vehicle,
         reached: WheelIntegrals,
-        measured: f64,
+        (measured, speed): (f64, f64),
         dt: f64,
-    ) {
-        let Estimate {
-            gain,
-            steer_offset,
-            longer_dead_time: longer,
-            ..
-        } = self.estimate;
-        let WheelIntegrals {
-            turn,
-            slope,
-            change,
-        } = reached;
-        let expected = gain * (turn + steer_offset * slope);
-        let most = Self::MOST_TURNS * (turn.abs() + Self::MAX_STEER_OFFSET * slope.abs())
-            + Self::OUTLIER * sqrt(self.turning.noise);
-        let measured = expected + saturate(measured - expected, -most, most);
-        // φ: the wheels are those of the present estimate `t = longer`; with the given dead time they
-        // would have turned the vehicle by `t c` more.
-        let regressors = SVector::<f64, 3>::new(turn + longer * change, slope, -change);
-        self.turning.observe(regressors, measured, time, dt);
-
-        let fitted_gain = self.fitted_gain();
-        let (offset, fitted) = self.fitted_others(fitted_gain);
-        let most = Self::MAX_STEER_OFFSET;
-        self.estimate.gain = fitted_gain;
-        self.estimate.steer_offset = saturate(offset, -most, most);
-        // A vehicle that was given without a dead time is predicted only where it shows one.
-        let is_none = vehicle.dead_time <= 0.0 && fitted < Self::LEAST_DEAD_TIME;
-        let fitted = if is_none { 0.0 } else { fitted };
-        let most = Self::DELAY_RATE * dt;
-        let fitted = saturate(fitted, longer - most, longer + most);
+    ) -> Innovation {
+        let [gain, understeer, offset, later] = [0, 1, 2, 3].map(|k| self.turning.get(k));
+        let length = vehicle.turning_length(speed);
+        let square = speed * speed / vehicle.wheelbase;
+        let longer = length + understeer * square;
+        // The derivatives by the offset, by the dead time and by the wheels' turn.
+        let share = speed / longer;
+        let wheels = share
+            * (reached.turn + offset * reached.slope
+                - (later - self.estimate.longer_dead_time) * reached.change);
+        let expected = gain * wheels;
+        let slopes = SVector::<f64, 4>::new(
+            wheels,
+            -expected * (square / longer),
+            gain * share * reached.slope,
+            -gain * share * reached.change,
+        );
+        let change = Change {
+            measured,
+            expected,
+            slopes,
+            open: Self::open_turn(expected / dt, gain * share, dt),
+            dt,
+        };
+        let innovation = self.turning.observe(&change, Self::YAW_NOISE);
+        // What a vehicle has shown is not to be forgotten while it stands and shows nothing.
+        let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
+        let turning = &mut self.turning;
+        turning.forget(dt * moving / time, &Self::TURNING);
+        turning.keep(0, Self::MIN_GAIN, Self::MAX_GAIN);
+        // What oversteers turns at most twice as much.
+        let least = -0.5 * smaller(length / square, Self::MAX_UNDERSTEER);
+        turning.keep(1, least, Self::MAX_UNDERSTEER);
+        turning.keep(2, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
         let (least, most) = Self::longer_range(vehicle);
-        self.estimate.longer_dead_time = saturate(fitted, least, most);
-        let estimate = &self.estimate;
-        let found = SVector::<f64, 3>::new(1.0, estimate.steer_offset, estimate.longer_dead_time);
-        self.turning.observe_noise(found * fitted_gain, dt);
+        turning.keep(3, least, most);
+        self.publish_delay(vehicle, dt);
+        innovation
     }
 
-    /// The gain that explains the turns best with offset and dead time almost free.
+    /// The dead time that counts from now on.
+    fn publish_delay(&mut self, vehicle: &Vehicle, dt: f64) {
+        let found = self.turning.get(3);
+        // A vehicle that was given without a dead time is predicted only where it shows one.
+        let is_none = vehicle.dead_time <= 0.0 && found < Self::LEAST_DEAD_TIME;
+        let found = if is_none { 0.0 } else { found };
+        let (most, longer) = (Self::DELAY_RATE * dt, self.estimate.longer_dead_time);
+        self.estimate.longer_dead_time = saturate(found, longer - most, longer + most);
+    }
+
+    /// The estimates at the present `speed` [m/s].
     #[inline]
-    fn fitted_gain(&self) -> f64 {
-        let (square, product, prior) = self.gain_sums();
-        saturate(
-            (product + prior) / (square + prior),
-            Self::MIN_GAIN,
-            Self::MAX_GAIN,
-        )
+    fn publish(&mut self, vehicle: &Vehicle, speed: f64) {
+        let length = vehicle.turning_length(speed);
+        let square = speed * speed / vehicle.wheelbase;
+        let longer = larger(length + self.turning.get(1) * square, 1e-3 * length);
+        let gain = self.turning.get(0) * (length / longer);
+        self.estimate.gain = saturate(gain, Self::MIN_GAIN, Self::MAX_GAIN);
+        self.estimate.steer_offset = self.turning.get(2);
+        let share = square / longer;
+        let weights = SVector::<f64, 4>::new(1.0, -share, 0.0, 0.0);
+        let [gains, understeers, ..] = Self::TURNING;
+        let prior = gains * gains + share * share * (understeers * understeers);
+        self.unknown = saturate(self.turning.variance_of(&weights) / prior, 0.0, 1.0);
+        let weights = SVector::<f64, 3>::new(0.0, vehicle.wheelbase, square);
+        let length = self.sliding.beyond_doubt(&weights);
+        self.estimate.slip_length = saturate(length, -vehicle.wheelbase, vehicle.wheelbase);
     }
 
     /// The gains between which a turn may be: that of the parameters, the estimated one with its
     /// spread, and as much of all of [`GAINS`](Self::GAINS) as the turns so far do not show.
     pub(crate) fn gain_range(&self) -> (f64, f64) {
-        let (square, _, prior) = self.gain_sums();
         let (least, most) = Self::GAINS;
-        let (unknown, gain) = (prior / (square + prior), self.estimate.gain);
+        let (unknown, gain) = (self.unknown, self.estimate.gain);
         let spread = Self::GAIN_SPREAD * gain;
         (
             saturate(gain - spread - (1.0 - least) * unknown, least, 1.0),
             saturate(gain + spread + (most - 1.0) * unknown, 1.0, most),
         )
-    }
-
-    /// `aa - r B⁻¹ rᵀ`, `ma - r B⁻¹ mo` and `w`.
-    #[inline]
-    fn gain_sums(&self) -> (f64, f64, f64) {
-        let (m, y) = (&self.turning.information, &self.turning.moment);
-        let (ab, ac, bb, bc, cc) = (m.m12, m.m13, m.m22, m.m23, m.m33);
-        let bb = bb + Self::FREE * Self::OFFSET_PRIOR;
-        let cc = cc + Self::FREE * Self::DELAY_PRIOR;
-        // r B⁻¹; as B is symmetric, (r B⁻¹)ᵀ solves B x = rᵀ.
-        let (by_b, by_c) = solve(bb, bc, cc, ab, ac);
-        let square = m.m11 - by_b * ab - by_c * ac;
-        let product = y.x - by_b * y.y - by_c * y.z;
-        // A sum of squares: only rounding makes it negative.
-        let square = if square > 0.0 { square } else { 0.0 };
-        let prior = self.turning.prior(Self::GAIN_PRIOR, Self::GAIN_DOUBT);
-        (square, product, prior)
-    }
-
-    /// The steering offset [rad] and `t'` [s] that explain the turns best with this gain.
-    #[inline]
-    fn fitted_others(&self, gain: f64) -> (f64, f64) {
-        let (m, y) = (&self.turning.information, &self.turning.moment);
-        let bb = m.m22 + self.turning.prior(Self::OFFSET_PRIOR, Self::OFFSET_DOUBT);
-        let cc = m.m33 + self.turning.prior(Self::DELAY_PRIOR, Self::DELAY_DOUBT);
-        solve(bb, m.m23, cc, y.y / gain - m.m12, y.z / gain - m.m13)
     }
 
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
@@ -337,63 +288,36 @@ impl Estimator {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
-        let pace = params.resolved(vehicle).min_speed;
         let speed = 0.5 * (before.speed + now.speed);
         let travel = speed * dt;
-        if speed.abs() < pace || travel.abs() < Self::LEAST_TRAVEL {
-            return;
-        }
         // The heading in the middle of the period; `aside` is the motion across it, to the left.
         let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
-        let aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
-        let most = Self::MOST_SLIPS * Self::MAX_SLIP * travel.abs()
-            + Self::OUTLIER * sqrt(self.sliding.noise) * vehicle.wheelbase;
-        let aside = saturate(aside, -most, most) / vehicle.wheelbase;
-        // s in wheelbases, so that vehicles of every size learn alike, and v² / L.
-        let (distance, square) = (
-            travel / vehicle.wheelbase,
-            speed * speed / vehicle.wheelbase,
+        let measured = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
+        let distance = travel / vehicle.wheelbase;
+        let square = speed * speed / vehicle.wheelbase;
+        let slopes = SVector::<f64, 3>::new(
+            distance,
+            distance * bend * vehicle.wheelbase,
+            distance * bend * square,
         );
-        let regressors = SVector::<f64, 2>::new(distance, distance * square * bend);
-        self.sliding
-            .observe(regressors, aside, params.slip_time, dt);
-        let (m, y) = (&self.sliding.information, &self.sliding.moment);
-        // That of the compliance: slip per curvature is compliance times v² / L.
-        let doubt = Self::LENGTH_DOUBT * vehicle.wheelbase / square;
-        let aa = m.m11 + self.sliding.prior(Self::SLIP_PRIOR, Self::SLIP_DOUBT);
-        let bb = m.m22 + self.sliding.prior(Self::COMPLIANCE_PRIOR, doubt);
-        let (slip, compliance) = solve(aa, m.m12, bb, y.x, y.y);
-        let noise = self.sliding_noise(travel / vehicle.wheelbase, dt);
-        let bounded = |slip, compliance| {
-            let most = vehicle.wheelbase / square;
-            (
-                saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP),
-                saturate(compliance, -most, most),
-            )
+        let slides = Self::OPEN_SLIP * Self::OPEN_SLIP * (2.0 * Self::OPEN_TIME / dt);
+        let change = Change {
+            measured: measured / vehicle.wheelbase,
+            expected: slopes.dot(&self.sliding.mean),
+            slopes,
+            open: distance * distance * (slides + self.turning.noise),
+            dt,
         };
-        let (slip_found, compliance_found) = bounded(slip, compliance);
-        let found = SVector::<f64, 2>::new(slip_found, compliance_found);
-        (self.estimate.slip, self.slip_compliance) = bounded(
-            beyond_noise(slip, noise / aa),
-            beyond_noise(compliance, noise / bb),
-        );
-        self.sliding.observe_noise(found, dt);
-        self.find_slip_length(vehicle, now.speed);
-    }
-
-    /// `d`: spectral density of the noise in the sums of motions aside, after a period of `dt` [s] over
-    /// the `distance` in wheelbases.
-    #[inline]
-    fn sliding_noise(&self, distance: f64, dt: f64) -> f64 {
-        let reach = distance * (SPAN / dt);
-        (self.sliding.seen_noise() + reach * reach * self.turning.seen_noise()) * dt
-    }
-
-    /// Slip per curvature at `speed`: `compliance v² / L`, at most a wheelbase.
-    #[inline]
-    fn find_slip_length(&mut self, vehicle: &Vehicle, speed: f64) {
-        let length = self.slip_compliance * (speed * speed / vehicle.wheelbase);
-        self.estimate.slip_length = saturate(length, -vehicle.wheelbase, vehicle.wheelbase);
+        self.sliding.observe(&change, Self::POSITION_NOISE);
+        let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
+        let sliding = &mut self.sliding;
+        sliding.forget(dt * moving / params.slip_time, &Self::SLIDING);
+        sliding.keep(0, -Self::MAX_SLIP, Self::MAX_SLIP);
+        sliding.keep(1, -1.0, 1.0);
+        sliding.keep(2, -Self::MAX_UNDERSTEER, Self::MAX_UNDERSTEER);
+        let slip = sliding.beyond_doubt(&SVector::<f64, 3>::new(1.0, 0.0, 0.0));
+        self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
+        self.publish(vehicle, now.speed);
     }
 
     /// Returns the estimator if it is one that `vehicle` could have.
@@ -410,11 +334,8 @@ impl Estimator {
         }
         self.turning.checked("turning")?;
         self.sliding.checked("sliding")?;
-        input_within(
-            "slip_compliance",
-            self.slip_compliance,
-            Self::MAX_COMPLIANCE,
-        )?;
+        self.pace.checked("pace")?;
+        input_in_range("unknown", self.unknown, 0.0, 1.0)?;
         let estimate = self.estimate;
         let (least, most) = Self::longer_range(vehicle);
         input_in_range("longer_dead_time", estimate.longer_dead_time, least, most)?;
@@ -430,17 +351,6 @@ impl Estimator {
             input_within(field, value, most)?;
         }
         Ok(self)
-    }
-}
-
-/// The part of an estimate `value` that stands out of noise of this `variance`.
-#[inline]
-fn beyond_noise(value: f64, variance: f64) -> f64 {
-    let square = value * value;
-    if square > variance {
-        value * (1.0 - variance / square)
-    } else {
-        0.0
     }
 }
 

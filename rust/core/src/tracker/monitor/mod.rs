@@ -150,6 +150,9 @@ impl Monitor {
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             monitored.observe(turn, rate, excess, share, dt);
+            if now.estimator.is_none() && car.max_lateral_acceleration.is_some() {
+                monitored.observe_gain(turn, rate, share, dt);
+            }
             let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share, now.estimator);
             let least = larger(MonitorState::LEAST_TIME, MonitorState::LEAST_TURNS * dt);
             if is_beyond && monitored.time >= least {

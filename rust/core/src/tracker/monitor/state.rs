@@ -5,10 +5,12 @@ use crate::bounds::MAX_YAW;
 use crate::error::{InputError, input_in_range};
 use crate::math::{larger, saturate, smaller, sqrt};
 use crate::vehicle::estimator::Estimator;
+use crate::vehicle::kalman::{Change, Walk};
 use crate::vehicle::{Fault, Vehicle};
+use nalgebra::SVector;
 
 /// The monitor's state; the turns are sums with exponential forgetting.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MonitorState {
     /// Angle of the wheels by the vehicle's parameters [rad], where nothing else models them.
@@ -42,6 +44,9 @@ pub struct MonitorState {
     pub offset_square: f64,
     /// The same rates times the residuals [rad/s].
     pub offset_sum: f64,
+    /// The yaw, and by how much the vehicle lately turned more than its parameters say: what holds
+    /// the limit of the lateral acceleration where nothing else is estimated.
+    pub gain: Walk<1>,
     /// Remaining time of the alarm [s].
     pub alarm: f64,
     /// Whether the vehicle was within the limit of the deviation.
@@ -87,6 +92,11 @@ impl MonitorState {
     /// bend into the next, its gain changes within the window, and turns to both sides do not cancel
     /// as those that its commands explain.
     const AGAINST: f64 = 0.12;
+    /// Standard deviation of the gain where nothing else estimates it, and time in which it is
+    /// forgotten [s]. Longer: less noise in the limit of the lateral acceleration; shorter: a steering
+    /// offset, which is another gain in the next bend, limits that for less long.
+    const GAIN_DOUBT: [f64; 1] = [0.3];
+    const GAIN_TIME: f64 = 2.0;
     /// Noise tolerance, in standard deviations.
     const DEVIATIONS: f64 = 5.0;
     /// Nothing is concluded before the noise was measured for so long [s], and in so many turns.
@@ -106,9 +116,22 @@ impl MonitorState {
         let (deviation, time) = Self::NOISE_PRIOR;
         Self {
             wheel,
+            yaw: None,
+            residual: None,
+            measured: 0.0,
+            expected: 0.0,
+            delayed: 0.0,
+            rate: 0.0,
+            yaw_rate: 0.0,
+            reach: 0.0,
+            excess: 0.0,
             time,
             noise: deviation * deviation,
-            ..Self::default()
+            offset_square: 0.0,
+            offset_sum: 0.0,
+            gain: Walk::new([1.0], &Self::GAIN_DOUBT, deviation * deviation),
+            alarm: 0.0,
+            within: false,
         }
     }
 
@@ -122,6 +145,25 @@ impl MonitorState {
         self.delayed = 0.0;
         self.reach = 0.0;
         self.excess = 0.0;
+        self.gain.interrupt();
+    }
+
+    /// Learns by how much a turn [rad] `measured` within `dt` [s] is more than the one expected at
+    /// `rate` [rad/s]; a radian of the wheels turns the vehicle at `share` [rad/s].
+    pub(crate) fn observe_gain(&mut self, measured: f64, rate: f64, share: f64, dt: f64) {
+        let expected = rate * dt;
+        let change = Change {
+            measured,
+            expected: self.gain.get(0) * expected,
+            slopes: SVector::<f64, 1>::new(expected),
+            open: Estimator::open_turn(rate, share, dt),
+            dt,
+        };
+        self.gain
+            .observe(&change, Self::NOISE_PRIOR.0 * Self::NOISE_PRIOR.0);
+        self.gain.forget(dt / Self::GAIN_TIME, &Self::GAIN_DOUBT);
+        let (least, most) = Estimator::GAINS;
+        self.gain.keep(0, least, most);
     }
 
     /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
@@ -280,6 +322,7 @@ impl MonitorState {
         ] {
             input_in_range("monitor", value, low, high)?;
         }
+        self.gain.checked("monitor")?;
         Ok(self)
     }
 }

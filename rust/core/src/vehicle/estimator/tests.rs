@@ -69,10 +69,7 @@ fn estimated_in(
 #[test]
 fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
     let given = car(3.0, 0.0, 0.0);
-    let params = AdaptParams {
-        min_speed: Some(0.0),
-        ..AdaptParams::DEFAULT
-    };
+    let params = AdaptParams::DEFAULT;
     for speed in [5e-324, 1e-320, 1e-300, 1e-9, -1e-308] {
         let state = |y| VehicleState {
             x: 0.0,
@@ -153,7 +150,8 @@ fn test_estimator_takes_no_offset_for_a_gain_on_a_straight() {
             vehicle.x += 1.0;
         }
         let found = estimator.estimate;
-        assert!((found.gain - 1.0).abs() < 0.01, "{found:?}");
+        // An understeer, at 20 m/s, explains a part of what is not known better.
+        assert!((found.gain - 1.0).abs() < 0.04, "{found:?}");
         assert!((found.steer_offset - offset).abs() < 1e-3, "{found:?}");
     }
 }
@@ -189,11 +187,9 @@ fn test_estimator_keeps_within_its_bounds() {
     shorter.estimate.longer_dead_time = -0.11;
     let refused = shorter.checked(&given).unwrap_err();
     assert_eq!(refused.field, "longer_dead_time");
-    let slipping = Estimator {
-        slip_compliance: 1e31,
-        ..found
-    };
-    assert_eq!(slipping.checked(&given).unwrap_err().value, 1e31);
+    let mut slipping = found;
+    slipping.sliding.mean[2] = 1e41;
+    assert_eq!(slipping.checked(&given).unwrap_err().value, 1e41);
     let mut noisy = found;
     noisy.turning.noise = -1.0;
     assert_eq!(noisy.checked(&given).unwrap_err().field, "turning");
@@ -250,7 +246,7 @@ fn test_estimates_outlast_a_stop_and_an_unmeasured_acceleration_does_not() {
     assert!(before.acceleration > 0.4, "{before:?}");
     let standing = VehicleState::ORIGIN;
     estimator.last_measured = None;
-    for _ in 0..20 {
+    for _ in 0..40 {
         let nothing = WheelIntegrals::default();
         estimator.observe_turn(&AdaptParams::DEFAULT, &given, standing, nothing, 0.05);
     }

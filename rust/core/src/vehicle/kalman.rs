@@ -1,0 +1,257 @@
+//! The Kalman filter of all estimates: a level that is measured in noise, and the parameters that
+//! its steps depend on.
+//!
+//! ```text
+//! level_k = level_(k-1) + f(theta) + w,   z_k = level_k + n,    w ~ N(0, q),  n ~ N(0, r)
+//! ```
+//!
+//! `z` is a yaw, a position or a speed, `f` the change of it in a period that the parameters `theta`
+//! explain, `q` what the model leaves open, `r` the noise of the sensor. With `phi = df/dtheta`, the
+//! parameters' covariance `P`, that of the level `p` and that of both `c`:
+//!
+//! ```text
+//! p' = p + 2 phi^T c + phi^T P phi + q,  c' = c + P phi               prediction
+//! nu = z - level',  s = p' + r                                        innovation, its variance
+//! level = level' + p'/s nu,  theta = theta + c'/s nu                  update
+//! p = p' r/s,  c = c' r/s,  P = P - c' c'^T / s
+//! P = P + (dt / time) (P - P P0^-1 P)                                 forgetting
+//! r = mean of (d_k - d_(k-1))^2 / 6,  d = z_k - z_(k-1) - f           noise
+//! ```
+//!
+//! (B. Anderson and J. Moore, *Optimal Filtering*, 1979, sections 3.1 and 8.2: the extended filter.)
+//! Forgetting takes information away, `d(P^-1)/dt = -(P^-1 - P0^-1) / time`, down to that of the prior
+//! `P0` and no further: the estimate itself stays, so what a vehicle has shown it need not show again
+//! (R. Kulhavy and M. Zarrop, *On a general concept of forgetting*, Int. J. Control 58, 1993). The
+//! level being a state of its own, the noise of a pose counts once, though it is in two changes.
+//!
+//! Assumed: noise that is white from pose to pose. Noise that wanders is taken for motion, as far as
+//! `q` does not say otherwise.
+
+use crate::bounds::MAX_DT;
+use crate::error::{InputError, input_in_range, input_within};
+use crate::math::{larger, saturate, smaller, sqrt};
+use nalgebra::{SMatrix, SVector};
+
+/// A measured change, and what it is expected to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<const N: usize> {
+    /// `z_k - z_(k-1)`.
+    pub measured: f64,
+    /// `f` by the present parameters.
+    pub expected: f64,
+    /// `phi`.
+    pub slopes: SVector<f64, N>,
+    /// `q`.
+    pub open: f64,
+    /// In what time [s].
+    pub dt: f64,
+}
+
+/// What a measurement tells beyond what was expected.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// `nu`.
+    pub value: f64,
+    /// `s`.
+    pub variance: f64,
+}
+
+/// A level and `N` parameters, with their covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Walk<const N: usize> {
+    /// The level less its last measurement.
+    pub level: f64,
+    /// `p`.
+    pub variance: f64,
+    /// `c`.
+    pub cross: SVector<f64, N>,
+    /// `theta`.
+    pub mean: SVector<f64, N>,
+    /// `P`.
+    pub covariance: SMatrix<f64, N, N>,
+    /// `d` of the last change; None before one.
+    pub residual: Option<f64>,
+    /// `r`.
+    pub noise: f64,
+    /// How long the noise was observed [s].
+    pub noise_time: f64,
+}
+
+impl<const N: usize> Walk<N> {
+    /// An innovation counts as no larger than so many of its standard deviations (P. Huber, *Robust
+    /// Statistics*, 1981). Larger: a jump of the localisation moves the estimates more; smaller:
+    /// a vehicle that is not as told is learnt more slowly.
+    const OUTLIER: f64 = 4.0;
+    /// Time constant of the noise's estimate, and for how long the first guess counts [s].
+    const NOISE_TIME: f64 = 5.0;
+    const FIRST_TIME: f64 = 0.2;
+    /// Least variance of the noise, as a share of the first guess: what is computed is rounded.
+    const LEAST_NOISE: f64 = 1e-9;
+    /// Bounds that no valid input reaches, whose products are finite.
+    const MAX: f64 = 1e40;
+
+    /// Parameters `mean` with these standard deviations, and noise of this variance until it is seen.
+    pub fn new(mean: [f64; N], deviations: &[f64; N], noise: f64) -> Self {
+        let deviations = SVector::from(*deviations);
+        Self {
+            level: 0.0,
+            variance: noise,
+            cross: SVector::zeros(),
+            mean: SVector::from(mean),
+            covariance: SMatrix::from_diagonal(&deviations.component_mul(&deviations)),
+            residual: None,
+            noise,
+            noise_time: Self::FIRST_TIME,
+        }
+    }
+
+    /// Takes in a `change`; `first` is the variance of the noise before any was seen.
+    #[inline]
+    pub fn observe(&mut self, change: &Change<N>, first: f64) -> Innovation {
+        let Change {
+            measured,
+            expected,
+            slopes,
+            open,
+            dt,
+        } = *change;
+        let by_slopes = self.covariance * slopes;
+        let variance =
+            self.variance + 2.0 * slopes.dot(&self.cross) + slopes.dot(&by_slopes) + open;
+        let cross = self.cross + by_slopes;
+        let total = variance + self.noise;
+        let value = measured - expected - self.level;
+        let innovation = Innovation {
+            value,
+            variance: total,
+        };
+        // A covariance that a state brought along need not be one.
+        if !(variance >= 0.0 && total > 0.0 && total < Self::MAX) {
+            self.interrupt();
+            return innovation;
+        }
+        let most = Self::OUTLIER * sqrt(total);
+        let counted = saturate(value, -most, most);
+        let (share, kept) = (variance / total, self.noise / total);
+        // As if the part that does not count had not been measured: after a jump it is gone.
+        self.level = (share - 1.0) * counted;
+        self.mean += cross * (counted / total);
+        self.variance = variance * kept;
+        self.cross = cross * kept;
+        self.covariance -= cross * (cross.transpose() / total);
+        self.observe_noise(measured - expected, first, dt);
+        innovation
+    }
+
+    /// Learns the noise: white noise of variance `r` makes changes whose differences have `6 r`.
+    /// What changes slowly, as by a wrong parameter, counts little.
+    #[inline]
+    fn observe_noise(&mut self, residual: f64, first: f64, dt: f64) {
+        if let Some(last) = self.residual {
+            let change = residual - last;
+            self.noise_time = smaller(self.noise_time + dt, Self::NOISE_TIME);
+            let weight = smaller(dt / self.noise_time, 1.0);
+            self.noise += (change * change / 6.0 - self.noise) * weight;
+            self.noise = saturate(self.noise, Self::LEAST_NOISE * first, Self::MAX);
+        }
+        self.residual = Some(residual);
+    }
+
+    /// Forgets, after each [`observe`](Self::observe), for a `share` of the time constant, with the prior's standard `deviations`.
+    #[inline]
+    pub fn forget(&mut self, share: f64, deviations: &[f64; N]) {
+        let (mut shown, mut trace) = (SMatrix::<f64, N, N>::zeros(), 1.0);
+        let variances = self.covariance.diagonal();
+        for ((column, deviation), variance) in
+            (self.covariance.column_iter().zip(deviations)).zip(&variances)
+        {
+            let prior = deviation * deviation;
+            shown += column * (column.transpose() / prior);
+            trace += variance / prior;
+        }
+        // No eigenvalue of `P P0^-1` is larger than its trace: nothing becomes negative.
+        let share = smaller(share, 1.0 / trace);
+        self.covariance += (self.covariance - shown) * share;
+        self.put_right();
+    }
+
+    /// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
+    /// variance of what is known to the last digit.
+    #[inline]
+    fn put_right(&mut self) {
+        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
+        for k in 0..N {
+            if let Some(variance) = self.covariance.get_mut((k, k)) {
+                *variance = larger(*variance, 0.0);
+            }
+        }
+    }
+
+    /// Keeps a parameter within its bounds.
+    #[inline]
+    pub fn keep(&mut self, parameter: usize, low: f64, high: f64) {
+        if let Some(value) = self.mean.get_mut(parameter) {
+            *value = saturate(*value, low, high);
+        }
+    }
+
+    /// The present value of a parameter; 0 where there is none.
+    #[inline]
+    pub fn get(&self, parameter: usize) -> f64 {
+        self.mean.get(parameter).copied().unwrap_or(0.0)
+    }
+
+    /// The variance of the sum of parameters with these `weights`.
+    #[inline]
+    pub fn variance_of(&self, weights: &SVector<f64, N>) -> f64 {
+        weights.dot(&(self.covariance * weights))
+    }
+
+    /// The part of the sum of parameters with these `weights` that stands out of what is not known of
+    /// it: of a sum `y` with the variance `v`
+    ///
+    /// ```text
+    /// y (1 - v / y^2)+
+    /// ```
+    ///
+    /// (L. Breiman, *Better subset regression using the nonnegative garrote*, Technometrics 37,
+    /// 1995): an effect that most vehicles hardly have then costs no noise.
+    #[inline]
+    pub fn beyond_doubt(&self, weights: &SVector<f64, N>) -> f64 {
+        let value = weights.dot(&self.mean);
+        let (square, doubt) = (value * value, self.variance_of(weights));
+        if square > doubt {
+            value * (1.0 - doubt / square)
+        } else {
+            0.0
+        }
+    }
+
+    /// After a gap or a jump: the level begins anew, what was learnt stays.
+    pub fn interrupt(&mut self) {
+        self.level = 0.0;
+        self.variance = self.noise;
+        self.cross = SVector::zeros();
+        self.residual = None;
+    }
+
+    /// The filter itself, where its numbers are ones that measurements can have given.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming `field`.
+    pub fn checked(self, field: &'static str) -> Result<Self, InputError> {
+        let residual = [self.level, self.residual.unwrap_or(0.0)];
+        let vectors = self.cross.iter().chain(&self.mean);
+        for &number in vectors.chain(&self.covariance).chain(&residual) {
+            input_within(field, number, Self::MAX)?;
+        }
+        let variances = self.covariance.diagonal();
+        for &variance in variances.iter().chain([&self.variance, &self.noise]) {
+            input_in_range(field, variance, 0.0, Self::MAX)?;
+        }
+        input_in_range(field, self.noise_time, 0.0, MAX_DT)?;
+        Ok(self)
+    }
+}
