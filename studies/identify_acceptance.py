@@ -3,9 +3,9 @@
     python -m studies.identify_acceptance [N]
 
 N drives of each of ten kinds (`studies.logged`): how many 95 % intervals contain the truth, and how
-many stated values lie beyond three errors. And by how much the delay is off where poses repeat and
-where the steering has play; lengths of logs without noise, and of few digits; the drive of three
-stops. `tests/unit/test_identify_acceptance.py` runs it with a few.
+many stated values lie beyond three errors: the table of docs/identify.md. And by how much the delay
+is off where poses repeat and where the steering has play. `tests/unit/test_identify_acceptance.py`
+runs it with a few.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 import popsteer
 from popsteer.logs import Log, LogError
 from studies import logged
+from studies.layout import line, write_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -113,20 +114,21 @@ def delay_off(kind: str, seeds: Iterable[int], **changes: Any) -> float:
 
 
 def main() -> None:
-    """Print all tables."""
+    """Print what is stated of all drives, put the table onto its page, and print the delays."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     everything: list[Stated] = []
-    print("| drive | within 95 % | beyond three errors | of |", flush=True)
+    rows = []
     for kind, changes in KINDS:
         pairs = [identified(kind, seed, **changes) for seed in range(count)]
         those = [one for car, found in pairs if found for one in stated(car, found)]
         everything += those
-        within, beyond, total = shares(those)
         words = ", ".join((kind, *(f"{key} {value:g}" for key, value in changes.items())))
-        print(f"| {words} | {100 * within:.1f} % | {100 * beyond:.1f} % | {total} |", flush=True)
+        rows.append(_row(words, those))
+        print(rows[-1], flush=True)
+    rows.append(_row("all", everything))
+    write_table("identify.md", "errors", rows)
     for name in dict.fromkeys(one.name for one in everything):
-        within, beyond, total = shares(one for one in everything if one.name == name)
-        print(f"| {name} | {100 * within:.1f} % | {100 * beyond:.1f} % | {total} |", flush=True)
+        print(_row(name, [one for one in everything if one.name == name]), flush=True)
     seeds = range(max(2, count // 10))
     for rate in (2.0, 3.0, 4.0, 7.0, 10.0):
         off = delay_off("brisk", seeds, pose_rate=rate)
@@ -134,6 +136,11 @@ def main() -> None:
     for play in (0.5, 1.0, 2.0):
         off = delay_off("blocks", seeds, play=play)
         print(f"play of {play:g} degrees: the delay is off by {1e3 * off:.1f} ms")
+
+
+def _row(name: str, those: list[Stated]) -> str:
+    within, beyond, total = shares(those)
+    return line(name, f"{100 * within:.1f} %", f"{100 * beyond:.1f} %", str(total))
 
 
 if __name__ == "__main__":

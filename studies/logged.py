@@ -2,6 +2,8 @@
 
 A bicycle with dead time, lag, rate limit and play between the command and its wheels, and a drive
 with delay, lag, pedals and drag; what is measured of it has noise.
+
+    python -m studies.logged      # writes lines.csv, stops.csv and gentle.csv
 """
 
 from __future__ import annotations
@@ -202,3 +204,22 @@ def stops(
     x, y, yaw, v, z = (values + each for values, each in zip(columns, noise.T, strict=True))
     pedals = {"throttle": np.array(throttle), "brake": np.array(brake), "z": z}
     return {"t": t, "x": x, "y": y, "yaw": yaw, "speed": v, "steer": 0.0 * t, **pedals}
+
+
+def main() -> None:
+    """Write the logs that docs/identify.md shows: of lines, of three stops, of a gentle drive."""
+    car = Car(rate=0.4)
+    t = 0.05 * np.arange(1200)
+    bend = 0.04 * np.sin(0.25 * t) - car.offset
+    pose = driven(car, t, 0.0 * t + 8.0, bend)
+    pose += np.random.default_rng(1).standard_normal(pose.shape) * (0.02, 0.02, 0.002)
+    gentle = {"t": t, **dict(zip(("x", "y", "yaw"), pose.T, strict=True))}
+    gentle |= {"speed": 0.0 * t + 8.0, "steer": bend}
+    logs = {"lines": log("lines", car, 1), "stops": stops(car, 1), "gentle": gentle}
+    for name, columns in logs.items():
+        rows = np.column_stack(list(columns.values()))
+        np.savetxt(f"{name}.csv", rows, "%.6g", ",", header=",".join(columns), comments="")
+
+
+if __name__ == "__main__":
+    main()

@@ -530,6 +530,7 @@ class Vehicle(_Vehicle):
     dead_time: float = 0.0
     max_steer: float = 1.22
     max_steer_rate: float | None = None
+    steer_play: float = 0.0
     max_lateral_acceleration: float | None = 4.0
     max_speed: float | None = None
     max_acceleration: float | None = None

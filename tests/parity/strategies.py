@@ -256,6 +256,7 @@ VEHICLE_RANGES: Ranges = {
     "dead_time": ((0.0, 10.0), (0.0, 0.3)),
     "max_steer": ((1e-3, 1.57), (0.3, 1.3)),
     "max_steer_rate": ((1e-3, 1e6), (0.1, 2.0)),
+    "steer_play": ((0.0, 0.5), (0.0, 0.03)),
     "max_lateral_acceleration": ((1e-3, 1e6), (1.0, 12.0)),
     "max_speed": ((1e-3, 1e4), (5.0, 60.0)),
     "max_acceleration": ((1e-3, 1e3), (1.0, 5.0)),

@@ -31,6 +31,7 @@ FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "dead_time": ((0.0, 10.0), 0.0, False),
     "max_steer": ((1e-3, 1.57), 1.22, False),
     "max_steer_rate": ((1e-3, 1e6), None, True),
+    "steer_play": ((0.0, 0.5), 0.0, False),
     "max_lateral_acceleration": ((1e-3, 1e6), 4.0, True),
     "max_speed": ((1e-3, 1e4), None, True),
     "max_acceleration": ((1e-3, 1e3), None, True),

@@ -134,6 +134,7 @@ def identification() -> Identification:
         noise={"yaw": 0.002, "yaw_drift": 0.001, "position": 0.02},
         excitation={"speed": (3.1, 9.2)},
         unexplained=(),
+        octaves=(),
         records=records,
         log=LOG,
         fit=cast("Any", None),
@@ -172,6 +173,7 @@ def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     assert shown["rate of the wheels"][0] == "–"
     assert "explains the heading to within the noise" in found.verdict
     assert "white, 0.002 rad a sample" in found.verdict
+    assert found.driven == "Driven: speed 3.1 to 9.2 m/s."
     assert "2.3 s, 5 rows every 100 ms" in identified_caption(found)
 
 

@@ -105,7 +105,7 @@ def identify(
         made_by = lab.report.Origin(outputs.command_line(context))
         content[report] = lab.report.of_identification(found, given, made_by)
     write_files_atomic(content)
-    below = (found.verdict, *(f"- {note}" for note in found.notes))
+    below = (found.verdict, found.driven, *(f"- {note}" for note in found.notes))
     tables = [identified_table(found, given)]
     outputs.show(caption(found), tables, below, said, report, [drive.source])
 

@@ -104,7 +104,11 @@ class Chain:
         middle, turn = 0.5 * (heading[1:] + heading[:-1]), np.diff(heading)
         step = self.drive.speed * np.sinc(0.5 * turn / np.pi) * np.exp(1j * middle)
         driven = np.concatenate(([0.0], np.cumsum(step))) * self.drive.cell
-        return np.interp(self.drive.t, self.drive.edges, driven)
+        t, edges = self.drive.t, self.drive.edges
+        found: NDArray[np.complex128] = np.interp(t, edges, driven.real) + 1j * np.interp(
+            t, edges, driven.imag
+        )
+        return found
 
     def _headings(self, values: dict[str, float]) -> Array:
         turned = np.cumsum(self.rate(**values))

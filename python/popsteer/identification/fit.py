@@ -113,7 +113,12 @@ class Fit:
 
     def split(self, **weights: float) -> Error:
         """Give the two parts of the error of a weighted sum of parameters."""
-        return self.known.split(self._row(weights))
+        noise, model = self.known.split(self._row(weights))
+        if "steer_play" in weights:  # the cells of the simulation round its turning points off
+            fastest = np.abs(np.diff(self.wheels.angle)) / np.diff(self.wheels.times)
+            round_off = self.candidates[0].task.drive.cell * float(np.mean(fastest)) / 8.0
+            model = math.hypot(model, round_off * weights["steer_play"])
+        return Error(noise, model)
 
     def _row(self, weights: Mapping[str, float]) -> Array:
         return np.array([weights.get(name, 0.0) for name in self.names])
@@ -229,6 +234,7 @@ class Candidate(NamedTuple):
         self.task.theta, self.task.noise = other.theta, other.noise
         count = sum(part.stop - part.start - 1 for part in self.task.parts)
         price = 0.5 * len(self.task.free(self.values)) * math.log(count)
+        price += float(self.task.chain.lag_of != LAGS[0])  # the vehicle's own chain of equal ones
         return self._replace(criterion=self.task.cost(self.values) + price)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,19 @@ LONGEST = 2.0
 """Up to which lag what is left is compared with the turning before it [s]."""
 
 
-def unexplained(found: Fit, drive: PreparedLog) -> tuple[str, ...]:
-    """Say what the innovations have that the noise of the signals has not.
+class Octave(NamedTuple):
+    """The power of the innovations in an octave, over that of white noise."""
+
+    low: float
+    """Its ends [Hz]."""
+    high: float
+    power: float
+    most: float
+    """What noise alone does not reach."""
+
+
+def unexplained(found: Fit, drive: PreparedLog) -> tuple[tuple[str, ...], tuple[Octave, ...]]:
+    """Say what the innovations have that the noise of the signals has not, and give their octaves.
 
     They are those of the signals' own noise, not of what the fit leaves, so that a misfit is not
     taken for noise. Their power in each octave against white noise (a chi-squared distribution),
@@ -37,11 +48,12 @@ def unexplained(found: Fit, drive: PreparedLog) -> tuple[str, ...]:
     white = whitened(error, task.parts, theta)
     sample = max(_sample_noise(error, drive), drive.least_noise["yaw"])
     white = np.clip(white * math.sqrt(theta) / sample, -4.0, 4.0)
-    said = []
-    if (band := _loudest(white, drive.usual_step)) is not None:
-        low, high, times = band
+    octaves, said = _octaves(white, drive.usual_step), []
+    loud = max(octaves, key=lambda each: each.power / each.most, default=None)
+    if loud is not None and loud.power > loud.most:
         said.append(
-            f"between {low:.2g} and {high:.2g} Hz it leaves {math.sqrt(times):.1f} times the noise"
+            f"between {loud.low:.2g} and {loud.high:.2g} Hz it leaves"
+            f" {math.sqrt(loud.power):.1f} times the noise"
         )
     turning = whitened(found.yaw, task.parts, theta)
     correlation, lag = _most_correlated(white, turning, drive.usual_step)
@@ -52,7 +64,7 @@ def unexplained(found: Fit, drive: PreparedLog) -> tuple[str, ...]:
             f"{100.0 * correlation**2:.2g} % of what it leaves goes with how the car turned"
             f" {lag:.2g} s before"
         )
-    return tuple(said)
+    return tuple(said), tuple(octaves)
 
 
 def _sample_noise(error: Array, drive: PreparedLog) -> float:
@@ -61,23 +73,20 @@ def _sample_noise(error: Array, drive: PreparedLog) -> float:
     return spread(np.concatenate(ends)) / math.sqrt(6.0)
 
 
-def _loudest(white: Array, step: float) -> tuple[float, float, float] | None:
-    """Give the octave that is loudest for its count, if noise is not: its ends [Hz], its power."""
+def _octaves(white: Array, step: float) -> list[Octave]:
+    """Give the octaves of innovations that are white noise of deviation 1."""
     from scipy.stats import chi2
 
     power = np.abs(np.fft.rfft(white)[1:]) ** 2 / len(white)
-    high, best = len(power), None
+    hz, high, found = 1.0 / (len(white) * step), len(power), []
     count = max(1, int(math.log2(len(power))) - 1)
     while high >= 4:
         low = high // 2
-        size = float(np.mean(power[low:high]))
-        bins = high - low
-        most = float(chi2.isf(RISK / count, 2 * bins)) / (2 * bins)
-        if size > max(most, NOTABLE) and (best is None or size / most > best[0]):
-            hz = 1.0 / (len(white) * step)
-            best = (size / most, low * hz, high * hz, size)
+        freedom = 2 * (high - low)
+        most = max(float(chi2.isf(RISK / count, freedom)) / freedom, NOTABLE)
+        found.append(Octave(low * hz, high * hz, float(np.mean(power[low:high])), most))
         high = low
-    return None if best is None else best[1:]
+    return found
 
 
 def _most_correlated(white: Array, turning: Array, step: float) -> tuple[float, float]:

@@ -82,7 +82,8 @@ def fit_point(
 
 def _moved(place: NDArray[np.complex128], turned: Array) -> NDArray[np.complex128]:
     """Give the steps of a simulated motion, turned by an angle that changes slowly."""
-    return np.diff(place) * np.exp(0.5j * (turned[1:] + turned[:-1]))
+    moved: NDArray[np.complex128] = np.diff(place) * np.exp(0.5j * (turned[1:] + turned[:-1]))
+    return moved
 
 
 def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> Point:

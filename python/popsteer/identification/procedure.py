@@ -117,6 +117,7 @@ def identify(
     made, more = _with_drive(made, drive_found, unknown)
     errors |= more
     turning_error = found.split(turning_wheelbase=1.0, understeer=speed**2)
+    left, octaves = unexplained(found, drive)
     models = errors | {"delay": delay_error, "turning_length": turning_error}
     return Identification(
         vehicle=made,
@@ -142,7 +143,8 @@ def identify(
             "position": point.noise,
         },
         excitation=excitation(drive, length),
-        unexplained=unexplained(found, drive),
+        unexplained=left,
+        octaves=octaves,
         records=compared(seen.log, drive, found.yaw, found.theta, point),
         log=seen.log,
         fit=found,
@@ -210,7 +212,7 @@ def _vehicle(
         errors["wheelbase"] = errors.pop("turning_wheelbase")
     else:
         changes["turning_wheelbase"] = length
-    for name in ("max_steer_rate",):
+    for name in ("max_steer_rate", "steer_play"):
         if name in errors:
             changes[name] = values[name]
     changes["understeer"] = max(float(values["understeer"]), 0.0)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification.drive import Array, PreparedLog
     from popsteer.identification.fit import Fit
+    from popsteer.identification.innovations import Octave
     from popsteer.identification.pedals import Drive
     from popsteer.identification.point import Point
     from popsteer.identification.signals import Signals
@@ -68,6 +69,9 @@ class Identification:
         ``steer_rate`` [rad/s], ``acceleration`` [m/s²]; ``stops``: how many, and their time [s].
     unexplained : tuple of str
         What the innovations have that no noise has: empty if the vehicle explains the log.
+    octaves : tuple of Octave
+        The power of the innovations in each octave, over that of white noise, and what noise alone
+        does not reach.
     records : dict of str to ndarray
         Over the samples: ``t`` [s], ``x``, ``y``, ``simulated_x``, ``simulated_y`` [m],
         ``position_error`` [m] to the left, ``yaw_rate``, ``simulated_yaw_rate`` [rad/s], and
@@ -95,6 +99,7 @@ class Identification:
     noise: dict[str, float]
     excitation: dict[str, tuple[float, float]]
     unexplained: tuple[str, ...]
+    octaves: tuple[Octave, ...]
     records: dict[str, NDArray[Any]] = field(repr=False)
     log: Log = field(repr=False)
     fit: Fit = field(repr=False)
@@ -114,6 +119,30 @@ class Identification:
                 f" white, {self.noise['yaw']:.2g} rad a sample."
             )
         return f"The vehicle does not explain the heading: {'; '.join(self.unexplained)}."
+
+    @property
+    def driven(self) -> str:
+        """What the drive went through, and what its drive does, in a sentence or two."""
+        ranges = self.excitation
+        units = {"speed": "m/s", "curvature": "1/m", "acceleration": "m/s²"}
+        said = [
+            f"{name} {ranges[name][0]:.2g} to {ranges[name][1]:.2g} {unit}"
+            for name, unit in units.items()
+            if name in ranges
+        ]
+        if "steer_rate" in ranges:
+            stops, rest = ranges["stops"]
+            said.append(f"steering up to {ranges['steer_rate'][1]:.2g} rad/s")
+            said.append(f"{stops:.0f} stops of {rest:.0f} s in all")
+        text = f"Driven: {', '.join(said)}."
+        if self.drive is not None and self.drive.errors:
+            each = [
+                f"{name} {self.drive.values[name]:.3g} ± {error:.2g}"
+                for name, error in self.drive.errors.items()
+                if not name.startswith("drive_")
+            ]
+            text += f" The drive: {', '.join(each)}."
+        return text
 
     def as_toml(self) -> str:
         """Word the vehicle as a TOML file: for each number whether it was identified, and how well.

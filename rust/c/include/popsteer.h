@@ -419,6 +419,11 @@ typedef struct popsteer_vehicle {
      */
     double max_steer_rate;
     /**
+     * Play of the steering: by how much it turns back before the front wheels do [rad]. Plants
+     * have it; prediction takes its middle. Default 0, in [0.0, 0.5].
+     */
+    double steer_play;
+    /**
      * Largest lateral acceleration that a command may ask for [m/s^2]; absent if there is no
      * limit. Default 4; NAN: absent, in [0.001, 1000000.0].
      */

@@ -104,6 +104,7 @@ impl PythonPlant {
                 vehicle: vehicle.checked()?,
                 yaw_rate,
                 wheel,
+                road_wheel: wheel,
                 throttle: control.throttle,
             })
         })

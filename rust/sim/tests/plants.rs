@@ -29,6 +29,7 @@ fn test_identified_plant_steps_by_its_equations() {
         vehicle: ROLLING,
         yaw_rate: -0.25,
         wheel: 0.0,
+        road_wheel: 0.0,
         throttle: 0.4,
     };
     let control = Control {
@@ -94,6 +95,7 @@ fn test_bicycle_speeds_up_by_throttle_less_brake_and_drag() {
         vehicle: ROLLING,
         yaw_rate: 0.0,
         wheel: 0.0,
+        road_wheel: 0.0,
         throttle: 0.5,
     };
     let control = Control {
@@ -181,6 +183,7 @@ fn test_pedals_undo_the_drive_the_brakes_and_the_drag() {
             vehicle: ROLLING,
             yaw_rate: 0.0,
             wheel: 0.0,
+            road_wheel: 0.0,
             throttle,
         };
         let control = Control {
@@ -249,5 +252,45 @@ fn test_delay_passes_on_every_command_for_its_time() {
         since += dt * popsteer_core::math::from_count(substeps);
         let flying: f64 = delay.commands().map(|(angle, time)| angle * time).sum();
         assert!((acted + flying - given).abs() < 1e-12, "after {since} s");
+    }
+}
+
+#[test]
+fn test_play_lets_the_wheels_stand_until_the_steering_has_crossed_it() {
+    let vehicle = Vehicle {
+        steer_lag: 0.0,
+        steer_play: 0.02,
+        ..KinematicBicycle::VEHICLE
+    };
+    let car = KinematicBicycle {
+        vehicle,
+        ..KinematicBicycle::DEFAULT
+    };
+    let identified = CarlaIdentified {
+        vehicle,
+        ..CarlaIdentified::DEFAULT
+    };
+    for plant in [&car as &dyn Plant, &identified] {
+        let mut state = PlantState::settled(plant.vehicle(), ROLLING);
+        // There, into the play, back by less than it and by more.
+        for (steer, wheel) in [
+            (0.1, 0.09),
+            (0.12, 0.11),
+            (0.105, 0.11),
+            (0.05, 0.06),
+            (0.06, 0.06),
+        ] {
+            let control = Control {
+                steer,
+                ..Control::default()
+            };
+            plant.advance(&mut state, control, 0.004, 1);
+            assert!(
+                (state.road_wheel - wheel).abs() < 1e-15,
+                "{}",
+                state.road_wheel
+            );
+            assert_eq!(state.wheel, steer);
+        }
     }
 }

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 FIELDS = (
     *("wheelbase", "rear_axle", "no_slip_point", "turning_wheelbase", "understeer"),
-    *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate"),
+    *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate", "steer_play"),
     *("max_lateral_acceleration", "max_speed", "max_acceleration", "max_deceleration"),
     *("brake_deceleration", "drive_delay", "drive_lag", "stop_point", "steers_at_rest"),
 )

@@ -180,7 +180,7 @@ int main(int argc, char **argv) {
         &car.wheelbase,       &car.rear_axle,    &car.no_slip_point,
         &car.turning_wheelbase, &car.understeer, &car.steer_offset,
         &car.steer_lag,       &car.dead_time,    &car.max_steer,
-        &car.max_steer_rate,  &car.max_lateral_acceleration, &car.max_speed,
+        &car.max_steer_rate,  &car.steer_play, &car.max_lateral_acceleration, &car.max_speed,
         &car.max_acceleration, &car.max_deceleration, &car.brake_deceleration,
         &car.drive_delay,     &car.drive_lag,    &car.stop_point,
     };

@@ -191,6 +191,7 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
         ..match bytes.byte() {
             0..=199 => standard,
             _ => Vehicle {
+                steer_play: bytes.parameter(0.0, [0.0, 0.03], [0.0, 0.5]),
                 max_speed: bytes.optional([1.0, 40.0], [1e-3, 1e4]),
                 max_acceleration: bytes.optional([0.1, 5.0], [1e-3, 1e3]),
                 max_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),

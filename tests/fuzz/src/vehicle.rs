@@ -59,6 +59,7 @@ fn valid(car: &Vehicle) -> bool {
         && within(car.dead_time, 0.0, 10.0)
         && within(car.max_steer, 1e-3, 1.57)
         && optional(car.max_steer_rate, 1e-3, 1e6)
+        && within(car.steer_play, 0.0, 0.5)
         && optional(car.max_lateral_acceleration, 1e-3, 1e6)
         && optional(car.max_speed, 1e-3, 1e4)
         && optional(car.max_acceleration, 1e-3, 1e3)

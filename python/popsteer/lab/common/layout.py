@@ -67,6 +67,8 @@ def finite(value: object) -> object:
     """Give None for what JSON has no number for, in a table of them too."""
     if isinstance(value, dict):
         return {name: finite(entry) for name, entry in value.items()}
+    if isinstance(value, tuple):
+        return [finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

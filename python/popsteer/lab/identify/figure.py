@@ -1,35 +1,40 @@
-"""The picture of an identification: measured against simulated."""
+"""The picture of an identification: measured against simulated, and why it is known or not."""
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import headline, plot_broken
+from popsteer.lab.common.draw import headline, logarithmic, plot_broken
 from popsteer.lab.identify.table import caption, smoothed
 
 if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
     from popsteer.identification import Identification
     from popsteer.lab.common.theme import Theme
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
-    """Draw positions, yaw rates, and the residuals of both."""
+    """Draw positions, yaw rates and what is left of them; innovations, excitation, likelihoods."""
     records = found.records
     t = records["t"] - records["t"][0]
     line = partial(plot_broken, breaks=found.log.gaps)
     smooth = partial(smoothed, period=found.log.period)
     measured: dict[str, Any] = {"color": theme.laws["pop"], "linewidth": 0.9}
     simulated: dict[str, Any] = {"color": theme.laws["pid"], "linewidth": 0.9}
-    figure = Figure(figsize=(12.0, 7.2), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.0, 1.5))
-    track = figure.add_subplot(grid[:, 0])
-    rates = figure.add_subplot(grid[0, 1])
-    left = figure.add_subplot(grid[1, 1], sharex=rates)
-    off = figure.add_subplot(grid[2, 1], sharex=rates)
+    figure = Figure(figsize=(12.0, 10.8), layout="constrained")
+    halves = figure.add_gridspec(2, 1, height_ratios=(2.0, 1.0))
+    upper, lower = figure.add_subfigure(halves[0]), figure.add_subfigure(halves[1])
+    grid = upper.add_gridspec(3, 2, width_ratios=(1.0, 1.5))
+    track = upper.add_subplot(grid[:, 0])
+    rates = upper.add_subplot(grid[0, 1])
+    left = upper.add_subplot(grid[1, 1], sharex=rates)
+    off = upper.add_subplot(grid[2, 1], sharex=rates)
     wide: dict[str, Any] = {"color": theme.path, "linewidth": 5.0, "solid_capstyle": "round"}
     line(track, records["x"], records["y"], label="measured", **wide)
     counts = records["counts"]
@@ -38,13 +43,15 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     line(track, records["simulated_x"], y, **simulated | {"linewidth": 1.2, "label": label})
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
-    track.legend(loc="best", fontsize=8.5)
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.1), "fontsize": 8.5}
+    track.legend(**below, ncols=2)
     rate = records["yaw_rate"]
     model = np.where(counts, records["simulated_yaw_rate"], np.nan)
     line(rates, t, smooth(rate), **measured | {"linewidth": 1.6, "label": "measured"})
     line(rates, t, smooth(model), label="simulated", **simulated)
-    rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
-    rates.legend(loc="upper right", fontsize=8.5, ncols=2)
+    rates.set(ylabel="yaw rate [rad/s]")
+    rates.set_title("Yaw rate, smoothed over 0.25 s", loc="left")
+    rates.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), fontsize=8.5, ncols=2)
     line(left, t, smooth(rate - model), **measured)
     left.set(ylabel="left over [rad/s]")
     line(off, t, np.where(counts, records["position_error"], np.nan), **measured)
@@ -55,5 +62,36 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     for panel in (rates, left, off):
         panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
         panel.set_xlim(t[0], t[-1])
+    _reasons(found, lower, theme)
     headline(figure, f"{caption(found)}. {found.verdict}", theme)
     return figure
+
+
+def _reasons(found: Identification, figure: SubFigure, theme: Theme) -> None:
+    """Draw the innovations by octave, what was driven, and the profile likelihoods."""
+    spectrum, driven, likely = figure.subplots(1, 3)
+    middle = [math.sqrt(each.low * each.high) for each in found.octaves]
+    spectrum.plot(middle, [each.power for each in found.octaves], "o-", color=theme.laws["pop"])
+    spectrum.plot(middle, [each.most for each in found.octaves], color=theme.laws["pid"])
+    logarithmic(spectrum, "xy")
+    spectrum.set(
+        xlabel="octave [Hz]", ylabel="power over the noise's", title="Innovations, and the limit"
+    )
+    log, moves = found.log, np.abs(found.log.speed) > 0.0
+    driven.plot(
+        np.degrees(log.steer[moves]), log.speed[moves], ",", color=theme.laws["pop"], alpha=0.5
+    )
+    driven.set(xlabel="steer [deg]", ylabel="speed [m/s]", title="What was driven")
+    share = np.linspace(-1.0, 1.0, 9)
+    for name, error in found.fit.errors.items():
+        if name == "load_shift" or not math.isfinite(error):
+            continue
+        values = found.fit.values[name] + 4.0 * error * share
+        likelihood = found.fit.profile(name, values[values >= min(0.0, values[4])].tolist())
+        shown = 4.0 * share[values >= min(0.0, values[4])]
+        likely.plot(shown, np.maximum(likelihood, -12.0), linewidth=1.0, label=name)
+    likely.axhline(-2.0, color=theme.path, linewidth=0.8)
+    likely.set(
+        xlabel="off the estimate [errors]", ylabel="log-likelihood", title="Profile likelihoods"
+    )
+    likely.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from popsteer.identification import Identification
 
-SCHEMA = 3
+SCHEMA = 4
 """Version of the document's layout."""
 _LAGS = {
     "wheels": "before the wheels",
@@ -28,6 +28,7 @@ _LAGS = {
 _DOCUMENT = (
     *("errors", "model_errors", "unknown", "verdict"),
     *("delay", "delay_error", "turning_length", "turning_length_error"),
+    *("ranges", "excitation", "unexplained", "octaves"),
     *("speed", "lag_of", "yaw_rate_residual", "yaw_rate_rms", "position_residual", "noise"),
 )
 
@@ -47,6 +48,7 @@ _ROWS = (
     _Row("steer_lag", "lag", "ms", 1e3),
     _Row("dead_time", "dead time", "ms", 1e3),
     _Row("max_steer_rate", "rate of the wheels", "rad/s"),
+    _Row("steer_play", "play of the steering", "deg", math.degrees(1.0)),
     _Row("drive_delay", "delay of the drive", "ms", 1e3),
     _Row("drive_lag", "lag of the drive", "ms", 1e3),
     _Row("rear_axle", "rear axle, from the pose", "m"),

@@ -30,6 +30,7 @@ UNITS = {
     "understeer": "s²/m",
     "max_steer": "rad",
     "max_steer_rate": "rad/s",
+    "steer_play": "rad",
     "steer_rate": "rad/s",
     "noise_position": "m",
     "noise_yaw": "rad",

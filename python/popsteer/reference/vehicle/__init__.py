@@ -59,6 +59,8 @@ class Vehicle(Checked):
     """Largest angle of the front wheels δ_max [rad]."""
     max_steer_rate: float | None = optional(1e-3, 1e6)
     """Largest rate of the front wheels' angle [rad/s]; None for no limit."""
+    steer_play: float = number(0.0, 0.0, 0.5)
+    """By how much the steering turns back before the wheels do [rad]; prediction ignores it."""
     max_lateral_acceleration: float | None = optional(1e-3, 1e6, default=4.0)
     """Largest lateral acceleration that a command may ask for [m/s²]; None for no limit."""
     max_speed: float | None = optional(1e-3, 1e4)

@@ -66,6 +66,9 @@ params! {
         max_steer: f64 = 1.22, in [1e-3, 1.57];
         /// Largest rate of the front wheels' angle [rad/s]; absent if there is no limit.
         max_steer_rate: Option<f64> = None, in [1e-3, 1e6];
+        /// Play of the steering: by how much it turns back before the front wheels do [rad]. Plants
+        /// have it; prediction takes its middle.
+        steer_play: f64 = 0.0, in [0.0, 0.5];
         /// Largest lateral acceleration that a command may ask for [m/s^2]; absent if there is no limit.
         max_lateral_acceleration: Option<f64> = Some(4.0), in [1e-3, 1e6];
         /// Top speed [m/s]; absent if there is no limit.

@@ -64,7 +64,8 @@ impl Plant for KinematicBicycle {
             let moved = car.move_wheel(state.wheel, control.steer, dt);
             state.wheel = moved.wheel;
             state.throttle = control.throttle + (state.throttle - control.throttle) * kept;
-            let curvature = tan(moved.mean) / car.turning_length(vehicle.speed);
+            let curvature =
+                tan(state.push(moved.mean, car.steer_play)) / car.turning_length(vehicle.speed);
             state.yaw_rate = vehicle.speed * curvature;
             // Along the gear: a vehicle that still rolls the other way is below 0.
             // That of one at rest is 0.0, not -0.0, whose sign the brakes would take for a motion.

@@ -87,7 +87,8 @@ impl Plant for CarlaIdentified {
             let moved = car.move_wheel(state.wheel, control.steer, dt);
             state.wheel = moved.wheel;
             let speed = vehicle.speed;
-            let steady = speed * tan(moved.mean) / car.turning_length(speed);
+            let steady =
+                speed * tan(state.push(moved.mean, car.steer_play)) / car.turning_length(speed);
             let acceleration = self.drive * throttle
                 - self.drag * speed
                 - self.air_drag * speed * speed

@@ -35,17 +35,27 @@ pub struct PlantState {
     pub yaw_rate: f64,
     /// Angle of the wheels [rad].
     pub wheel: f64,
+    /// Angle of the road wheels behind the play of the steering [rad].
+    pub road_wheel: f64,
     /// Throttle as it has reached the wheels, 0 to 1.
     pub throttle: f64,
 }
 
 impl PlantState {
+    /// Moves the road wheels by a steering angle [rad]: they stay within `play` [rad] of it.
+    fn push(&mut self, steering: f64, play: f64) -> f64 {
+        let half = 0.5 * play;
+        self.road_wheel = self.road_wheel.min(steering + half).max(steering - half);
+        self.road_wheel
+    }
+
     /// At rest or rolling at `start`, the wheels where they stand at the command 0.
     pub fn settled(vehicle: &Vehicle, start: VehicleState) -> Self {
         Self {
             vehicle: start,
             yaw_rate: 0.0,
             wheel: vehicle.at_wheels(vehicle.steer_offset),
+            road_wheel: vehicle.at_wheels(vehicle.steer_offset),
             throttle: 0.0,
         }
     }
