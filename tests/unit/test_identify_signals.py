@@ -79,7 +79,8 @@ def test_speed_signal_off_by_a_fifth_is_scaled_and_said(
 ) -> None:
     found = popsteer.identify(Log(**columns | {"speed": columns["speed"] / 0.8}))
     assert found.vehicle.wheelbase == pytest.approx(plain.vehicle.wheelbase, rel=1e-3)
-    assert any("--unit speed=0.8" in note for note in found.notes)
+    (note,) = (note for note in found.notes if "--unit speed=" in note)
+    assert float(note.partition("--unit speed=")[2].rstrip(")")) == pytest.approx(0.8, rel=2e-3)
 
 
 @pytest.mark.parametrize("degrees", [20.0, -45.0, 90.0, 135.0, 180.0, 2.0])
