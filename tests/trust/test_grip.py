@@ -7,6 +7,7 @@ import pytest
 
 import popsteer
 from studies.grip import PLANTS, drive
+from tests.trust.car import Car
 
 TOO_FAST = popsteer.Status.TOO_FAST
 CAR = popsteer.Vehicle(wheelbase=2.7, max_lateral_acceleration=4.0, max_deceleration=3.0)
@@ -65,3 +66,40 @@ def test_measured_turn_beyond_the_limit_is_too_fast_for_every_controller() -> No
                 x, y = 10.0 / rate * np.sin(yaw), 10.0 / rate * (1.0 - np.cos(yaw))
                 command = steering.step(x, y, yaw, 10.0, 0.05)
             assert (TOO_FAST in command.status) is too_fast, (law, lateral)
+
+
+@pytest.mark.parametrize("controller", [popsteer.PreviewPop, popsteer.Stanley])
+@pytest.mark.parametrize(
+    ("wheelbase", "understeer", "speed", "radius"),
+    [(0.33, 0.004, 4.0, 4.5), (2.7, 0.003, 25.0, 190.0), (2.7, 0.004, 20.0, 110.0)],
+)
+def test_limit_is_kept_and_used_by_a_vehicle_that_understeers_more_than_told(
+    controller: type, wheelbase: float, understeer: float, speed: float, radius: float
+) -> None:
+    """The limit is 4 m/s²; the bend needs less, and then more."""
+    for factor in (1.0, 0.7):
+        step = 0.2 * speed / 25.0
+        along = np.arange(0.0, 17.0 * speed, step)
+        inside = (along > 6.0 * speed) & (along < 14.0 * speed)
+        width = round(speed / step)
+        curvature = np.convolve(inside / (factor * radius), np.ones(width) / width, "same")
+        yaw = np.cumsum(curvature) * step
+        xy = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * step
+        told = popsteer.Vehicle(
+            wheelbase=wheelbase, steer_lag=0.15, dead_time=0.1, max_steer_rate=0.6, max_steer=0.6
+        )
+        steering = controller(popsteer.Path(xy[::4]), told)
+        real = Car(wheelbase, 0.15, 0.1, 0.6, understeer=understeer, centre=0.0, speed=speed)
+        real.x, real.y = xy[0]
+        largest, off = 0.0, 0.0
+        for _ in range(260):
+            real.command(steering.step(*real.pose(), 0.05).steer)
+            before = real.yaw
+            real.advance(0.05, speed)
+            largest = max(largest, abs(real.yaw - before) / 0.05 * speed)
+            off = max(off, float(np.min(np.hypot(*(xy - [real.x, real.y]).T))))
+        assert largest <= 4.2
+        if factor < 1.0:
+            assert largest >= 3.8
+        else:
+            assert off < (0.5 if controller is popsteer.Stanley else 0.3)
