@@ -45,6 +45,8 @@
 //! A closed path is cut open at its slowest waypoint, whose bound no pass lowers, as none goes below the
 //! speed that it starts from.
 
+use alloc::vec::Vec;
+
 use crate::error::ConfigError;
 use crate::math::{larger, sqrt, tan};
 use crate::speed::defaults::{gravity_along, strongest_braking};
@@ -66,6 +68,11 @@ const JUMP_REACH: f64 = 0.4;
 const JUMP_SHIFT: f64 = 0.003;
 /// A turn of the wheels that is no jump [rad]: noise of the waypoints, a bend of a road.
 const SMALL_JUMP: f64 = 0.1;
+
+/// A jump of the curvature that is drawn is so many times the median of all along the path: on lines and
+/// arcs that is 0, in recorded waypoints it is their noise (a robust test, by the median absolute deviation).
+/// Less: noise slows the vehicle. More: bays that are drawn with noise are driven as if the wheels turned at once.
+const NOISE: f64 = 6.0;
 
 /// What limits the speed at a waypoint.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
@@ -323,9 +330,12 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
         }
     }
     if let Some(sharp) = course.sharp.filter(|_| car.steers_at_rest) {
-        for index in 0..squared.len() {
-            let speed = jump_speed(course, sharp, index, car);
-            turn_in_time(speed, index, squared, limit);
+        let jumps: Vec<f64> = (0..squared.len())
+            .map(|index| jump(course, sharp, index, car))
+            .collect();
+        let noise = NOISE * median(&jumps);
+        for (index, &jump) in jumps.iter().enumerate().filter(|&(_, &jump)| jump > noise) {
+            turn_in_time(jump_speed(jump, car), index, squared, limit);
         }
     }
 }
@@ -338,8 +348,22 @@ fn turn_in_time(speed: f64, index: usize, squared: &mut [f64], limit: &mut [Limi
     }
 }
 
-/// The speed at which a vehicle that parks drives past a jump of the curvature near waypoint `index`
-/// [m/s], infinite if there is none.
+/// By how much the curvature jumps near waypoint `index` [1/m].
+fn jump(course: &Course<'_>, sharp: &[f64], index: usize, car: &Vehicle) -> f64 {
+    let reach = JUMP_REACH * car.wheelbase;
+    let beyond = |ahead: bool| course.beyond(sharp, index, reach, ahead);
+    (beyond(true) - beyond(false)).abs()
+}
+
+/// The middle one of some numbers, 0 of none.
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The speed at which a vehicle that parks drives past a `jump` of the curvature [1/m], infinite if that
+/// is none.
 ///
 /// Wheels that turn at their rate, half before the jump `Δk` and half after it, shift the vehicle by
 /// `Δk l² / 24` to the side, with `l = v t` and `t = L Δk / max_steer_rate`. That is to be `shift`:
@@ -347,11 +371,8 @@ fn turn_in_time(speed: f64, index: usize, squared: &mut [f64], limit: &mut [Limi
 /// ```text
 /// v = sqrt(24 shift) max_steer_rate / (L Δk^1.5)
 /// ```
-fn jump_speed(course: &Course<'_>, sharp: &[f64], index: usize, car: &Vehicle) -> f64 {
+fn jump_speed(jump: f64, car: &Vehicle) -> f64 {
     let rate = car.max_steer_rate.unwrap_or(f64::INFINITY);
-    let reach = JUMP_REACH * car.wheelbase;
-    let beyond = |ahead: bool| course.beyond(sharp, index, reach, ahead);
-    let jump = (beyond(true) - beyond(false)).abs();
     let length = car.turning_length(0.0);
     if jump * length < SMALL_JUMP {
         return f64::INFINITY;
