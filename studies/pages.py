@@ -15,6 +15,7 @@ from studies.cars_loop import loop_lines
 from studies.cases import case_lines
 from studies.choose import adapting_lines, choose_lines, paper_lines, pid_lines
 from studies.dead_time import age_lines, dead_time_lines, dead_time_rows
+from studies.driver import fault_lines
 from studies.grip import grip_lines
 from studies.layout import table, write_table
 from studies.parking import parking_lines
@@ -30,6 +31,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "edges": ("edges.md", lambda: edges.edge_lines(edges.run())),
     "cars loop": ("loop.md", loop_lines),
     "cases": ("loop.md", case_lines),
+    "driver": ("driver.md", fault_lines),
     "replanning": ("loop.md", replanning_lines),
     "missing inputs": ("loop.md", input_lines),
     "stops": ("planning.md", stop_lines),

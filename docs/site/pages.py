@@ -8,7 +8,7 @@ import posixpath
 # Chapters, each with its pages as docs/ has them. A page's title is its first heading.
 _CHAPTERS = {
     "What it is": ["index"],
-    "Describe your vehicle and drive it": ["vehicle", "parameters", "files", "loop"],
+    "Describe your vehicle and drive it": ["vehicle", "driver", "parameters", "files", "loop"],
     "From a log to a tuned car": ["planning", "identify", "tune", "sweep", "report"],
     "Plug it in": ["carla", "ros2", "gymnasium", "c", "examples"],
     "Edges and statuses": ["edges"],

@@ -31,6 +31,7 @@ _Flags: TypeAlias = NDArray[np.bool_]
 _Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
 _Pose: TypeAlias = tuple[float, float, float]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
+_Tuning: TypeAlias = PreviewPopParams | StanleyParams | PurePursuitParams | PidParams | PopParams
 _Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 
@@ -310,6 +311,73 @@ class PurePursuit(_Controller[PurePursuitParams]): ...
 
 @final
 class Stanley(_Controller[StanleyParams]): ...
+
+@final
+class Drive(_Answer):
+    steer: float
+    acceleration: float
+    speed: float
+    reverse: bool
+    hold: bool
+    phase: str
+    fault: str | None
+    status: Status
+    cross_track_error: float
+    heading_error: float
+    predicted_cross_track_error: float
+    predicted_heading_error: float
+    target: tuple[float, float]
+    reference_speed: float
+    distance_to_stop: float
+
+@final
+class Driver:
+    def __new__(
+        cls,
+        path: Path,
+        vehicle: Vehicle | None = None,
+        controller: _Tuning | None = None,
+        *,
+        speed: SpeedTrackerParams | None = None,
+        params: DriverParams | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
+    ) -> Self: ...
+    def step(
+        self,
+        x: float | None,
+        y: float | None,
+        yaw: float | None,
+        speed: float | None,
+        dt: float | None,
+        *,
+        applied_steer: float | None = None,
+        measured_steer: float | None = None,
+        pose_age: float = 0.0,
+        gear: bool | None = None,
+    ) -> Drive: ...
+    def reset(self, *, steer: float | None = None) -> None: ...
+    def set_path(self, path: Path) -> None: ...
+    def hold(self) -> None: ...
+    def go(self) -> None: ...
+    def release(self) -> str | None: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
+    path: Final[Path]
+    vehicle: Final[Vehicle]
+    controller: Final[_Tuning]
+    speed: Final[SpeedTrackerParams]
+    params: Final[DriverParams]
+    plan: Final[_Floats]
+    fault: Final[str | None]
+    estimate: Final[Estimate]
+    tracked_point: Final[float]
+    adapt: Final[AdaptParams | None]
+    monitor: Final[MonitorParams | None]
+    @property
+    def state(self) -> State: ...
+    @state.setter
+    def state(self, state: State) -> None: ...
+    def __setstate__(self, state: State) -> None: ...
 
 @final
 class CommandBatch(_Columns):
@@ -628,6 +696,10 @@ class SpeedTrackerParams(_Params):
     disturbance_time: float = 1.0
     max_jerk: float | None = None
     reserve: float = 0.4
+
+@final
+class DriverParams(_Params):
+    hold_time: float = 0.5
 
 @final
 class CarlaIdentified(_CorePlant):

@@ -265,6 +265,11 @@ def test_pose_that_is_no_number_is_held_and_then_stops_the_car(
     assert planner.command is not None
     assert popsteer.Status.INPUT_LOST in planner.command.status
     monkeypatch.undo()
+    # What comes again does not drive by itself; a plan is the word to.
+    actor.world.time += 0.05
+    assert planner.run_step().brake == 1.0
+    assert popsteer.Status.INPUT_LOST in planner.fault
+    planner.set_global_plan(plan_along("road"))
     actor.world.time += 0.05
     assert planner.run_step().throttle > 0.0
 

@@ -64,7 +64,7 @@ def test_commands_of_the_readme_run(project: Path, monkeypatch: pytest.MonkeyPat
 def test_test_of_the_project_fails_where_its_loop_is_broken(project: Path, tmp_path: Path) -> None:
     for file in FILES:
         text = (project / file).read_text(encoding="utf-8")
-        text = text.replace("car.actuate(command.steer, pedals", "car.actuate(0.0, pedals")
+        text = text.replace("car.actuate(answer.steer, answer", "car.actuate(0.0, answer")
         (tmp_path / file).write_text(text, encoding="utf-8")
     assert _python(tmp_path, "test_drive.py").returncode == 1
 

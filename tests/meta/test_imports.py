@@ -33,6 +33,7 @@ def _core(root: str) -> dict[str, set[str]]:
         "laws": (*_GROUND, "vehicle", "path"),
         "tracker": (*_GROUND, "vehicle", "path", "laws"),
         "speed": (*_GROUND, "vehicle", "path"),
+        "driver": (*_GROUND, "vehicle", "path", "laws", "tracker", "speed"),
     }
     allowed = {
         f"{root}.{part}": {f"{root}.{other}" for other in known} for part, known in layers.items()

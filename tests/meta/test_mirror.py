@@ -44,6 +44,8 @@ HELD = {
     "tracker/step.rs": f"{_TWINS}tracker.py",
     "tracker/command.rs": f"{_TWINS}tracker.py",
     "tracker/limit.rs": f"{_TWINS}tracker.py",
+    "tracker/see.rs": f"{_TWINS}tracker.py",
+    "tracker/seen.rs": f"{_TWINS}tracker.py",
     # Shortcuts, beside the plain loop that defines them.
     "path/jump.rs": "tests/parity/test_shortcuts.py",
     "path/nearby.rs": "rust/core/src/path/nearby/tests.rs",
@@ -65,6 +67,11 @@ HELD = {
     "speed/stops.rs": f"{_RUST}stopping.rs",
     "path/carry.rs": f"{_RUST}new_path.rs",
     "path/shape.rs": f"{_RUST}shape.rs",
+    "laws/any.rs": f"{_RUST}driver.rs",
+    **{
+        f"driver/{part}.rs": f"{_RUST}driver.rs"
+        for part in ("mod", "command", "safe_stop", "signals", "state", "step")
+    },
     "tracker/hold.rs": f"{_RUST}tracker.rs",
     "tracker/intend.rs": f"{_RUST}new_path.rs",
     "tracker/monitor/mod.rs": f"{_RUST}monitor.rs",

@@ -212,6 +212,8 @@ def _values() -> list[Any]:
     speed.step(1.0, 2.0, 0.05)
     values += [tracker.step(1.0, 0.5, 0.0, 4.0, 0.05), tracker, tracker.params]
     values += [speed, speed.params, popsteer.CoupledLongitudinal()]
+    driver = popsteer.Driver(path, late, popsteer.StanleyParams(), adapt=popsteer.AdaptParams())
+    values += [driver.step(1.0, 0.5, 0.0, 4.0, 0.05), driver, driver.params]
     simulation = _core.Simulation(path, "kinematic-bicycle", start=(0.0, 0.0, 0.0))
     simulation.drive(popsteer.Pop(path, late))
     values += [popsteer.CoupledLongitudinalParams(), simulation, simulation.settings]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import numpy as np
 from popsteer import controllers, own
 from popsteer._core import (
     CarlaIdentified,
+    Driver,
     KinematicBicycle,
     Noise,
     Path,
@@ -176,7 +178,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     Parameters
     ----------
     controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
-        What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
+        What steers. A controller of popsteer drives in the core, from a fresh state; so does a
+        `popsteer.Driver`, which works the pedals, too. Your own has a
         method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
         as `steer`; see `OwnSimpleController` for what else it may have. It is called in the state
         that it is in, and what it raises reaches you.
@@ -257,6 +260,12 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     >>> run(popsteer.Pop(path, car), heavy).metrics.finished
     True
 
+    The whole vehicle by one driver:
+
+    >>> driver = popsteer.Driver(path, car)
+    >>> run(driver, popsteer.sim.KinematicBicycle(car)).metrics.finished
+    True
+
     A controller of your own:
 
     >>> class TowardsZero:
@@ -280,6 +289,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     plant = object_of(plant)  # refuses an unknown one before anything is asked of it
     vehicle = plant.vehicle
     controller = informed(controller, vehicle)
+    if isinstance(controller, Driver):
+        controller = _fresh(controller, path, plant, longitudinal)
     check_longitudinal(longitudinal, path, vehicle)
     if start is None:
         start = default_start(path, vehicle=vehicle)
@@ -310,6 +321,19 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         ending=ending or simulation.ending or "stopped",
         traceback=trace,
     )
+
+
+def _fresh(driver: Driver, path: Path, plant: Plant, longitudinal: Longitudinal | None) -> Driver:
+    """Give a driver before its first step on a path, for a plant whose pedals are known."""
+    if longitudinal is not None:
+        raise ConfigError("longitudinal", longitudinal, "None: a Driver works the pedals itself")
+    if not PedalMap.is_known(plant):
+        raise ConfigError("plant", plant, "one with drive, braking and drag, for a Driver's pedals")
+    driver = copy(driver)
+    driver.reset()
+    if driver.path is not path:
+        driver.set_path(path)
+    return driver
 
 
 def _raised(drive: Callable[[], object], *, goes_on: bool) -> tuple[str, str]:

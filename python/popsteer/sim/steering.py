@@ -13,8 +13,9 @@ class OwnCommand(Protocol):
     """What a controller of your own may return: an angle, and optionally more.
 
     `reverse` (whether to drive backwards) is the gear; if it is missing, the direction of the path
-    is. `target` (a point [m]) and `status` go into the records where they are given, as
-    `Command` has them.
+    is. `acceleration` [m/s²], in the direction of driving, works the pedals in place of the run's
+    longitudinal controller: a `popsteer.Driver` has it. `target` (a point [m]) and `status` go into
+    the records where they are given, as `Command` has them.
     """
 
     @property

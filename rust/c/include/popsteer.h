@@ -224,6 +224,12 @@ typedef struct popsteer_batch popsteer_batch;
 typedef struct popsteer_controller popsteer_controller;
 
 /**
+ * A driver: who steers and drives along which path, and what is remembered. One thread at a time may
+ * use one.
+ */
+typedef struct popsteer_driver popsteer_driver;
+
+/**
  * A path: waypoints that never change. Many controllers may share one, on any number of threads;
  * the handle may be freed while they do.
  */
@@ -359,6 +365,116 @@ typedef struct popsteer_estimate {
      */
     double acceleration;
 } popsteer_estimate;
+
+/**
+ * Tuning of a driver.
+ */
+typedef struct popsteer_driver_params {
+    /**
+     * How long a signal that does not come is replaced by what is expected before that is a
+     * fault [s]. Longer: more gaps are bridged. Shorter: a dead sensor is known sooner.
+     * Default 0.5, in [0.0, 1000.0].
+     */
+    double hold_time;
+} popsteer_driver_params;
+
+/**
+ * Tuning of a speed tracker.
+ */
+typedef struct popsteer_speed_tracker_params {
+    /**
+     * Share of an error of the speed that is corrected in a second [1/s]. Default 1.5, in
+     * [0.0, 1000.0].
+     */
+    double kp;
+    /**
+     * Time constant of the estimate of slope and drag [s]. Shorter: they are known sooner, and
+     * a drive that responds later than the vehicle says is taken for one. Default 1, in
+     * [0.001, 1000.0].
+     */
+    double disturbance_time;
+    /**
+     * Largest change of the acceleration, of plans and of stops, too [m/s^3]. NAN: `60.0 /
+     * wheelbase`, in [0.001, 1000000.0].
+     */
+    double max_jerk;
+    /**
+     * Acceleration beyond that of the plan that may correct an error [m/s^2]. Default 0.4, in
+     * [0.0, 1000.0].
+     */
+    double reserve;
+} popsteer_speed_tracker_params;
+
+/**
+ * What a step of a driver answers.
+ */
+typedef struct popsteer_drive {
+    /**
+     * Angle to command [rad], positive to the left.
+     */
+    double steer;
+    /**
+     * Acceleration in the direction of driving [m/s^2]; negative brakes.
+     */
+    double acceleration;
+    /**
+     * Speed to command in the direction of driving [m/s], for a vehicle that takes a speed.
+     */
+    double speed;
+    /**
+     * Offset of the tracked point from the path [m], positive left of it.
+     */
+    double cross_track_error;
+    /**
+     * Yaw less direction of the path [rad], in [-pi, pi].
+     */
+    double heading_error;
+    /**
+     * Cross-track error of the vehicle as it will be when the command reaches the wheels [m].
+     */
+    double predicted_cross_track_error;
+    /**
+     * Heading error of that vehicle [rad].
+     */
+    double predicted_heading_error;
+    /**
+     * The point aimed at [m].
+     */
+    double target_x;
+    /**
+     * The point aimed at [m].
+     */
+    double target_y;
+    /**
+     * The planned speed beside the rear axle [m/s], never negative.
+     */
+    double reference_speed;
+    /**
+     * Distance that the rear axle has to go to the next stop [m]; negative past it, INFINITY if
+     * there is none.
+     */
+    double distance_to_stop;
+    /**
+     * How the step went: `POPSTEER_STATUS_...` bits.
+     */
+    uint32_t status;
+    /**
+     * What the vehicle does, as of `popsteer_speed_command`.
+     */
+    uint32_t phase;
+    /**
+     * Why the vehicle stops, or has stopped; 0: it drives. `popsteer_fault_name` names it.
+     */
+    uint32_t fault;
+    /**
+     * Whether the vehicle is to be in reverse gear.
+     */
+    bool reverse;
+    /**
+     * Whether the vehicle is to be held where it stands.
+     */
+    bool hold;
+} popsteer_drive;
 
 /**
  * All parameters of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
@@ -770,33 +886,6 @@ typedef struct popsteer_stanley_params {
 } popsteer_stanley_params;
 
 /**
- * Tuning of a speed tracker.
- */
-typedef struct popsteer_speed_tracker_params {
-    /**
-     * Share of an error of the speed that is corrected in a second [1/s]. Default 1.5, in
-     * [0.0, 1000.0].
-     */
-    double kp;
-    /**
-     * Time constant of the estimate of slope and drag [s]. Shorter: they are known sooner, and
-     * a drive that responds later than the vehicle says is taken for one. Default 1, in
-     * [0.001, 1000.0].
-     */
-    double disturbance_time;
-    /**
-     * Largest change of the acceleration, of plans and of stops, too [m/s^3]. NAN: `60.0 /
-     * wheelbase`, in [0.001, 1000000.0].
-     */
-    double max_jerk;
-    /**
-     * Acceleration beyond that of the plan that may correct an error [m/s^2]. Default 0.4, in
-     * [0.0, 1000.0].
-     */
-    double reserve;
-} popsteer_speed_tracker_params;
-
-/**
  * What a step of a speed tracker answers.
  */
 typedef struct popsteer_speed_command {
@@ -993,6 +1082,84 @@ popsteer_error popsteer_controller_clone(const struct popsteer_controller *contr
  * Frees a controller; NULL is left alone.
  */
 popsteer_error popsteer_controller_free(struct popsteer_controller *controller);
+
+/**
+ * The defaults of `popsteer_driver_params`.
+ */
+struct popsteer_driver_params popsteer_driver_params_default(void);
+
+/**
+ * The name of a fault of `popsteer_drive`, such as "position": what it blames. NULL for 0 and for a
+ * number of none. "position", "heading", "speed": that signal; "steering": the vehicle turns otherwise
+ * than commanded; "input": nothing comes; "deviation": too far off the path; "path": the path is not
+ * where the vehicle is; "cannot-stop": it overruns its stop, however hard it brakes.
+ */
+const char *popsteer_fault_name(uint32_t fault);
+
+/**
+ * Makes a driver that steers by a copy of `controller`, along its path, and plans its speeds: as fast as
+ * the vehicle's limits allow, and at most the path's own.
+ *
+ * `speed` and `params` may be NULL for their defaults. `controller` may be freed afterwards. `out` gets
+ * the driver, which is freed by `popsteer_driver_free`. `POPSTEER_ERROR_CONFIG` names a field that is
+ * out of its range.
+ */
+popsteer_error popsteer_driver_new(const struct popsteer_controller *controller,
+                                   const struct popsteer_speed_tracker_params *speed,
+                                   const struct popsteer_driver_params *params,
+                                   struct popsteer_driver **out);
+
+/**
+ * Takes one control step, and answers whatever comes in.
+ *
+ * `vehicle`: pose of the vehicle's point, and speed; a number that is not finite or beyond its bound has
+ * not come, and what is expected stands in for it, until that is a fault. `dt`: time since the last
+ * step [s]; one that is none, as of a stamp that repeats, counts as no time. `reported`: what the
+ * vehicle reports besides, or NULL. `gear`: 1 where reverse gear is in, 0 where it is not, negative
+ * where that is not reported. `out` gets what to do.
+ *
+ * Only NULL and wrong handles are errors. Nothing is allocated.
+ */
+popsteer_error popsteer_driver_step(struct popsteer_driver *driver,
+                                    struct popsteer_vehicle_state vehicle,
+                                    double dt,
+                                    const struct popsteer_reported *reported,
+                                    int32_t gear,
+                                    struct popsteer_drive *out);
+
+/**
+ * Follows another path from the next step on, its speeds planned at once: this allocates. Place, angle
+ * and estimates carry on. `POPSTEER_ERROR_CONFIG` where a limit is out of the range of a plan; nothing
+ * has changed then.
+ */
+popsteer_error popsteer_driver_set_path(struct popsteer_driver *driver,
+                                        const struct popsteer_path *path);
+
+/**
+ * Brakes the vehicle to a stand in comfort, and holds it, for as long as `held` is true: the operator's
+ * stop.
+ */
+popsteer_error popsteer_driver_hold(struct popsteer_driver *driver,
+                                    bool held);
+
+/**
+ * Forgets the fault for which the vehicle stopped, and drives again: it is looked for about its last
+ * place. `fault`, which may be NULL, gets what it was.
+ */
+popsteer_error popsteer_driver_release(struct popsteer_driver *driver,
+                                       uint32_t *fault);
+
+/**
+ * Takes a driver back to before its first step, with the wheels at the angle `steer` [rad], from which
+ * it goes on without a jump.
+ */
+popsteer_error popsteer_driver_reset(struct popsteer_driver *driver,
+                                     double steer);
+
+/**
+ * Frees a driver; NULL is left alone.
+ */
+popsteer_error popsteer_driver_free(struct popsteer_driver *driver);
 
 /**
  * Writes why the last call of this thread that failed did so, with the name of the field and its

@@ -34,6 +34,8 @@ using PidParams = popsteer_pid_params;
 using PurePursuitParams = popsteer_pure_pursuit_params;
 using StanleyParams = popsteer_stanley_params;
 using SpeedTrackerParams = popsteer_speed_tracker_params;
+using DriverParams = popsteer_driver_params;
+using Drive = popsteer_drive;
 using SpeedCommand = popsteer_speed_command;
 
 /// A field that is not given.
@@ -445,6 +447,47 @@ public:
 
 private:
     detail::Owner<popsteer_speed_tracker, popsteer_speed_tracker_free> handle_;
+};
+
+/// The whole vehicle in one step: steers and drives along a path, and stops where something is wrong.
+class Driver {
+public:
+    /// Steers by a copy of `controller`, along its path.
+    explicit Driver(const Controller& controller,
+                    const SpeedTrackerParams& speed = popsteer_speed_tracker_params_default(),
+                    const DriverParams& params = popsteer_driver_params_default()) {
+        detail::require(popsteer_driver_new(controller.get(), &speed, &params, handle_.out()));
+    }
+
+    explicit operator bool() const noexcept { return handle_.get() != nullptr; }
+
+    /// One control step, `dt` [s] after the last one; answers whatever comes in. See popsteer_driver_step.
+    [[nodiscard]] Drive step(const VehicleState& vehicle, double dt,
+                             const Reported& reported = popsteer_reported_default(), int gear = -1) noexcept {
+        Drive drive{};
+        popsteer_driver_step(get(), vehicle, dt, &reported, gear, &drive);
+        return drive;
+    }
+
+    /// Follows another path from the next step on, its speeds planned at once: this allocates.
+    popsteer_error set_path(const Path& path) noexcept { return popsteer_driver_set_path(get(), path.get()); }
+
+    /// The operator's stop, and its end.
+    popsteer_error hold(bool held = true) noexcept { return popsteer_driver_hold(get(), held); }
+
+    /// Forgets the fault for which it stopped, and drives again; gives the fault, 0 if there was none.
+    std::uint32_t release() noexcept {
+        std::uint32_t fault = 0;
+        popsteer_driver_release(get(), &fault);
+        return fault;
+    }
+
+    popsteer_error reset(double steer = 0.0) noexcept { return popsteer_driver_reset(get(), steer); }
+
+    [[nodiscard]] popsteer_driver* get() const noexcept { return handle_.get(); }
+
+private:
+    detail::Owner<popsteer_driver, popsteer_driver_free> handle_;
 };
 
 /// Many vehicles in one call, on the calling thread.

@@ -15,6 +15,7 @@
 pub mod batch;
 pub mod command;
 pub mod controller;
+pub mod driver;
 pub mod error;
 mod fields;
 mod handle;

@@ -8,6 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs};
 
+use popsteer_core::DriverParams;
 use popsteer_core::Vehicle;
 use popsteer_core::laws::{
     PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
@@ -119,6 +120,7 @@ fn parameters() -> Result<String, Box<dyn Error>> {
             "a speed tracker",
             SpeedTrackerParams::fields().into(),
         ),
+        ("Driver", "a driver", DriverParams::fields().into()),
     ];
     let mut text = written_out("CVehicle", VEHICLE, "", &Vehicle::fields())?;
     text += &written_out("COptions", OPTIONS, SWITCHES, &options)?;

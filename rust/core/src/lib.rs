@@ -65,6 +65,7 @@ extern crate std;
 compile_error!("popsteer-core needs the feature `std` or the feature `libm` for its mathematics");
 
 pub mod bounds;
+pub mod driver;
 pub mod error;
 pub mod geometry;
 pub mod laws;
@@ -80,6 +81,7 @@ mod tests;
 pub mod tracker;
 pub mod vehicle;
 
+pub use driver::{Drive, Driver, DriverParams};
 pub use error::{ConfigError, InputError, PathError};
 pub use geometry::Point;
 pub use laws::{LateralLaw, LateralState};

@@ -5,6 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
+use popsteer_core::driver::{Driver, DriverParams};
 use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
@@ -214,6 +215,30 @@ fn test_speed_tracker_steps_allocate_nothing() {
         }
     });
     assert!(pull > 0.0);
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn test_driver_steps_allocate_nothing() {
+    let path = path();
+    let speed = SpeedTracker::new(DELAYED, SpeedTrackerParams::DEFAULT).unwrap();
+    let law = PreviewPop::new(DELAYED, PreviewPopParams::DEFAULT).unwrap();
+    let driver = Driver::new(Tracker::of(law), speed, DriverParams::DEFAULT).unwrap();
+    let plan = speed.plan(&path.view()).unwrap();
+    let mut state = driver.initial_state();
+    let mut vehicle = START;
+    let (mut faults, mut steered) = (0, 0.0);
+    let count = allocations_of(|| {
+        for k in 0..100_000 {
+            let x = if k % 1000 > 970 { f64::NAN } else { vehicle.x };
+            let seen = VehicleState { x, ..vehicle };
+            let drive = driver.step(&path.view(), &plan, &mut state, seen.into(), 0.05);
+            steered += drive.steer.abs();
+            faults += usize::from(driver.release(&mut state).is_some());
+            vehicle = kinematic_bicycle(vehicle, drive.steer, drive.acceleration, 3.0, 0.05);
+        }
+    });
+    assert!(steered > 0.0 && faults > 0);
     assert_eq!(count, 0);
 }
 

@@ -13,6 +13,7 @@ mod arrays;
 mod batch;
 mod batch_inputs;
 mod choice;
+mod driver;
 mod driving;
 mod empty_call;
 mod episodes;
@@ -44,6 +45,7 @@ mod _core {
     #[pymodule_export]
     use crate::{
         batch::PyBatch,
+        driver::{PyDrive, PyDriver, PyDriverParams},
         empty_call::PyEmptyCall,
         episodes::PyEpisodes,
         laws::{

@@ -17,6 +17,8 @@ pub(crate) struct PythonDriver {
     takes_reverse: bool,
     /// What the object raised, which ends the run.
     fault: Option<PyErr>,
+    /// The acceleration of its last answer [m/s^2], where that has one.
+    acceleration: Option<f64>,
 }
 
 impl PythonDriver {
@@ -30,6 +32,7 @@ impl PythonDriver {
             object: object.clone().unbind(),
             takes_reverse: takes_reverse(&step)?,
             fault: None,
+            acceleration: None,
         })
     }
 
@@ -38,7 +41,7 @@ impl PythonDriver {
         self.fault.take()
     }
 
-    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<Command> {
+    fn asked(&mut self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<Command> {
         Python::attach(|py| {
             let VehicleState { x, y, yaw, speed } = vehicle;
             let options = PyDict::new(py);
@@ -50,6 +53,9 @@ impl PythonDriver {
                 (x, y, yaw, speed, dt),
                 Some(&options),
             )?;
+            let wanted = answer.getattr_opt(intern!(py, "acceleration"))?;
+            let wanted = wanted.filter(|wanted| !wanted.is_none());
+            self.acceleration = wanted.map(|wanted| wanted.extract()).transpose()?;
             read(&answer, reverse)
         })
     }
@@ -70,6 +76,10 @@ impl Driver for PythonDriver {
                 Ok(None)
             }
         }
+    }
+
+    fn acceleration(&self) -> Option<f64> {
+        self.acceleration
     }
 }
 

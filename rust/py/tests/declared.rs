@@ -8,6 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs};
 
+use popsteer_core::DriverParams;
 use popsteer_core::laws::{
     PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
 };
@@ -40,6 +41,7 @@ fn classes() -> Vec<Class> {
         CoupledLongitudinalParams: "_Params",
         SpeedPidParams: "_Params",
         SpeedTrackerParams: "_Params",
+        DriverParams: "_Params",
         CarlaIdentified: "_CorePlant",
         KinematicBicycle: "_CorePlant",
         Noise: "_Params",

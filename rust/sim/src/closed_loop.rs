@@ -23,6 +23,12 @@ pub trait Driver {
         dt: f64,
         reverse: bool,
     ) -> Result<Option<Command>, InputError>;
+
+    /// The acceleration of the last answer, in the direction of driving [m/s^2], where the driver works
+    /// the pedals, too; None where it steers alone.
+    fn acceleration(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// A controller of the core as a driver, from a fresh state.
@@ -79,7 +85,13 @@ pub fn run(
         let Some(answer) = driver.answer(&path.view(), vehicle, dt, simulation.reverse())? else {
             break;
         };
-        let control = pedals.control(simulation, vehicle, answer.steer, answer.reverse)?;
+        let own = driver
+            .acceleration()
+            .and_then(|wanted| pedals.giving(simulation, vehicle, &answer, wanted));
+        let control = match own {
+            Some(control) => control,
+            None => pedals.control(simulation, vehicle, answer.steer, answer.reverse)?,
+        };
         simulation.step(control, answer.target, answer.status)?;
         if !go_on(simulation) {
             break;

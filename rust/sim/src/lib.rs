@@ -31,7 +31,6 @@ pub mod closed_loop;
 pub mod delay;
 #[cfg(feature = "std")]
 pub mod episodes;
-pub mod law;
 pub mod longitudinal;
 #[cfg(feature = "std")]
 pub mod many;
@@ -48,10 +47,10 @@ pub use batch::{Batch, BatchError};
 pub use closed_loop::{Controller, Driver};
 #[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
-pub use law::{Law, LawState};
 pub use longitudinal::Longitudinal;
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
+pub use popsteer_core::laws::{Law, LawState};
 pub use record::Record;
 pub use simulation::{Settings, Simulation};

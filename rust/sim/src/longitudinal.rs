@@ -6,7 +6,7 @@ use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidState, SpeedTracker,
     SpeedTrackerState,
 };
-use popsteer_core::{InputError, Path, VehicleState};
+use popsteer_core::{Command, InputError, Path, VehicleState};
 
 use crate::plant::{Control, PedalMap};
 use crate::simulation::Simulation;
@@ -61,6 +61,29 @@ impl Pedalling {
             tracked: SpeedTrackerState::default(),
             backwards: simulation.reverse(),
         }
+    }
+
+    /// What gives the `acceleration` [m/s^2] that a driver wants with its `answer`; None where the plant
+    /// does not say which pedals do.
+    pub(crate) fn giving(
+        &self,
+        simulation: &Simulation,
+        vehicle: VehicleState,
+        answer: &Command,
+        acceleration: f64,
+    ) -> Option<Control> {
+        let speed = if answer.reverse {
+            -vehicle.speed
+        } else {
+            vehicle.speed
+        };
+        let (throttle, brake) = simulation.plant().pedals()?.of(acceleration, speed);
+        Some(Control {
+            steer: answer.steer,
+            throttle,
+            brake,
+            reverse: answer.reverse,
+        })
     }
 
     /// What `simulation` is commanded for the measured `vehicle` with the angle `steer` [rad], in

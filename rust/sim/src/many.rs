@@ -7,13 +7,13 @@ use popsteer_core::{Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
 use crate::closed_loop::{self, Controller};
-use crate::law::Law;
 use crate::longitudinal::Longitudinal;
 use crate::metrics::Metrics;
 use crate::noise::Perception;
 use crate::plant::Plant;
 use crate::simulation::Settings;
 use crate::simulation::{Simulation, SimulationError};
+use popsteer_core::laws::Law;
 
 /// One run of many.
 #[derive(Clone, Debug)]

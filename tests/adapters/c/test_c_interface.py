@@ -163,6 +163,46 @@ def test_c_speeds_are_those_of_python_bit_for_bit(prefix: Path, tmp_path: Path) 
     assert [bits(line) for line in said] == [bits(line) for line in answers]
 
 
+def test_c_driver_is_that_of_python_bit_for_bit(prefix: Path, tmp_path: Path) -> None:
+    """A drive with gaps, an operator's stop, a fresh path, a lost localisation and its release."""
+    program = compile_program(prefix, "gcc", SOURCES / "driver.c", *SANITIZED)
+    car = LATE.replace(steer_offset=0.01, dead_time=0.15)
+    paths = [
+        popsteer.Path([(float(k), 8.0 * math.sin(k / 25.0) + aside) for k in range(300)])
+        for aside in (0.0, 0.05)
+    ]
+    driver, plant = popsteer.Driver(paths[0], car), Chain(car, (0.0, 0.5, 0.3), 0.0, DT)
+    lines, answers, faults = [], [], set()
+    for step in range(900):
+        pose = [plant.x, plant.y, plant.yaw, plant.speed]
+        lost = step % 60 == 50 or 500 <= step < 600
+        sensed = [math.nan] * 4 if lost else pose
+        word = {150: 2, 250: 3, 300: 5, 640: 4}.get(step, -1)
+        released = None
+        if word == 2:
+            driver.hold()
+        elif word == 3:
+            driver.go()
+        elif word == 4:
+            released = driver.release()
+        elif word == 5:
+            driver.set_path(paths[1])
+        dt, age = (0.0 if step % 70 == 60 else DT), 0.05 * (step % 3 == 0)
+        lines.append(words(*sensed, dt, age, word))
+        drive = driver.step(*sensed, dt, pose_age=age)
+        numbers = drive.steer, drive.acceleration, drive.cross_track_error, drive.distance_to_stop
+        flags = f"{int(drive.status)} {int(drive.reverse)} {int(drive.hold)}"
+        answers.append(f"{words(*numbers)} {flags} {drive.fault or 'none'} {released or 'none'}")
+        faults.add(drive.fault)
+        plant.speed = max(plant.speed + DT * drive.acceleration, 0.0)
+        plant.advance(drive.steer)
+    script = tmp_path / "script"
+    script.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    said = run(program, script).splitlines()
+    assert [bits(line) for line in said] == [bits(line) for line in answers]
+    assert faults == {None, "input"}
+
+
 def test_c_vehicle_file_is_read_as_by_python(prefix: Path, tmp_path: Path) -> None:
     program = compile_program(prefix, "gcc", SOURCES / "paced.c", *SANITIZED)
     file, script = tmp_path / "car.toml", tmp_path / "script"

@@ -9,10 +9,11 @@
 use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
+use popsteer_core::driver::{Driver, DriverParams, Sensed};
 use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
 use popsteer_core::laws::{
-    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    Law, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit,
+    PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
@@ -22,6 +23,7 @@ use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::path::{locate, projection};
 use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+    SpeedTracker, SpeedTrackerParams,
 };
 use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::bicycle::{get_predicted_location, kinematic_bicycle};
@@ -142,6 +144,40 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     sum
 }
 
+/// The whole vehicle by any of the controllers: steps on what comes, and on what does not.
+fn driver(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
+    let car = black_box(DELAYED);
+    let Ok(law) = PreviewPop::new(car, black_box(PreviewPopParams::DEFAULT)) else {
+        return 0.0;
+    };
+    let Ok(speed) = SpeedTracker::new(car, black_box(SpeedTrackerParams::DEFAULT)) else {
+        return 0.0;
+    };
+    let tracker = Tracker::of(black_box(Law::from(law)));
+    let Ok(driver) = Driver::new(tracker, speed, black_box(DriverParams::DEFAULT)) else {
+        return 0.0;
+    };
+    let plan = black_box([5.0; WAYPOINTS]);
+    let mut state = black_box(driver.initial_state());
+    let mut sum = 0.0;
+    for x in black_box([0.0, f64::NAN, 0.1]) {
+        let sensed = Sensed {
+            gear: black_box(Some(true)),
+            ..Sensed::from(VehicleState { x, ..vehicle })
+        };
+        let drive = driver.step(path, &plan, &mut state, sensed, black_box(0.05));
+        sum += drive.steer + drive.acceleration + drive.speed;
+        sum += drive
+            .fault
+            .map_or(0.0, |fault| math::from_count(fault.name().len()));
+    }
+    driver.set_path(&mut state, path, black_box(path));
+    state.held = black_box(true);
+    let released = driver.release(&mut state).is_some();
+    sum += driver.check_state(path, &state).map_or(0.0, |()| 1.0);
+    sum + driver.state_from(black_box(0.1)).map_or(0.0, |_| 1.0) + f64::from(u8::from(released))
+}
+
 /// Commands on their way to the wheels.
 fn in_flight(vehicle: VehicleState) -> f64 {
     let car = black_box(DELAYED);
@@ -222,7 +258,10 @@ extern "C" fn main() -> c_int {
         return 5;
     };
     for path in [path, shuttle] {
-        let sum = all_laws(&path, vehicle) + all_functions(&path, vehicle) + in_flight(vehicle);
+        let sum = all_laws(&path, vehicle)
+            + all_functions(&path, vehicle)
+            + driver(&path, vehicle)
+            + in_flight(vehicle);
         if black_box(sum).is_nan() {
             return 3;
         }

@@ -75,8 +75,9 @@ class LocalPlanner:
 
     Notes
     -----
-    A pose that is refused is held, as `PreviewPop.step_or_hold` does; once the status is a
-    ``Status.INPUT_LOST`` it brakes to a standstill. Past the end of the plan it brakes fully.
+    A pose that is refused is held, as `PreviewPop.step_or_hold` does. For a status that is a fault
+    it brakes to a standstill, and stays there until `set_global_plan`. Past the end of the plan it
+    brakes fully.
     """
 
     def __init__(
@@ -108,6 +109,7 @@ class LocalPlanner:
         self._make = controller
         self._pedals = SpeedPid(KEEPING) if longitudinal is None else longitudinal
         self._controller: Controller | None = None
+        self._fault = Status.OK
         self._command: Command | None = None
         self._control: tuple[float, float] = (0.0, 1.0)
         self._target_speed = float(options.get("target_speed", 20.0))
@@ -134,6 +136,11 @@ class LocalPlanner:
     def command(self) -> Command | None:
         """The last command of the controller (errors, status, target); None before the first."""
         return self._command
+
+    @property
+    def fault(self) -> Status:
+        """Why it has stopped: the status that was a fault; ``Status.OK`` if none was."""
+        return self._fault
 
     @property
     def car(self) -> Vehicle:
@@ -179,6 +186,7 @@ class LocalPlanner:
         else:
             self._route.add(current_plan)
         self._roams = not stop_waypoint_creation
+        self._fault = Status.OK
         self._renew_path()
 
     def run_step(self, debug: bool = False) -> carla.VehicleControl:  # noqa: FBT001, FBT002 - as CARLA's
@@ -257,8 +265,9 @@ class LocalPlanner:
             self._controller.set_path(path)
 
     def _stops(self) -> bool:
-        held = self._command is not None and Status.INPUT_LOST in self._command.status
-        return held or self.done() or self._controller is None
+        if self._command is not None and self._command.status.level == "fault":
+            self._fault = self._command.status
+        return bool(self._fault) or self.done() or self._controller is None
 
     def _passed(self) -> float:
         """Say how much time has passed in the simulator since the last step [s]."""

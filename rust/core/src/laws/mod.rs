@@ -3,6 +3,7 @@
 //! A controller decides an angle for a located vehicle; it is a vehicle, validated parameters and a
 //! small plain state. All else of a step around it is a [`Tracker`](crate::Tracker)'s.
 
+pub mod any;
 pub mod law;
 mod params;
 pub mod pid;
@@ -12,6 +13,7 @@ pub mod pure_pursuit;
 pub mod search;
 pub mod stanley;
 
+pub use any::{Law, LawState};
 pub use law::{Belief, Decision, LateralLaw, LateralState, Steered};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};

@@ -102,6 +102,8 @@ params! {
 
 /// What the vehicle does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Phase {
     /// It keeps its plan.
     #[default]
@@ -409,11 +411,6 @@ impl SpeedLaw {
         }
     }
 
-    /// What the brakes can do [m/s²].
-    pub(super) fn strongest(&self) -> f64 {
-        self.brakes
-    }
-
     /// How far a vehicle goes along its path in `age` [s] until the end of the period `dt` [s] that this
     /// step ends, after the `speed` [m/s] along it [m].
     pub fn gone(&self, state: &SpeedState, speed: f64, age: f64, dt: f64) -> f64 {
@@ -423,6 +420,39 @@ impl SpeedLaw {
         };
         drive.elapse(&self.car, state.acceleration, dt, age);
         drive.since(&self.car, speed, push, age).travelled
+    }
+
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`: at most what the brakes make
+    /// of the expected speed or of the last signal. So two messages can say anything, and one alone can not.
+    pub(crate) fn hear(&self, state: &SpeedState, speed: f64, last: Option<f64>, dt: f64) -> f64 {
+        let Some(last) = last else {
+            return speed;
+        };
+        let along = state.observer.speed.unwrap_or(last);
+        let expected = if state.reverse == Some(true) {
+            -along
+        } else {
+            along
+        };
+        let most = self.brakes * dt;
+        let (low, high) = (smaller(last, expected), larger(last, expected));
+        saturate(speed, low - most, high + most)
+    }
+
+    /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
+    /// a vehicle that had the `speed` [m/s] along its path.
+    pub(crate) fn expected(&self, state: &SpeedState, speed: f64, dt: f64) -> f64 {
+        let Some(mut drive) = state.drive else {
+            return 0.0;
+        };
+        drive.elapse(&self.car, state.acceleration, dt, dt);
+        let moved = drive.since(&self.car, speed, state.observer.disturbance, dt);
+        (moved.speed - speed) / dt
+    }
+
+    /// The largest change of the acceleration [m/s³].
+    pub(crate) fn max_jerk(&self) -> f64 {
+        self.params.max_jerk
     }
 
     /// How far before its stop the vehicle may stand [m].

@@ -10,7 +10,7 @@
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, InputError, input_within};
-use crate::math::{decay, larger, saturate, smaller, wrap};
+use crate::math::{decay, wrap};
 use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::{Follow, PathView, STEP_BUDGET};
 use crate::speed::defaults;
@@ -90,6 +90,16 @@ impl SpeedTracker {
                 ..Follow::of(&car, car.rear_axle, 0.0)
             },
         })
+    }
+
+    /// The law of the speed.
+    pub(crate) fn law(&self) -> &SpeedLaw {
+        &self.law
+    }
+
+    /// How the rear axle, which stops, follows the path.
+    pub(crate) fn follow(&self) -> &Follow {
+        &self.follow
     }
 
     /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
@@ -225,7 +235,8 @@ impl SpeedTracker {
         age: f64,
     ) -> (VehicleState, Status) {
         let car = &self.law.car;
-        let speed = self.hear(state, vehicle.speed, dt);
+        let last = state.heard.replace(vehicle.speed);
+        let speed = self.law.hear(&state.law, vehicle.speed, last, dt);
         let vehicle = VehicleState { speed, ..vehicle };
         let mut believed = vehicle;
         let mut status = Status::OK;
@@ -252,24 +263,6 @@ impl SpeedTracker {
             believed = rolled(car, believed, (gone, state.bend), speed);
         }
         (VehicleState { speed, ..believed }, status)
-    }
-
-    /// What is believed of a `speed` signal [m/s] `dt` [s] after the last: at most what the brakes make of
-    /// the expected speed or of the last signal. So two messages can say anything, and one alone
-    /// can not.
-    fn hear(&self, state: &mut SpeedTrackerState, speed: f64, dt: f64) -> f64 {
-        let Some(last) = state.heard.replace(speed) else {
-            return speed;
-        };
-        let along = state.law.observer.speed.unwrap_or(last);
-        let expected = if state.law.reverse == Some(true) {
-            -along
-        } else {
-            along
-        };
-        let most = self.law.strongest() * dt;
-        let (low, high) = (smaller(last, expected), larger(last, expected));
-        saturate(speed, low - most, high + most)
     }
 
     /// The path `new` replaces `old`; its own plan replaces the old one.

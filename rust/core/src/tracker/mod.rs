@@ -8,6 +8,8 @@ pub mod monitor;
 mod perceive;
 pub mod replan;
 pub mod reported;
+mod see;
+pub(crate) mod seen;
 pub mod state;
 pub mod step;
 

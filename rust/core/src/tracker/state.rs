@@ -139,14 +139,18 @@ impl Answer {
 macro_rules! parts {
     (
         $(#[doc = $about:literal])+
-        $first:ident { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
+        $first:ident {
+            $(#[doc = $law_text:literal])+ law: $law:ty,
+            $($(#[doc = $text:literal])+ $kept:ident: $kind:ty,)+
+        }
         $(#[doc = $second_about:literal])+
         $second:ident { $($(#[doc = $other_text:literal])+ $other:ident: $other_kind:ty,)+ }
     ) => {
         $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $first<S> {
-            $($(#[doc = $text])+ pub $field: $kind,)+
+            $(#[doc = $law_text])+ pub law: $law,
+            $($(#[doc = $text])+ pub $kept: $kind,)+
         }
 
         $(#[doc = $second_about])+
@@ -155,12 +159,22 @@ macro_rules! parts {
             $($(#[doc = $other_text])+ pub $other: $other_kind,)+
         }
 
+        impl<S> TrackerState<S> {
+            /// The same with the controller's state made into another by `change`.
+            pub fn map<T>(self, change: impl FnOnce(S) -> T) -> TrackerState<T> {
+                let Self { tracking, model } = self;
+                let law = change(tracking.law);
+                TrackerState { tracking: $first { law, $($kept: tracking.$kept,)+ }, model }
+            }
+        }
+
         /// A [`TrackerState`] as data.
         #[cfg(feature = "serde")]
         #[derive(serde::Serialize, serde::Deserialize)]
         #[serde(rename = "TrackerState")]
         struct Data<S> {
-            $($field: $kind,)+
+            law: $law,
+            $($kept: $kind,)+
             $($other: $other_kind,)+
         }
 
@@ -169,7 +183,8 @@ macro_rules! parts {
             fn from(state: TrackerState<S>) -> Self {
                 let TrackerState { tracking, model } = state;
                 Self {
-                    $($field: tracking.$field,)+
+                    law: tracking.law,
+                    $($kept: tracking.$kept,)+
                     $($other: model.$other,)+
                 }
             }
@@ -179,7 +194,7 @@ macro_rules! parts {
         impl<S> From<Data<S>> for TrackerState<S> {
             fn from(data: Data<S>) -> Self {
                 Self {
-                    tracking: $first { $($field: data.$field,)+ },
+                    tracking: $first { law: data.law, $($kept: data.$kept,)+ },
                     model: $second { $($other: data.$other,)+ },
                 }
             }
@@ -271,7 +286,7 @@ impl Model {
 impl<S: LateralState> TrackerState<S> {
     /// The localisation has jumped, or the vehicle was searched for: it is near `place`, and the motion
     /// until now is not used for estimates.
-    pub(super) fn jump_to(&mut self, place: Place) {
+    pub(crate) fn jump_to(&mut self, place: Place) {
         self.tracking.jump(place);
         self.model.estimator.last_measured = None;
         self.gate = None;
@@ -287,7 +302,9 @@ impl<S> Tracking<S> {
     pub fn fault(&self, car: &Vehicle) -> Option<Fault> {
         let gate = self.gate.as_ref().and_then(|gate| gate.fault(car));
         let turning = self.monitor.as_ref().and_then(MonitorState::fault);
-        gate.or(turning)
+        // A wrong speed turns the vehicle otherwise than commanded, too; its own residual names it.
+        let speed = self.gate.as_ref().is_some_and(Gate::doubts_speed);
+        gate.or(turning.map(|fault| if speed { Fault::Speed } else { fault }))
     }
 }
 

@@ -9,7 +9,6 @@ use crate::error::{ConfigError, InputError, input_in_range};
 use crate::geometry::Point;
 use crate::laws::law::check_steer;
 use crate::laws::{Belief, Decision, LateralLaw, LateralState};
-use crate::math::larger;
 use crate::path::follow::{Follow, Located};
 use crate::path::place::{Place, Spot};
 use crate::path::preview::wheel_at_rest;
@@ -19,15 +18,15 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::status::Status;
 use crate::tracker::command::Command;
-use crate::tracker::monitor::{Measured, Monitor, MonitorParams, MonitorState};
+use crate::tracker::monitor::{Monitor, MonitorParams, MonitorState};
 use crate::tracker::reported::Reported;
+use crate::tracker::seen::Seen;
 use crate::tracker::state::{
     Answer, Deviation, HANDOVER_TIME, Handover, Model, TrackerState, Tracking, widest_offset,
 };
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
-use crate::vehicle::state::{check_count, checked_dt};
-use crate::vehicle::wheels::Reached;
+use crate::vehicle::state::check_count;
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
@@ -49,7 +48,10 @@ pub struct Tracker<L> {
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
     /// Whether the controller's angle is the command as it is.
-    bare: bool,
+    pub(super) bare: bool,
+    /// Whether the direction of driving changes where `place` is moved on behind a cusp, and not where the
+    /// rear axle arrives there.
+    pub(super) parks: bool,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -83,7 +85,14 @@ impl<L: LateralLaw> Tracker<L> {
             monitor: Some(Monitor::new(MonitorParams::DEFAULT, &vehicle)),
             models,
             bare,
+            parks: false,
         }
+    }
+
+    /// The same tracker, whose place is moved on behind a cusp by a law of the speed.
+    pub(crate) fn parking(mut self) -> Self {
+        self.parks = true;
+        self
     }
 
     /// The controller.
@@ -119,6 +128,7 @@ impl<L: LateralLaw> Tracker<L> {
             monitor: self.monitor,
             models: self.models,
             bare: self.bare,
+            parks: self.parks,
         }
     }
 
@@ -290,71 +300,57 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Result<Status, InputError> {
-        let vehicle = vehicle.checked()?;
-        let period = checked_dt(dt)?;
-        let reported = reported.checked(self.law.vehicle())?;
-        let dt = state.elapse(&mut model.estimator, period);
-        if let Some(applied) = reported.applied_steer {
-            // The command that was applied takes the place of the last one.
-            state.steer = applied;
-            state.law.set_steer(applied);
-        }
-        let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
-        let known = model.estimator.estimate;
-        let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
-        let perception = self.perceive((state.steer, dt), model, vehicle, &reached, reported);
-        let mut belief = perception.belief;
+        let seen = self.see(path, state, model, vehicle, dt, reported)?;
+        Ok(self.turn(path, state, &seen, false))
+    }
 
-        let follow = self.law.follow();
-        let (here, predicted) = (perception.here, perception.predicted);
-        // Since the last step it may have driven faster than now.
-        let last = state.answer.as_ref();
-        let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
-        let travelled = larger(here.speed.abs(), faster) * dt;
-        let located = follow.find(path, &state.place, here, dt, travelled);
-        if let Some(adapt) = &self.adapt {
-            // A pose that was given before carries no new information.
-            if reached.wheels.is_some() {
-                let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
-                let since = (reached.time, bend);
-                self.observe_slip(&mut model.estimator, adapt, &located, vehicle, since);
+    /// The second half of a step: which angle the controller wants for what was `seen`, and how much of
+    /// it the vehicle allows. `straight`: straight wheels are wanted instead.
+    #[inline]
+    pub(crate) fn turn(
+        &self,
+        path: &PathView<'_>,
+        state: &mut Tracking<L::State>,
+        seen: &Seen,
+        straight: bool,
+    ) -> Status {
+        let at = &seen.at;
+        let decision = if straight {
+            Decision {
+                steer: 0.0,
+                target: at.closest.point,
+                status: Status::OK,
             }
-            belief.estimate = model.estimator.estimate;
-        }
-
-        let at = if self.models && belief.estimate.delays(self.law.vehicle()) {
-            follow.offset(path, &located, predicted, travelled)
         } else {
-            located
+            self.decide(path, state, at, &seen.belief)
         };
+        let limited = self.command(state, at, decision.steer, seen);
+        let ahead = Ahead::of(path, self.law.follow(), &seen.located);
+        state.remember(at, &seen.located, decision.target, ahead, seen.here);
+        decision.status | limited | seen.status
+    }
 
-        let fault = self.find_faults(state, model, &located, here, lately);
-        if fault.contains(Status::IMPLAUSIBLE) {
-            // Wheels that do not obey are no late wheels: nothing is learnt from them.
-            model.estimator.last_measured = None;
-        }
-
-        let decision = self.decide(path, state, &at, &belief);
-        let steer = at.mirror(decision.steer);
+    /// Commands the angle `steer` [rad] of the mirrored vehicle as far as the vehicle allows; says what
+    /// limited it.
+    #[inline]
+    fn command(
+        &self,
+        state: &mut Tracking<L::State>,
+        at: &Located,
+        steer: f64,
+        seen: &Seen,
+    ) -> Status {
+        let steer = at.mirror(steer);
         state.held = 0;
-        let limited = if self.bare && state.handover.is_none() {
+        if self.bare && state.handover.is_none() {
             state.steer = steer;
             // At rest the controller has not decided.
             state.law.set_steer(steer);
-            Status::OK
-        } else {
-            // While inputs were missing the command stood: their time is none to turn the wheels in.
-            self.limit(state, steer, at.vehicle.speed, period, &belief.estimate)
-        };
-        let ahead = Ahead::of(path, follow, &located);
-        state.remember(&at, &located, decision.target, ahead, here);
-        let status = decision.status
-            | fault
-            | pose
-            | limited
-            | Status::END_OF_PATH.when(located.past_end)
-            | Status::OFF_PATH.when(at.off_path);
-        Ok(status)
+            return Status::OK;
+        }
+        // While inputs were missing the command stood: their time is none to turn the wheels in.
+        let estimate = &seen.belief.estimate;
+        self.limit(state, steer, at.vehicle.speed, seen.period, estimate)
     }
 
     /// What the law decides, which starts from the angle of the wheels. For a vehicle at rest it is
@@ -426,66 +422,6 @@ impl<L: LateralLaw> Tracker<L> {
             target: at.closest.point,
             status: Status::OK,
         })
-    }
-
-    /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
-    /// where nothing of the vehicle is modelled. Since the last one the wheels did what they `reached`.
-    #[inline]
-    fn believe(
-        &self,
-        state: &mut Tracking<L::State>,
-        model: &mut Model,
-        vehicle: VehicleState,
-        reached: &Reached,
-        dt: f64,
-        age: f64,
-    ) -> (VehicleState, Status) {
-        if self.bare || self.monitor.is_none() {
-            return (vehicle, Status::OK);
-        }
-        let car = self.law.vehicle();
-        let Some(gate) = &mut state.gate else {
-            state.gate = Some(Gate::new(vehicle, car, age));
-            return (vehicle, Status::OK);
-        };
-        let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
-        let (status, jumped) = gate.pass(car, vehicle, bend, dt, age);
-        if status == Status::OK {
-            return (vehicle, status);
-        }
-        let believed = gate.believed;
-        if jumped {
-            model.estimator.last_measured = None;
-            state.jump(state.place.lost());
-        }
-        (believed, status)
-    }
-
-    /// Compares the measured motion with the last commands, and returns the faults.
-    #[inline]
-    fn find_faults(
-        &self,
-        state: &mut Tracking<L::State>,
-        model: &Model,
-        here: &Located,
-        vehicle: VehicleState,
-        lately: Reached,
-    ) -> Status {
-        let Some(monitor) = &self.monitor else {
-            return Status::OK;
-        };
-        let answer = state.answer.as_ref();
-        let now = Measured {
-            here,
-            vehicle,
-            last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
-            reached: lately.wheels,
-            estimator: self.adapt.as_ref().map(|_| &model.estimator),
-            dt: lately.time,
-        };
-        let last_error = answer.map(|answer| answer.measured.cross_track_error);
-        let (car, remembered) = (self.law.vehicle(), &mut state.monitor);
-        monitor.check(car, remembered, state.steer, last_error, &now)
     }
 }
 

@@ -15,6 +15,8 @@ use core::fmt;
 /// A signal or an actuator that is not believed. The first of several is the one to act by: without
 /// a position nothing that follows a path is believed, without the steering no path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Fault {
     /// The position: it repeats, jumps about, or moves otherwise than everything else says.
     Position,
@@ -24,9 +26,29 @@ pub enum Fault {
     Speed,
     /// The steering: the vehicle turns otherwise than commanded.
     Steering,
+    /// Inputs that do not come, or cannot be used.
+    Input,
+    /// The vehicle is farther from its path than its limit, once it was within.
+    Deviation,
+    /// The path: none, or one that is not where the vehicle is.
+    Path,
+    /// It overruns its stop, however hard it brakes.
+    CannotStop,
 }
 
 impl Fault {
+    /// Every fault, the first to act by first.
+    pub const ALL: [Self; 8] = [
+        Self::Position,
+        Self::Heading,
+        Self::Speed,
+        Self::Steering,
+        Self::Input,
+        Self::Deviation,
+        Self::Path,
+        Self::CannotStop,
+    ];
+
     /// Its name in status texts and diagnostics.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -35,6 +57,10 @@ impl Fault {
             Self::Heading => "heading",
             Self::Speed => "speed",
             Self::Steering => "steering",
+            Self::Input => "input",
+            Self::Deviation => "deviation",
+            Self::Path => "path",
+            Self::CannotStop => "cannot-stop",
         }
     }
 }

@@ -212,6 +212,11 @@ impl Gate {
         }
     }
 
+    /// Whether poses and speed differ by more than noise, be it for less long than is a fault.
+    pub(crate) fn doubts_speed(&self) -> bool {
+        self.differing > 0.0
+    }
+
     /// Believes `vehicle` whatever was before, but for the noise.
     fn restart(&mut self, car: &Vehicle, vehicle: VehicleState) {
         *self = Self {

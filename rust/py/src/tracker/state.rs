@@ -5,8 +5,8 @@ use std::fmt::{self, Display};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyTuple, PyType};
-use serde::de::{DeserializeOwned, DeserializeSeed, SeqAccess, Visitor};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple, PyType};
+use serde::de::{DeserializeOwned, DeserializeSeed, IntoDeserializer, SeqAccess, Visitor};
 use serde::ser::{Impossible, SerializeSeq, SerializeStruct, SerializeTuple};
 use serde::{Deserializer, Serialize, Serializer, forward_to_deserialize_any};
 
@@ -180,6 +180,10 @@ impl<'py> Serializer for ToPython<'py> {
         Ok(self.0.None().into_bound(self.0))
     }
 
+    fn serialize_unit_variant(self, _: &str, _: u32, name: &str) -> Made<'py> {
+        Ok(PyString::new(self.0, name).into_any())
+    }
+
     fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Made<'py> {
         value.serialize(self)
     }
@@ -224,7 +228,6 @@ impl<'py> Serializer for ToPython<'py> {
         serialize_bytes(&[u8]) -> Ok;
         serialize_unit() -> Ok;
         serialize_unit_struct(&str) -> Ok;
-        serialize_unit_variant(&str, u32, &str) -> Ok;
         serialize_tuple_struct(&str, usize) -> SerializeTupleStruct;
         serialize_tuple_variant(&str, u32, &str, usize) -> SerializeTupleVariant;
         serialize_map(Option<usize>) -> SerializeMap;
@@ -354,9 +357,21 @@ impl<'de> Deserializer<'de> for Given<'_> {
         }
     }
 
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        names: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        let requirement = format!("one of {}", names.join(", "));
+        let name: String = self.extracted(&requirement)?;
+        let read = visitor.visit_enum(IntoDeserializer::<Refusal>::into_deserializer(name));
+        read.map_err(|_| Refusal::of(requirement))
+    }
+
     forward_to_deserialize_any! {
         i8 i16 i32 i64 u8 u16 u32 f32 char str string bytes byte_buf unit unit_struct tuple_struct
-        map enum identifier ignored_any
+        map identifier ignored_any
     }
 }
 

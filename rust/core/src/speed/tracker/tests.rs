@@ -86,7 +86,7 @@ fn test_weak_vehicle_on_a_slope_that_nobody_told_of_climbs_and_does_not_roll_bac
             vehicle.speed += 0.005 * (command.acceleration - 0.976); // a tenth uphill
             vehicle.x += 0.005 * vehicle.speed;
         }
-        least = smaller(least, vehicle.x);
+        least = crate::math::smaller(least, vehicle.x);
     }
     assert!(least > 19.0, "rolled back to {least}");
     assert!(vehicle.speed > 5.0, "{vehicle:?} {state:?}");

@@ -1,11 +1,11 @@
-//! Any of the core's controllers, chosen at run time.
+//! Any of the controllers, chosen at run time.
 
-use popsteer_core::laws::{
-    Belief, Decision, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState, PurePursuit,
-    PurePursuitState, Stanley, StanleyState, Steered,
+use super::{
+    Belief, Decision, LateralLaw, LateralState, Pid, PidState, Pop, PopState, PreviewPop,
+    PreviewPopState, PurePursuit, PurePursuitState, Stanley, StanleyState, Steered,
 };
-use popsteer_core::path::Located;
-use popsteer_core::{InputError, LateralLaw, LateralState, PathView};
+use crate::error::InputError;
+use crate::path::{Located, PathView};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
@@ -19,6 +19,7 @@ macro_rules! laws {
         // Moved once a run, not once a step: the size of the PID's buffer costs nothing here.
         #[expect(clippy::large_enum_variant, reason = "one state a run")]
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
         pub enum LawState {
             $(#[doc = concat!("Of [`", stringify!($law), "`].")] $law($state),)+
         }
@@ -68,6 +69,10 @@ macro_rules! laws {
         impl LateralState for LawState {
             fn leave_path(&mut self) {
                 match self { $(Self::$law(state) => state.leave_path(),)+ }
+            }
+
+            fn interrupt(&mut self) {
+                match self { $(Self::$law(state) => state.interrupt(),)+ }
             }
 
             fn change_path(&mut self, offset: Option<f64>) {

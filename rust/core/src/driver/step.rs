@@ -1,0 +1,364 @@
+//! A driver, and its control step.
+
+use super::command::{Drive, Pace};
+use super::signals::{Sensed, Signals, Steered};
+use super::state::DriverState;
+use crate::bounds::{MAX_DT, MAX_SPEED, MIN_DT};
+use crate::error::{ConfigError, InputError, input_within};
+use crate::laws::LateralLaw;
+use crate::math::{larger, smaller};
+use crate::params;
+use crate::path::{Follow, Located, PathView, Place, Spot};
+use crate::speed::defaults::strongest_braking;
+use crate::speed::{self, SpeedState, SpeedTracker};
+use crate::status::Status;
+use crate::tracker::seen::Seen;
+use crate::tracker::{Predicted, Reported, Tracker, TrackerState};
+use crate::vehicle::{Estimate, Fault, Vehicle, VehicleState};
+
+/// The longest time that counts in one step [s]: what happened in a longer one is not known, and a
+/// clock may have jumped. Larger: after such a jump the vehicle is looked for too far along its path.
+const LONGEST: f64 = 1.0;
+/// How many steps in a row no time may pass before the clock is taken to stand. Smaller: a loop is
+/// refused that is so much faster than its clock.
+const REPEATS: usize = 100;
+
+params! {
+    /// Parameters of [`Driver`].
+    pub struct DriverParams {
+        /// How long a signal that does not come is replaced by what is expected before that is a
+        /// fault [s]. Longer: more gaps are bridged. Shorter: a dead sensor is known sooner.
+        hold_time: f64 = 0.5, in [0.0, 1e3];
+    }
+}
+
+/// Steers and drives a vehicle along a path, and stops it where something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Driver<L> {
+    tracker: Tracker<L>,
+    speed: SpeedTracker,
+    params: DriverParams,
+    /// How the rear axle, which stops, follows the path.
+    rear: Follow,
+}
+
+impl<L: LateralLaw> Driver<L> {
+    /// A driver whose `tracker` steers and whose law of the `speed` drives the same vehicle.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(
+        tracker: Tracker<L>,
+        speed: SpeedTracker,
+        params: DriverParams,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            tracker: tracker.parking(),
+            speed,
+            params: params.checked()?,
+            rear: *speed.follow(),
+        })
+    }
+
+    /// What steers.
+    pub fn tracker(&self) -> &Tracker<L> {
+        &self.tracker
+    }
+
+    /// What drives.
+    pub fn speed(&self) -> &SpeedTracker {
+        &self.speed
+    }
+
+    /// The vehicle.
+    pub fn vehicle(&self) -> &Vehicle {
+        self.tracker.vehicle()
+    }
+
+    /// The parameters.
+    pub fn params(&self) -> &DriverParams {
+        &self.params
+    }
+
+    /// The state before the first step, with straight wheels.
+    pub fn initial_state(&self) -> DriverState<L::State> {
+        Self::starting(self.tracker.initial_state())
+    }
+
+    /// The state before the first step of a vehicle whose wheels are at the angle `steer` [rad].
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where `steer` is not within `max_steer`.
+    pub fn state_from(&self, steer: f64) -> Result<DriverState<L::State>, InputError> {
+        self.tracker.state_from(steer).map(Self::starting)
+    }
+
+    fn starting(tracker: TrackerState<L::State>) -> DriverState<L::State> {
+        DriverState {
+            tracker,
+            speed: SpeedState::default(),
+            heard: None,
+            signals: Signals::default(),
+            pace: None,
+            fault: None,
+            held: false,
+            doubt: None,
+        }
+    }
+
+    /// One control step on `path`, whose planned speeds are `plan` [m/s]: what was `sensed` `dt` [s]
+    /// after the last step.
+    ///
+    /// Answers every input. A number that is not finite or beyond its bound has not come; a `dt` that
+    /// is none, as of a stamp that repeats or of a clock that goes back, is no time, and one over
+    /// 1 s counts as that.
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        state: &mut DriverState<L::State>,
+        sensed: Sensed,
+        dt: f64,
+    ) -> Drive {
+        // Clock: the time that passes is what is given.
+        let Some(dt) = clock(&mut state.signals, dt) else {
+            return self.repeat(state);
+        };
+        // Belief: what came, and what is expected where it did not, or is not believed.
+        let Some((vehicle, reported)) = self.complete(state, &sensed, dt) else {
+            return self.repeat(state);
+        };
+        // Place: where on the path that is.
+        let TrackerState { tracking, model } = &mut state.tracker;
+        let seen = self
+            .tracker
+            .see(path, tracking, model, vehicle, dt, reported);
+        let Ok(seen) = seen else {
+            return self.repeat(state);
+        };
+        state.signals.believed = Some(seen.here);
+        self.judge(state, &seen);
+        // Speed law: what do the pedals do? It stops for a fault as for its operator.
+        let travelled = seen.here.speed.abs() * dt;
+        let rear = self.rear.offset(path, &seen.located, seen.here, travelled);
+        let pace = self.pace(
+            path,
+            plan,
+            state,
+            &rear,
+            (vehicle.speed, sensed.gear, reported.pose_age),
+        );
+        // Steering law and limits: which angle, as far as the wheels can.
+        let straight = state.fault.is_some_and(|fault| !fault.steers());
+        let tracking = &mut state.tracker.tracking;
+        let status = self.tracker.turn(path, tracking, &seen, straight);
+        if let Some(segment) = state.speed.passes {
+            // It stands at a cusp, and goes on behind it.
+            let (point, _) = path.segment(segment);
+            tracking.place = Place::Known(Spot { segment, point });
+        }
+        let held = Status::INPUT_HELD.when(state.signals.is_incomplete());
+        Drive::of(&tracking.command(status | held), &pace, state.fault)
+    }
+
+    /// What the pedals do, for a vehicle whose rear axle is located, its `speed` [m/s] measured, its gear
+    /// reported or not, and both an age [s] old.
+    fn pace(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        state: &mut DriverState<L::State>,
+        rear: &Located,
+        (speed, reverse_gear, age): (f64, Option<bool>, f64),
+    ) -> Pace {
+        let law = self.speed.law();
+        let last = state.speed.acceleration;
+        let sensed = speed::Sensed {
+            speed: law.hear(&state.speed, speed, state.heard.replace(speed), rear.dt),
+            age,
+            reverse_gear,
+            stop: state.held || state.fault.is_some(),
+        };
+        let command = law.step(path, plan, &mut state.speed, rear, sensed);
+        // One value alone that is wrong is a glitch: what it would mean waits for the next.
+        let doubt = command.cannot_stop.then_some(Fault::CannotStop);
+        let found = doubt.filter(|_| doubt == state.doubt);
+        state.doubt = doubt;
+        state.fault = state.fault.or(found);
+        let mut pace = Pace::from(command);
+        if state.fault.is_some_and(Fault::is_urgent) && !pace.hold {
+            let change = law.max_jerk() * rear.dt;
+            let hardest = -strongest_braking(self.vehicle());
+            pace.acceleration = smaller(pace.acceleration, larger(hardest, last - change));
+            state.speed.acceleration = pace.acceleration;
+        }
+        state.pace = Some(pace);
+        pace
+    }
+
+    /// The vehicle of a step and what it reports; None before anything is known of it.
+    fn complete(
+        &self,
+        state: &mut DriverState<L::State>,
+        sensed: &Sensed,
+        dt: f64,
+    ) -> Option<(VehicleState, Reported)> {
+        let car = self.vehicle();
+        let usable =
+            |steer: Option<f64>| steer.filter(|steer| steer.abs() <= core::f64::consts::FRAC_PI_2);
+        let given = sensed.reported;
+        let aged = Reported {
+            pose_age: given.pose_age,
+            ..Reported::NOTHING
+        };
+        let (vehicle, pose_age) = match aged.checked(car) {
+            Ok(aged) => (sensed.vehicle, aged.pose_age),
+            // A pose of no age that can be is none.
+            Err(_) => (
+                VehicleState {
+                    x: f64::NAN,
+                    y: f64::NAN,
+                    yaw: f64::NAN,
+                    speed: f64::NAN,
+                },
+                0.0,
+            ),
+        };
+        let DriverState {
+            tracker,
+            speed,
+            signals,
+            ..
+        } = state;
+        let begun = signals.believed.is_some();
+        let before = signals.believed.map_or(0.0, |last| last.speed);
+        // Made only where something is missing: the commands in flight are many.
+        let steered = || {
+            let gear = if speed.reverse == Some(true) {
+                -1.0
+            } else {
+                1.0
+            };
+            let expected = self.speed.law().expected(speed, gear * before, dt);
+            Steered {
+                car,
+                in_flight: tracker.model.in_flight.as_ref(),
+                steer: tracker.tracking.steer,
+                estimate: Estimate {
+                    acceleration: gear * expected,
+                    ..tracker.model.estimator.estimate
+                },
+            }
+        };
+        let vehicle = signals.complete(steered, vehicle, (pose_age, state.fault), dt);
+        let reported = Reported {
+            applied_steer: usable(given.applied_steer),
+            measured_steer: usable(given.measured_steer),
+            pose_age,
+        };
+        (begun || !state.signals.is_incomplete()).then_some((vehicle, reported))
+    }
+
+    /// Notes what is wrong: the first fault stays.
+    fn judge(&self, state: &mut DriverState<L::State>, seen: &Seen) {
+        if state.fault.is_some() {
+            return;
+        }
+        let signal = state.tracker.tracking.fault(self.vehicle());
+        let missing = state.signals.fault(self.params.hold_time);
+        let is = |status, fault| seen.status.contains(status).then_some(fault);
+        let off = is(Status::DEVIATING, Fault::Deviation).or(is(Status::OFF_PATH, Fault::Path));
+        state.fault = signal.or(missing).or(off);
+    }
+
+    /// The last answer once more, where no time passes or nothing is known: at rest before the first.
+    fn repeat(&self, state: &mut DriverState<L::State>) -> Drive {
+        if state.signals.repeats > REPEATS && state.fault.is_none() && state.pace.is_some() {
+            state.fault = Some(Fault::Input);
+        }
+        let mut pace = state.pace.unwrap_or(Pace::STANDING);
+        if state.fault.is_some() && state.signals.repeats > REPEATS {
+            // Without a clock there is no other way to stop.
+            pace.acceleration = -self.vehicle().comfort_braking();
+            pace.speed = 0.0;
+        }
+        let command = state.tracker.tracking.command(Status::INPUT_HELD);
+        Drive::of(&command, &pace, state.fault)
+    }
+
+    /// Forgets the fault for which the vehicle stopped, and looks for it anew about its last place.
+    /// Gives the fault.
+    pub fn release(&self, state: &mut DriverState<L::State>) -> Option<Fault> {
+        let fault = state.fault.take();
+        if fault.is_some() {
+            let place = state.tracker.tracking.place.lost();
+            state.tracker.jump_to(place);
+            state.signals = Signals {
+                believed: None,
+                ..Signals::default()
+            };
+            state.doubt = None;
+        }
+        fault
+    }
+
+    /// The path `new` replaces `old`; its plan replaces the old one. As
+    /// [`Tracker::set_path`]; the stop of a vehicle at rest goes on until the path does.
+    pub fn set_path(
+        &self,
+        state: &mut DriverState<L::State>,
+        old: &PathView<'_>,
+        new: &PathView<'_>,
+    ) {
+        let tracking = &mut state.tracker.tracking;
+        let before = tracking.place.segment();
+        self.tracker.set_path(tracking, old, new);
+        if let (Some(from), Some(to)) = (before, tracking.place.segment()) {
+            let law = self.speed.law();
+            law.set_path(&mut state.speed, (old, old.segment_at(from)), (new, to));
+        }
+    }
+
+    /// The trajectory that the vehicle is to take, as [`Tracker::predict`].
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where `dt` is no control period.
+    pub fn predict(
+        &self,
+        path: &PathView<'_>,
+        state: &DriverState<L::State>,
+        dt: f64,
+        out: &mut [Predicted],
+    ) -> Result<usize, InputError> {
+        self.tracker.predict(path, &state.tracker, dt, out)
+    }
+
+    /// Whether `state` is one that this driver could have on `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn check_state(
+        &self,
+        path: &PathView<'_>,
+        state: &DriverState<L::State>,
+    ) -> Result<(), InputError> {
+        self.tracker.check_state(path, &state.tracker)?;
+        self.speed.law().check_state(path, &state.speed)?;
+        input_within("heard", state.heard.unwrap_or(0.0), MAX_SPEED)?;
+        state.signals.checked()
+    }
+}
+
+/// The time that a step counts [s]; None where no time has passed.
+fn clock(signals: &mut Signals, dt: f64) -> Option<f64> {
+    if !(MIN_DT..=MAX_DT).contains(&dt) {
+        signals.repeats = signals.repeats.saturating_add(1);
+        return None;
+    }
+    signals.repeats = 0;
+    Some(if dt < LONGEST { dt } else { LONGEST })
+}

@@ -1,0 +1,169 @@
+//! The first half of a step: where the vehicle is believed to be, where on the path that is, and what
+//! is wrong.
+
+use crate::error::InputError;
+use crate::laws::{LateralLaw, LateralState};
+use crate::math::larger;
+use crate::path::{Follow, Located, PathView, Place};
+use crate::status::Status;
+use crate::tracker::monitor::Measured;
+use crate::tracker::reported::Reported;
+use crate::tracker::seen::Seen;
+use crate::tracker::state::{Model, Tracking};
+use crate::tracker::step::Tracker;
+use crate::vehicle::VehicleState;
+use crate::vehicle::gate::Gate;
+use crate::vehicle::state::checked_dt;
+use crate::vehicle::wheels::Reached;
+
+impl<L: LateralLaw> Tracker<L> {
+    /// The first half of a step: what time it is, where the vehicle is believed to be, and where on
+    /// the path that is. Arguments and errors as [`advance`](Self::advance).
+    #[inline]
+    pub(crate) fn see(
+        &self,
+        path: &PathView<'_>,
+        state: &mut Tracking<L::State>,
+        model: &mut Model,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Seen, InputError> {
+        let vehicle = vehicle.checked()?;
+        let period = checked_dt(dt)?;
+        let reported = reported.checked(self.law.vehicle())?;
+        let dt = state.elapse(&mut model.estimator, period);
+        if let Some(applied) = reported.applied_steer {
+            // The command that was applied takes the place of the last one.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
+        let known = model.estimator.estimate;
+        let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
+        let perception = self.perceive((state.steer, dt), model, vehicle, &reached, reported);
+        let mut belief = perception.belief;
+
+        let (here, predicted) = (perception.here, perception.predicted);
+        // Since the last step it may have driven faster than now.
+        let last = state.answer.as_ref();
+        let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
+        let travelled = larger(here.speed.abs(), faster) * dt;
+        let follow = self.law.follow();
+        let located = self.find(path, state, here, dt, travelled);
+        if let Some(adapt) = self.adapt() {
+            // A pose that was given before carries no new information.
+            if reached.wheels.is_some() {
+                let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
+                let since = (reached.time, bend);
+                self.observe_slip(&mut model.estimator, adapt, &located, vehicle, since);
+            }
+            belief.estimate = model.estimator.estimate;
+        }
+        let at = if self.models && belief.estimate.delays(self.law.vehicle()) {
+            follow.offset(path, &located, predicted, travelled)
+        } else {
+            located
+        };
+        let fault = self.find_faults(state, model, &located, here, lately);
+        if fault.contains(Status::IMPLAUSIBLE) {
+            // Wheels that do not obey are no late wheels: nothing is learnt from them.
+            model.estimator.last_measured = None;
+        }
+        Ok(Seen {
+            here,
+            located,
+            at,
+            belief,
+            period,
+            status: pose
+                | fault
+                | Status::END_OF_PATH.when(located.past_end)
+                | Status::OFF_PATH.when(at.off_path),
+        })
+    }
+
+    /// Where the measured vehicle is: the tracker's place, moved on.
+    #[inline]
+    fn find(
+        &self,
+        path: &PathView<'_>,
+        state: &Tracking<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        travelled: f64,
+    ) -> Located {
+        let follow = self.law.follow();
+        if !self.parks || state.place == Place::Unknown {
+            return follow.find(path, &state.place, vehicle, dt, travelled);
+        }
+        let follow = Follow {
+            arrival_distance: f64::NEG_INFINITY,
+            ..*follow
+        };
+        let mut at = follow.find(path, &state.place, vehicle, dt, travelled);
+        let last = state.answer.as_ref();
+        at.direction_changed = last.is_some_and(|last| last.reverse != at.reverse);
+        at
+    }
+
+    /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
+    /// where nothing of the vehicle is modelled. Since the last one the wheels did what they `reached`.
+    #[inline]
+    fn believe(
+        &self,
+        state: &mut Tracking<L::State>,
+        model: &mut Model,
+        vehicle: VehicleState,
+        reached: &Reached,
+        dt: f64,
+        age: f64,
+    ) -> (VehicleState, Status) {
+        if self.bare || self.monitor.is_none() {
+            return (vehicle, Status::OK);
+        }
+        let car = self.law.vehicle();
+        let Some(gate) = &mut state.gate else {
+            state.gate = Some(Gate::new(vehicle, car, age));
+            return (vehicle, Status::OK);
+        };
+        let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
+        let (status, jumped) = gate.pass(car, vehicle, bend, dt, age);
+        if status == Status::OK {
+            return (vehicle, status);
+        }
+        let believed = gate.believed;
+        if jumped {
+            model.estimator.last_measured = None;
+            state.jump(state.place.lost());
+        }
+        (believed, status)
+    }
+
+    /// Compares the measured motion with the last commands, and returns the faults.
+    #[inline]
+    fn find_faults(
+        &self,
+        state: &mut Tracking<L::State>,
+        model: &Model,
+        here: &Located,
+        vehicle: VehicleState,
+        lately: Reached,
+    ) -> Status {
+        let Some(monitor) = &self.monitor else {
+            return Status::OK;
+        };
+        let answer = state.answer.as_ref();
+        let now = Measured {
+            here,
+            vehicle,
+            last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
+            reached: lately.wheels,
+            estimator: self.adapt().map(|_| &model.estimator),
+            dt: lately.time,
+        };
+        let last_error = answer.map(|answer| answer.measured.cross_track_error);
+        let (car, remembered) = (self.law.vehicle(), &mut state.monitor);
+        monitor.check(car, remembered, state.steer, last_error, &now)
+    }
+}

@@ -1,0 +1,155 @@
+"""The whole vehicle in one step, from Python."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+import popsteer
+
+CAR = popsteer.Vehicle(
+    wheelbase=2.7, rear_axle=-1.35, max_steer=0.6, max_steer_rate=0.5, dead_time=0.15, max_speed=8.0
+)
+PATH = popsteer.Path([(0.5 * k, 3.0 * math.sin(0.05 * k)) for k in range(200)])
+TUNINGS = [
+    popsteer.PreviewPopParams(),
+    popsteer.StanleyParams(),
+    popsteer.PurePursuitParams(),
+    popsteer.PidParams(),
+    popsteer.PopParams(),
+]
+POSE = (1.35, 0.1, 0.3, 3.0)
+
+
+def moved(pose: tuple[float, ...], steer: float) -> tuple[float, ...]:
+    """The pose of the car's centre 0.05 s later, with the wheels at the angle of the command."""
+    x, y, yaw, speed = pose
+    turn = 0.05 * speed * math.tan(steer) / 2.7
+    mean = yaw + 0.5 * turn
+    x += 0.05 * speed * math.cos(mean) - 1.35 * turn * math.sin(mean)
+    y += 0.05 * speed * math.sin(mean) + 1.35 * turn * math.cos(mean)
+    return x, y, yaw + turn, speed
+
+
+def made(tuning: object = None) -> popsteer.Driver:
+    return popsteer.Driver(PATH, CAR, tuning)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("tuning", TUNINGS, ids=lambda tuning: type(tuning).__name__)
+def test_driver_steers_as_the_controller_of_its_tuning_does(tuning: object) -> None:
+    kind = getattr(popsteer, type(tuning).__name__.removesuffix("Params"))
+    controller, driver = kind(PATH, CAR, tuning), made(tuning)
+    pose: tuple[float, ...] = POSE
+    angles = [0.0, 0.0, 0.0]
+    for _ in range(100):
+        command, drive = controller.step(*pose, 0.05), driver.step(*pose, 0.05)
+        angles.append(drive.steer)
+        pose = moved(pose, angles[-4])
+        assert drive.steer == command.steer
+        assert drive.cross_track_error == command.cross_track_error
+        assert drive.status == command.status
+    assert driver.controller == tuning
+    assert driver.tracked_point == controller.tracked_point
+
+
+@pytest.mark.parametrize("tuning", TUNINGS, ids=lambda tuning: type(tuning).__name__)
+def test_driver_state_goes_out_and_comes_back_by_pickle_and_copy(tuning: object) -> None:
+    driver = made(tuning)
+    for k in range(30):
+        driver.step(1.35 + 0.15 * k, 0.1, 0.3, 3.0, 0.05)
+    driver.step(nan, nan, 0.3, 3.0, 0.05)
+    second = made(tuning)
+    second.state = driver.state
+    for twin in (second, pickle.loads(pickle.dumps(driver)), copy.deepcopy(driver)):
+        assert twin.state == driver.state
+        once_more = copy.deepcopy(driver)
+        assert twin.step(6.0, 0.2, 0.2, 3.0, 0.05) == once_more.step(6.0, 0.2, 0.2, 3.0, 0.05)
+
+
+def test_driver_state_of_another_controller_or_a_wrong_number_is_refused() -> None:
+    driver = made()
+    driver.step(*POSE, 0.05)
+    with pytest.raises(popsteer.InputError):
+        made(popsteer.StanleyParams()).state = driver.state
+    spoilt = driver.state.replace(fault="tyres")
+    with pytest.raises(popsteer.InputError, match="fault"):
+        driver.state = spoilt
+
+
+@pytest.mark.parametrize("odd", [nan, inf, -inf, 1e300, None])
+def test_driver_answers_every_number_with_finite_ones(odd: float | None) -> None:
+    for place in range(5):
+        driver = made()
+        for k in range(60):
+            values: list[float | None] = [1.35 + 0.15 * k, 0.1, 0.3, 3.0, 0.05]
+            if k >= 5:
+                values[place] = odd
+            drive = driver.step(*values)
+            assert math.isfinite(drive.steer)
+            assert math.isfinite(drive.acceleration)
+        # A clock that stands is a fault later than a signal that does not come.
+        assert drive.fault == ("position", "position", "heading", "speed", None)[place]
+        assert drive.acceleration < 0.0 or place == 4
+
+
+def test_driver_before_anything_is_known_holds_and_is_no_fault() -> None:
+    driver = made()
+    for _ in range(100):
+        drive = driver.step(nan, nan, nan, nan, 0.05)
+        assert drive.hold
+        assert drive.fault is None
+        assert "input-held" in str(drive.status)
+    assert not driver.step(*POSE, 0.05).hold
+
+
+def test_driver_held_released_and_gone_on() -> None:
+    driver = made()
+    assert driver.release() is None
+    driver.step(*POSE, 0.05)
+    driver.hold()
+    driver.step(*POSE, 0.05)
+    assert driver.step(*POSE, 0.05).acceleration < 0.0
+    driver.go()
+    for _ in range(20):
+        drive = driver.step(nan, nan, nan, nan, 0.05)
+    assert drive.fault == driver.fault == "input"
+    # What comes again does not drive by itself.
+    assert driver.step(*POSE, 0.05).fault == "input"
+    assert driver.release() == "input"
+    assert driver.step(*POSE, 0.05).fault is None
+
+
+def test_driver_set_path_plans_anew_and_keeps_its_place() -> None:
+    driver = made()
+    for k in range(20):
+        before = driver.step(1.35 + 0.15 * k, 0.1, 0.3, 3.0, 0.05)
+    slow = popsteer.Path(np.c_[PATH.x, PATH.y], speed=np.full(len(PATH), 2.0))
+    driver.set_path(slow)
+    assert driver.path is slow
+    assert driver.plan.max() <= 2.0
+    after = driver.step(1.35 + 0.15 * 20, 0.1, 0.3, 3.0, 0.05)
+    assert after.distance_to_stop == pytest.approx(before.distance_to_stop, abs=0.2)
+    assert abs(after.steer - before.steer) <= 0.5 * 0.05 + 1e-12
+
+
+def test_driver_predicts_as_its_controller_does() -> None:
+    driver, controller = made(), popsteer.PreviewPop(PATH, CAR)
+    with pytest.raises(popsteer.InputError):
+        driver.predict()
+    for k in range(20):
+        pose = (1.35 + 0.15 * k, 0.1, 0.3, 3.0)
+        driver.step(*pose, 0.05), controller.step(*pose, 0.05)
+    ours, theirs = driver.predict(2.0), controller.predict(2.0)
+    assert np.array_equal(ours.x, theirs.x)
+    assert np.array_equal(ours.steer, theirs.steer)
+
+
+def test_driver_repr_names_what_it_is_made_of() -> None:
+    text = repr(made(popsteer.StanleyParams()))
+    assert text.startswith("Driver(<Path of 200 waypoints")
+    assert "StanleyParams(" in text
