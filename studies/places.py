@@ -302,7 +302,7 @@ def clocks(seed: int) -> Drive:
     def off(stamp: Callable[[float], float]) -> tuple[float, int]:
         controller = getattr(popsteer, law)(popsteer.Path(xy), told)
         car = Car(told, 0.15, 10.0, 0.1 * period)
-        car.yaw, car.speed = 0.24, 3.0 * wheelbase
+        car.yaw, car.speed = 0.24, 3.0 * wheelbase / max(1.0, math.sqrt(scale))
         last, worst, faults = -period, 0.0, 0
         for k in range(round(12.0 / period)):
             now = stamp(k * period)

@@ -27,8 +27,9 @@ def test_place_in_drives_that_could_lose_it_is_kept(kind: str, count: int) -> No
 
 
 def test_clock_that_repeats_or_leaps_is_one_event() -> None:
-    # A leap ahead that could be a gap is taken for one, and PID integrates over it.
-    assert [said for said in places.wrong("clocks", 25) if "leaps by +" not in said] == []
+    # A leap ahead that could be a gap, of up to 1,000 s, is taken for one: PID integrates over it.
+    found = places.wrong("clocks", 40)
+    assert [said for said in found if not (said.startswith("Pid") and "leaps by +" in said)] == []
 
 
 def _out_and_back(length: float, spacing: float) -> popsteer.Path:

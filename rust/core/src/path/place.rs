@@ -167,17 +167,13 @@ impl Follow {
         travelled: f64,
     ) -> Located {
         let near = |segment, travelled| self.locate_from(path, segment, vehicle, dt, travelled);
-        let (start, mut at) = match *place {
-            Place::Known(spot) => {
-                let start = path.segment_at(spot.segment);
-                (start, near(start, travelled))
-            }
-            Place::Unknown => {
-                let start = self.first_segment(path, vehicle);
-                (start, near(start, travelled))
-            }
+        let is_first = matches!(place, Place::Unknown);
+        let (start, reach) = match *place {
+            Place::Known(spot) => (path.segment_at(spot.segment), travelled),
+            Place::Unknown => (self.first_segment(path, vehicle), travelled),
             Place::Lost(spot) => self.after_jump(path, spot, vehicle, dt, travelled),
         };
+        let mut at = near(start, reach);
         if path.reverse().is_some()
             && let Some(next) = self.next_section(path, &at, vehicle)
         {
@@ -193,7 +189,7 @@ impl Follow {
             }
             at.off_path = true;
         }
-        at.direction_changed = *place != Place::Unknown && at.reverse != path.is_reverse(start);
+        at.direction_changed = !is_first && at.reverse != path.is_reverse(start);
         at
     }
 
@@ -250,7 +246,8 @@ impl Follow {
         }
     }
 
-    /// The segment to start from, and the projection, of a vehicle whose localisation has jumped.
+    /// Where to start from, and how far it can be from there [m], for a vehicle whose localisation has
+    /// jumped.
     #[cold]
     fn after_jump(
         &self,
@@ -259,20 +256,18 @@ impl Follow {
         vehicle: VehicleState,
         dt: f64,
         travelled: f64,
-    ) -> (usize, Located) {
+    ) -> (usize, f64) {
         let near = |segment, travelled| self.locate_from(path, segment, vehicle, dt, travelled);
         let start = path.segment_at(spot.segment);
-        let here = near(start, travelled);
-        let jump = get_distance(spot.point, here.position);
-        let here = near(start, travelled + jump);
+        let jump = get_distance(spot.point, near(start, travelled).position);
+        let reach = travelled + jump;
         let found = self.find_anew(path, vehicle).segment;
-        let anew = near(found, travelled);
-        let distance = |at: &Located| sqrt(at.closest.squared_distance);
+        let distance = |at: Located| sqrt(at.closest.squared_distance);
         let explained = smaller(jump, self.opposite_distance);
-        if distance(&here) <= distance(&anew) + explained {
-            (start, here)
+        if distance(near(start, reach)) <= distance(near(found, travelled)) + explained {
+            (start, reach)
         } else {
-            (found, anew)
+            (found, travelled)
         }
     }
 

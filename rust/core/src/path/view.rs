@@ -248,7 +248,11 @@ impl<'a> PathView<'a> {
     }
 
     /// The segment that holds `arc` [m], which is not beside `near`.
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call costs a step of preview POP 300 instructions"
+    )]
+    #[inline(always)]
     fn distant_segment(&self, arc: f64, near: usize) -> usize {
         let last = self.segments() - 1;
         let away = (arc - self.arc(near)) / self.segment_length(near);

@@ -60,11 +60,8 @@ impl<L: LateralLaw> Tracker<L> {
             }
             belief.estimate = model.estimator.estimate;
         }
-        let at = if self.models && belief.estimate.delays(self.law.vehicle()) {
-            follow.offset(path, &located, predicted, travelled)
-        } else {
-            located
-        };
+        let delays = self.models && belief.estimate.delays(self.law.vehicle());
+        let moved = delays.then(|| follow.offset(path, &located, predicted, travelled));
         let fault = self.find_faults(state, model, &located, here, lately);
         if fault.contains(Status::IMPLAUSIBLE) {
             // Wheels that do not obey are no late wheels: nothing is learnt from them.
@@ -73,13 +70,13 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Seen {
             here,
             located,
-            at,
+            predicted: moved,
             belief,
             period,
             status: pose
                 | fault
                 | Status::END_OF_PATH.when(located.past_end)
-                | Status::OFF_PATH.when(at.off_path),
+                | Status::OFF_PATH.when(located.off_path),
         })
     }
 

@@ -314,7 +314,7 @@ impl<L: LateralLaw> Tracker<L> {
         seen: &Seen,
         straight: bool,
     ) -> Status {
-        let at = &seen.at;
+        let at = seen.at();
         let decision = if straight {
             Decision {
                 steer: 0.0,
