@@ -232,6 +232,7 @@ pub unsafe extern "C" fn popsteer_driver_set_path(
     guard(|| {
         // SAFETY: the caller vouches for both.
         let (it, path) = unsafe { (handle::of_mut(driver, "driver")?, path::shared(path)?) };
+        let path = Path::for_vehicle(path, it.driver.vehicle());
         let plan = it.driver.speed().plan(&path.view())?;
         it.driver
             .set_path(&mut it.state, &it.path.view(), &path.view());

@@ -20,7 +20,7 @@ use crate::laws::{
     PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams,
 };
 use crate::params::{Field, NewArgs, Number, params};
-use crate::path::PyPath;
+use crate::path::{PyPath, fitted};
 use crate::record::record;
 use crate::speed::tracker::PySpeedTrackerParams;
 use crate::tracker::controller::track;
@@ -256,6 +256,7 @@ impl PyDriver {
             .copied()
             .unwrap_or(PyDriverParams(DriverParams::DEFAULT));
         let car = vehicle.get().0;
+        let path = fitted(py, path, &car)?;
         let tracker = track(controller.law(car)?, &adapt, &monitor)?;
         let law = Driver::new(tracker, SpeedTracker::new(car, speed.0)?, params.0)?;
         Ok(Self {
@@ -370,7 +371,8 @@ impl PyDriver {
     /// ------
     /// ConfigError
     ///     If a limit of its plan is out of its range; the present path is then kept.
-    fn set_path(&mut self, path: Py<PyPath>) -> Raises<()> {
+    fn set_path(&mut self, py: Python<'_>, path: Py<PyPath>) -> Raises<()> {
+        let path = fitted(py, path, self.law.vehicle())?;
         let plan = self.law.speed().plan(&path.get().view())?;
         let (old, new) = (self.path.get().view(), path.get().view());
         self.law.set_path(&mut self.state, &old, &new);
