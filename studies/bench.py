@@ -45,8 +45,8 @@ SHORT = ("pop_command_ns", "preview_pop_car_step_ns", "daqp_step_ns")
 
 def latency_table(latency: dict[str, Any], names: Sequence[str] = ()) -> str:
     """Lay out the steps as called from Python, or some; a yardstick not at hand says why."""
-    heading = "call", "p50", "p99", "p99.9", "max", "net p50"
-    heading += "times an empty call", "the same, net", "times POP's angle"
+    heading = ["call", "p50", "p99", "p99.9", "max", "net p50"]
+    heading += ["times an empty call", "the same, net", "times POP's angle"]
     step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
     rows = []
     for name, row in latency["results"].items():

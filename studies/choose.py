@@ -7,7 +7,16 @@ import math
 import re
 import statistics
 
-from popsteer import AdaptParams, CoupledLongitudinal, Pid, controllers, lab, presets, sim
+from popsteer import (
+    AdaptParams,
+    CoupledLongitudinal,
+    Pid,
+    PidParams,
+    controllers,
+    lab,
+    presets,
+    sim,
+)
 from popsteer.lab.common.names import title_of
 from popsteer.sim import CarlaIdentified
 from studies.layout import DOCS, cells, course, line, table
@@ -126,6 +135,7 @@ def pid_lines() -> list[str]:
     """Every reading of the paper's PID: gains, integral, and a delay that nobody is told."""
     path, _ = course("authors")
     plant, text = CarlaIdentified(), presets.get("pid", "paper")
+    assert isinstance(text, PidParams)
     lines = []
     for (kp, kd), with_dt, delay in itertools.product(
         ((0.25, 0.2), (0.12, 0.48)), (True, False), (0.0, 0.05, 0.1)

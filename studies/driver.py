@@ -154,7 +154,8 @@ def drive(draw: np.random.Generator, planted: str | None) -> Outcome:
             sensed = spoiled(sensed, last, planted)
         else:
             last = sensed
-        answer = driver.step(*sensed, DT)
+        x, y, yaw, speed = sensed
+        answer = driver.step(x, y, yaw, speed, DT)
         plant.go(answer)
         aside = float(np.hypot(path.x - plant.x, path.y - plant.y).min())
         if now >= begins - 1.0 or planted is None:

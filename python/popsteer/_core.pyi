@@ -157,6 +157,7 @@ class _Controller(_Stateful[_ParamsT], _Steering):
     vehicle_given: Final[bool]
     adapt: Final[AdaptParams | None]
     monitor: Final[MonitorParams | None]
+    fault: Final[str | None]
     estimate: Final[Estimate]
     path: Final[Path]
     tracked_point: Final[float]
@@ -378,6 +379,7 @@ class Driver:
     @state.setter
     def state(self, state: State) -> None: ...
     def __setstate__(self, state: State) -> None: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle, _Tuning], dict[str, Any]]: ...
 
 @final
 class CommandBatch(_Columns):

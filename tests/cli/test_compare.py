@@ -255,8 +255,8 @@ def test_compare_drives_a_car_of_ones_own_as_the_library_does(
     angle = np.linspace(0.0, 4.5, 90)
     xy = np.column_stack((1.5 * np.sin(angle), 1.5 - 1.5 * np.cos(angle)))
     np.savetxt(tmp_path / "rc.csv", xy, delimiter=",")
-    own = ("--plant", str(tmp_path / "rc.toml"), "--waypoints", str(tmp_path / "rc.csv"))
-    own += ("--start-offset", "0")
+    own = ["--plant", str(tmp_path / "rc.toml"), "--waypoints", str(tmp_path / "rc.csv")]
+    own += ["--start-offset", "0"]
     command.call(
         capsys, "compare", *own, "--controllers", "pop,pure-pursuit,stanley", "--out", str(tmp_path)
     )

@@ -197,7 +197,7 @@ def test_jerk_is_part_of_the_plan_in_bends_and_at_the_top_speed(jerk: float) -> 
     along = speed = last = side = top = 0.0
     while along < 380.0:
         at = int(along / 0.5)
-        command = tracker.step(*xy[at], yaw[at], speed, 0.05)
+        command = tracker.step(xy[at, 0], xy[at, 1], yaw[at], speed, 0.05)
         assert abs(command.acceleration - last) <= 0.05 * jerk + 1e-9
         last = command.acceleration
         speed = max(0.0, speed + 0.05 * last)

@@ -93,7 +93,7 @@ def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
     changes: dict[str, float], believed: dict[str, float], adapt: Any, speed: float
 ) -> None:
     given = _given("preview-pop", CAR.replace(**believed), adapt, **changes)
-    computed = margins(given.params, CAR, speed, believed=given.vehicle, adapt=adapt).dead_time
+    computed = margins(given.params, CAR, speed, believed=given.vehicle).dead_time
     driven = critical_dead_time(given, CAR, speed, computed)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 

@@ -6,6 +6,7 @@ import copy
 import math
 import pickle
 from math import inf, nan
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -23,10 +24,11 @@ TUNINGS = [
     popsteer.PidParams(),
     popsteer.PopParams(),
 ]
+Pose: TypeAlias = tuple[float, float, float, float]
 POSE = (1.35, 0.1, 0.3, 3.0)
 
 
-def moved(pose: tuple[float, ...], steer: float) -> tuple[float, ...]:
+def moved(pose: Pose, steer: float) -> Pose:
     """The pose of the car's centre 0.05 s later, with the wheels at the angle of the command."""
     x, y, yaw, speed = pose
     turn = 0.05 * speed * math.tan(steer) / 2.7
@@ -44,7 +46,7 @@ def made(tuning: object = None) -> popsteer.Driver:
 def test_driver_steers_as_the_controller_of_its_tuning_does(tuning: object) -> None:
     kind = getattr(popsteer, type(tuning).__name__.removesuffix("Params"))
     controller, driver = kind(PATH, CAR, tuning), made(tuning)
-    pose: tuple[float, ...] = POSE
+    pose: Pose = POSE
     angles = [0.0, 0.0, 0.0]
     for _ in range(100):
         command, drive = controller.step(*pose, 0.05), driver.step(*pose, 0.05)

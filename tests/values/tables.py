@@ -107,7 +107,7 @@ class Twin(NamedTuple):
     speed: float
     steer: float
 
-    def path(self, xy: ArrayLike, speed: ArrayLike | None = None, **options: bool) -> popsteer.Path:
+    def path(self, xy: ArrayLike, speed: ArrayLike | None = None, **options: Any) -> popsteer.Path:
         """Give the path of the twin from the waypoints of the forward case."""
         places = np.asarray(xy, dtype=np.float64) * (self.x, self.y)
         if speed is None and self.speed < 0.0:

@@ -451,8 +451,12 @@ def test_what_is_not_shown_is_fixed_at_once_and_fitted_again(
         asked.append((start, fixed, prior))
         return free
 
+    def refit(_: Any, fixed: Any) -> Any:
+        asked.append(fixed)
+        return again
+
     monkeypatch.setattr(procedure, "fit", fit)
-    monkeypatch.setattr(procedure, "refit", lambda found, fixed: asked.append(fixed) or again)
+    monkeypatch.setattr(procedure, "refit", refit)
     drive = _drive(speed=np.ones(100), acceleration=np.tile([0.5, -0.5], 50))
     found, unknown, delay_error = procedure._heading(drive, 2.5, GIVEN, "log", None)
     assert asked[0][:2] == ({"turning_wheelbase": 2.5}, {})

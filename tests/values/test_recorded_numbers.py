@@ -111,7 +111,7 @@ def _fitted() -> dict[str, Any]:
     from popsteer.identification.chain import Chain
     from popsteer.identification.checks import first_length
     from popsteer.identification.drive import prepare
-    from popsteer.identification.fit import LAGS, _Task
+    from popsteer.identification.fit import LAGS, Task
 
     t = 0.05 * np.arange(320) + np.where(np.arange(320) < 180, 0.0, 4.0)
     random = np.random.default_rng(12)
@@ -136,26 +136,25 @@ def _fitted() -> dict[str, Any]:
             "max_steer_rate": 0.12,
         },
     }
+    prior = {"load_shift": (0.0, 5e-4)}
     found: dict[str, Any] = {
         "first length": first_length(drive, "log"),
         "prepared": [drive.usual_speed, drive.speed_noise, drive.usual_step, drive.outliers],
     }
     for kind in LAGS:
-        task = _Task(drive, Chain(drive, kind), {})
+        task = Task(drive, Chain(drive, kind), {}, prior)
         found[f"first, {kind}"] = task.first({"turning_wheelbase": 2.7})
         for name, values in tried.items():
             task.weigh(values)
             report = task.report(values)
-            others = [{**values, "dead_time": 0.3}, {**values, "steer_lag": 0.05}]
             found[f"{name}, {kind}"] = {
-                "cost": [task.cost(values), task.unlikelihood(values), task.noise, task.theta],
-                "of speeds": task._theta_of_speeds(task.error(values)),
+                "cost": [task.cost(values), task.criterion(values), task.noise, task.theta],
+                "of the noise": task.theta_of_noise(task.error(values)),
                 "errors": report.errors,
-                "doubted": report.doubted(others).errors,
-                "rate": [report.rate_known, float(report.yaw[-1])],
+                "rate": [report.rate_seen, float(report.yaw[-1])],
             }
     fixed = {"understeer": 0.003, "load_shift": 0.0, "steer_lag": 0.0}
-    task = _Task(drive, Chain(drive, "yaw rate"), fixed)
+    task = Task(drive, Chain(drive, "yaw rate"), fixed, prior)
     solved = task.solve(task.first({"turning_wheelbase": 2.5}))
     found["solved"] = {name: round(value, 4) for name, value in solved.items()}
     return found

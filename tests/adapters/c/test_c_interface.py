@@ -189,7 +189,8 @@ def test_c_driver_is_that_of_python_bit_for_bit(prefix: Path, tmp_path: Path) ->
             driver.set_path(paths[1])
         dt, age = (0.0 if step % 70 == 60 else DT), 0.05 * (step % 3 == 0)
         lines.append(words(*sensed, dt, age, word))
-        drive = driver.step(*sensed, dt, pose_age=age)
+        x, y, yaw, speed = sensed
+        drive = driver.step(x, y, yaw, speed, dt, pose_age=age)
         numbers = drive.steer, drive.acceleration, drive.cross_track_error, drive.distance_to_stop
         flags = f"{int(drive.status)} {int(drive.reverse)} {int(drive.hold)}"
         answers.append(f"{words(*numbers)} {flags} {drive.fault or 'none'} {released or 'none'}")
