@@ -27,7 +27,7 @@ def test_readme_is_one_page() -> None:
     assert len(README.splitlines()) <= 120
 
 
-def test_readme_loop_drives_and_stops_at_a_fault(
+def test_readme_loop_drives_and_stops_for_a_fault_that_it_tells(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     example = re.search(r"```python\n(.*?)```", README, flags=re.DOTALL)
@@ -37,20 +37,24 @@ def test_readme_loop_drives_and_stops_at_a_fault(
     monkeypatch.chdir(tmp_path)
     poses = iter([(0.25 * k, 0.5, 0.0, 5.0) for k in range(8)] + [(1.75, 0.5, 0.0, 5.0)] * 40)
     turns = iter([True] * 48 + [False])
-    actuated: list[tuple[float, float, bool]] = []
-    stopped: list[Any] = []
+    actuated: list[tuple[float, float, bool, bool]] = []
+    told: list[str] = []
     exec(
         compile(example.group(1), "README.md", "exec"),
         {
             "driving": lambda: next(turns),
             "localise": lambda: next(poses),
             "actuate": lambda *values: actuated.append(values),
-            "stop": stopped.append,
+            "tell": told.append,
         },
     )
     assert len(actuated) == 48
-    assert all(steer < 0.0 for steer, _, _ in actuated[:8])
-    assert stopped, "the pose stood still for 2 s at 5 m/s"
+    assert all(steer < 0.0 for steer, *_ in actuated[:8])
+    assert all(abs(acceleration) < 0.3 for _, acceleration, *_ in actuated[:8])
+    # The pose stood still for 2 s at 5 m/s: the fault stays, and the car brakes in comfort.
+    assert len(told) > 20
+    assert set(told) == {"position"}
+    assert actuated[-1][1] == pytest.approx(-3.0)
 
 
 def test_whole_loop_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
