@@ -58,7 +58,12 @@ HELD = {
     **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("mod", "chain", "ends")},
     **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("fit", "folds", "mends")},
     "path/stop.rs": f"{_RUST}laps.rs",
-    "speed/law.rs": f"{_RUST}speed_equations.rs",
+    **{
+        f"speed/law/{part}.rs": f"{_RUST}speed_equations.rs"
+        for part in ("mod", "curve", "limits", "situation", "state")
+    },
+    "speed/law/stop.rs": f"{_RUST}stopping.rs",
+    "speed/law/wait.rs": f"{_RUST}stopping.rs",
     "speed/jerk.rs": "tests/closed_loop/test_speed_law.py",
     "speed/tracker.rs": f"{_RUST}stopping.rs",
     "vehicle/drive.rs": "tests/closed_loop/test_speed_law.py",

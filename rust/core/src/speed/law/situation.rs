@@ -1,0 +1,175 @@
+//! Where the vehicle is on its plan: rolled forward to when a command begins to act.
+
+use crate::math::{larger, saturate, smaller, sqrt};
+use crate::path::follow::Located;
+use crate::speed::defaults::gravity_along;
+use crate::speed::law::limits::{CREEP, REST, SpeedLaw};
+use crate::speed::law::state::SpeedState;
+use crate::speed::stops::Planned;
+use crate::vehicle::{Drive, Motion};
+
+/// Halvings of the time to rest: to 1e-6 of it.
+const HALVINGS: usize = 20;
+
+/// The vehicle on its plan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Situation {
+    /// `v` [m/s].
+    pub speed: f64,
+    /// `w` [m/s²].
+    pub push: f64,
+    /// Distance to the next stop as measured, and `D` [m]; infinite if there is none.
+    pub stop: (f64, f64),
+    /// The vehicle when the command begins to act.
+    pub then: Motion,
+    /// `y` [m] and `z` [m/s].
+    pub y: f64,
+    pub z: f64,
+    /// `z*` [m/s] and its change in time [m/s²].
+    pub target: f64,
+    pub change: f64,
+    /// Whether the stop binds, not the plan.
+    pub stops: bool,
+    /// `sqrt(w(s))`, at least the creeping speed [m/s].
+    pub reference: f64,
+}
+
+impl Situation {
+    /// The deceleration with which the vehicle comes to rest `beyond` its stop [m/s²].
+    pub(super) fn deceleration(&self, beyond: f64) -> f64 {
+        let room = self.y + beyond;
+        if self.z <= 0.0 {
+            0.0
+        } else if room <= 0.0 {
+            f64::INFINITY
+        } else {
+            self.z * self.z / (2.0 * room)
+        }
+    }
+}
+
+impl SpeedLaw {
+    /// Where the vehicle is on its plan, and what the plan wants there; brings the estimates of
+    /// `state` up to date.
+    pub(super) fn situation(
+        &self,
+        planned: &Planned<'_, '_>,
+        at: &Located,
+        state: &mut SpeedState,
+        (measured, age): (f64, f64),
+    ) -> Situation {
+        let (car, dt) = (&self.car, at.dt);
+        let arc = at.closest.arc_length(planned.path);
+        let (squared, _, grade) = planned.at(arc);
+        let known = gravity_along(grade);
+        let mut drive = state.drive.unwrap_or(Drive::settled(car, 0.0));
+        let (mean, given) = drive.elapse(car, state.acceleration, dt, age);
+        let push = known + state.observer.disturbance;
+        let speed = drive.since(car, measured, push, age).speed;
+        state.drive = Some(drive);
+        // Brakes that hold say nothing.
+        let held = state.rolls || (speed.abs() < REST && given.pull <= 0.0);
+        let full = state.acceleration + push > 0.5 * self.accelerations.0;
+        let model = (
+            car.drive_lag,
+            self.params.disturbance_time,
+            self.accelerations.1,
+        );
+        let acted = (mean, given, state.acceleration);
+        state
+            .observer
+            .step(speed, known, acted, (held, full), model, dt);
+
+        let stop = self.stop_ahead(planned, at, state, speed);
+        let push = known + state.observer.disturbance;
+        let then = drive.predict(car, speed, push);
+        let lag = car.drive_lag;
+        // One that its brakes hold has no acceleration.
+        let gains = if then.speed > 0.0 {
+            then.pull + push
+        } else {
+            larger(then.pull + push, 0.0)
+        };
+        let z = then.speed + lag * gains;
+        let ahead = then.travelled + lag * then.speed;
+        let y = stop.1 - ahead;
+        let (target, change, stops) = self.target(planned, arc + ahead, y, z, dt);
+        let creep = CREEP * car.wheelbase;
+        Situation {
+            speed,
+            push: gravity_along(planned.at(arc + ahead).2) + state.observer.disturbance,
+            stop,
+            then,
+            y,
+            z,
+            target,
+            change,
+            stops,
+            reference: larger(sqrt(squared), smaller(creep, self.curve(stop.1, dt).0)),
+        }
+    }
+
+    /// How far a vehicle goes along its path in `age` [s] until the end of the period `dt` [s] that this
+    /// step ends, after the `speed` [m/s] along it [m].
+    pub fn gone(&self, state: &SpeedState, speed: f64, age: f64, dt: f64) -> f64 {
+        let push = state.observer.disturbance;
+        let Some(mut drive) = state.drive else {
+            return speed * age;
+        };
+        drive.elapse(&self.car, state.acceleration, dt, age);
+        drive.since(&self.car, speed, push, age).travelled
+    }
+
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`: at most what the brakes make
+    /// of the expected speed or of the last signal. So two messages can say anything, and one alone can not.
+    pub(crate) fn hear(&self, state: &SpeedState, speed: f64, last: Option<f64>, dt: f64) -> f64 {
+        let Some(last) = last else {
+            return speed;
+        };
+        let along = state.observer.speed.unwrap_or(last);
+        let expected = if state.reverse == Some(true) {
+            -along
+        } else {
+            along
+        };
+        let most = self.brakes * dt;
+        let (low, high) = (smaller(last, expected), larger(last, expected));
+        saturate(speed, low - most, high + most)
+    }
+
+    /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
+    /// a vehicle that had the `speed` [m/s] along its path.
+    pub(crate) fn expected(&self, state: &SpeedState, speed: f64, dt: f64) -> f64 {
+        let Some(mut drive) = state.drive else {
+            return 0.0;
+        };
+        drive.elapse(&self.car, state.acceleration, dt, dt);
+        let moved = drive.since(&self.car, speed, state.observer.disturbance, dt);
+        (moved.speed - speed) / dt
+    }
+
+    /// How far the vehicle goes until it rests [m], from when the command begins to act, if it brakes with
+    /// the planned deceleration, to which the `last` command [m/s²] changes within the jerk.
+    pub(super) fn way_to_rest(&self, now: &Situation, last: f64) -> f64 {
+        let (from, lag) = (now.then, self.car.drive_lag);
+        if from.speed <= 0.0 {
+            return 0.0;
+        }
+        let braking = self.accelerations.1;
+        let command = -braking - now.push;
+        let ramp = 0.5 * larger(last - command, 0.0) / self.params.max_jerk;
+        let longest = (from.speed + lag * larger(from.pull - command, 0.0)) / braking;
+        let (mut low, mut high) = (0.0, longest);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let rests = from.after(command, now.push, lag, middle).speed <= 0.0;
+            (low, high) = if rests { (low, middle) } else { (middle, high) };
+        }
+        let rest = Motion {
+            travelled: 0.0,
+            ..from
+        }
+        .after(command, now.push, lag, low);
+        rest.travelled + from.speed * ramp
+    }
+}
