@@ -87,7 +87,7 @@ pub fn run(
         };
         let own = driver
             .acceleration()
-            .and_then(|wanted| pedals.giving(simulation, vehicle, &answer, wanted));
+            .and_then(|wanted| Pedalling::giving(simulation, vehicle, &answer, wanted));
         let control = match own {
             Some(control) => control,
             None => pedals.control(simulation, vehicle, answer.steer, answer.reverse)?,

@@ -66,7 +66,6 @@ impl Pedalling {
     /// What gives the `acceleration` [m/s^2] that a driver wants with its `answer`; None where the plant
     /// does not say which pedals do.
     pub(crate) fn giving(
-        &self,
         simulation: &Simulation,
         vehicle: VehicleState,
         answer: &Command,
