@@ -211,7 +211,11 @@ impl Life {
         };
         // A vehicle at rest is held at once, and let go where its slope begins to move it.
         let rests = self.state.law.speed.abs() < 0.03;
-        let free = (self.least..=self.most.max(before) + change + MAX_DISTURBANCE + rounding).contains(&acceleration);
-        assert!(within(before) || within(0.0) || (rests && free), "{acceleration}");
+        let free = (self.least..=self.most.max(before) + change + MAX_DISTURBANCE + rounding)
+            .contains(&acceleration);
+        assert!(
+            within(before) || within(0.0) || (rests && free),
+            "{acceleration}"
+        );
     }
 }

@@ -7,8 +7,8 @@ use crate::bytes::Bytes;
 use crate::scene::{Waypoints, vehicle};
 use popsteer_core::bounds::MAX_COORDINATE;
 use popsteer_core::geometry::get_distance;
-use popsteer_core::path::sound::distinct_waypoints;
 use popsteer_core::path::measure::COINCIDING;
+use popsteer_core::path::sound::distinct_waypoints;
 use popsteer_core::{Path, PathError, PathView, Point};
 
 /// Makes a path and asks it everything from a few places.
