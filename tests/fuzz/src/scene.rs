@@ -211,7 +211,6 @@ pub fn adapt(bytes: &mut Bytes) -> AdaptParams {
     AdaptParams {
         turn_time: bytes.parameter(10.0, [0.0, 20.0], [0.0, 1e6]),
         slip_time: bytes.parameter(5.0, [0.0, 20.0], [0.0, 1e6]),
-        min_speed: bytes.optional([0.5, 8.0], [0.0, 1e3]),
     }
 }
 
@@ -251,7 +250,7 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
 }
 
 /// A filter whose covariance may or may not be one.
-fn walk<const N: usize>(bytes: &mut Bytes) -> Walk<N> {
+pub fn walk<const N: usize>(bytes: &mut Bytes) -> Walk<N> {
     let noise = bytes.number([0.0, 1e-3], [0.0, 1e40]);
     let mut drawn = Walk::new([0.0; N], &[1.0; N], noise);
     for row in 0..N {

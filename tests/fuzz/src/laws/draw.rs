@@ -2,7 +2,7 @@
 
 use super::{Life, State};
 use crate::bytes::Bytes;
-use crate::scene::{car, estimator, symmetric};
+use crate::scene::{car, estimator, symmetric, walk};
 use crate::subject::{Subject, waypoint};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_YAW};
 use popsteer_core::path::{Ahead, Place, Spot};
@@ -145,6 +145,7 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         noise: symmetric(bytes, 1e-4, most).abs(),
         offset_square: symmetric(bytes, 10.0, most).abs(),
         offset_sum: symmetric(bytes, 1.0, most),
+        gain: walk(bytes),
         yaw_rate: symmetric(bytes, 0.5, most),
         alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
         within: bytes.byte() & 1 == 1,
