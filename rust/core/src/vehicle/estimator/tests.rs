@@ -188,7 +188,7 @@ fn test_estimator_keeps_within_its_bounds() {
     let refused = shorter.checked(&given).unwrap_err();
     assert_eq!(refused.field, "longer_dead_time");
     let mut slipping = found;
-    slipping.sliding.mean[2] = 1e41;
+    slipping.sliding.mean.z = 1e41;
     assert_eq!(slipping.checked(&given).unwrap_err().value, 1e41);
     let mut noisy = found;
     noisy.turning.noise = -1.0;
