@@ -72,7 +72,7 @@ pub(super) fn check_step<L: Subject>(
         | Status::DEVIATING
         | Status::IMPLAUSIBLE;
     assert!(command.status.contains(seen) && (seen | watched).contains(command.status));
-    check_limits(tracker, before, command, &plain, (dt, period));
+    check_limits(tracker, (before, after), command, &plain, (dt, period));
 }
 
 /// What the law decides for the vehicle that it is shown.
@@ -177,7 +177,7 @@ fn check_line<L: Subject>(tracker: &Tracker<L>, in_flight: &InFlight, longer: f6
 /// in the present period, and all else in the time since the last step.
 fn check_limits<L: Subject>(
     tracker: &Tracker<L>,
-    before: &State<L>,
+    (before, after): (&State<L>, &State<L>),
     command: &Command,
     plain: &Plain,
     (dt, period): (f64, f64),
@@ -203,7 +203,12 @@ fn check_limits<L: Subject>(
     if let Some(most) = car.max_lateral_acceleration {
         let speed = plain.predicted.vehicle.speed;
         let length = car.turning_length(speed);
-        let widest = (most * length / (speed * speed * estimate.gain)).atan();
+        // By the gain that is measured: the monitor's, where nothing else is estimated.
+        let gain = match &after.monitor {
+            Some(monitor) if tracker.adapt().is_none() => monitor.gain.get(0),
+            _ => estimate.gain,
+        };
+        let widest = (most * length / (speed * speed * gain)).atan();
         wheel = wheel.clamp(-widest, widest);
     }
     let mut steer = (wheel - offset).clamp(-car.max_steer, car.max_steer);
