@@ -91,7 +91,7 @@ def test_tracker_of_speeds_is_refused_where_the_path_is_another() -> None:
     for other in (
         popsteer.Path(xy + 1e-3),
         popsteer.Path(xy * (1.0, 1.001)),
-        popsteer.Path(xy, closed=True),
+        popsteer.Path(xy, closed=True, mend=False),
         popsteer.Path(xy, reverse=np.ones(len(xy), dtype=bool)),
         popsteer.Path(xy, reverse=np.arange(len(xy)) > 50),
     ):

@@ -136,6 +136,7 @@ CASES: dict[str, tuple[Callable[[], Any], Callable[[Any, float], list[Any]]]] = 
     **{name: (lambda name=name: getattr(popsteer, name)(PATH, CAR), _tracked) for name in LAWS},  # type: ignore[misc]
     "SpeedPid": (lambda: popsteer.SpeedPid(popsteer.SpeedPidParams(kd=0.2)), _kept),
     "SpeedTracker": (lambda: popsteer.SpeedTracker(PATH, CAR), _tracked),
+    "Driver": (lambda: popsteer.Driver(PATH, CAR), _steered),
     "Batch": (lambda: popsteer.Batch(popsteer.PreviewPop(PATH, CAR), 2), _batched),
     **{
         name: (_opponent(name.rpartition(".")[2]), _steered)
