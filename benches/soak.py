@@ -146,7 +146,7 @@ class Soak:
             raise Fault(f"{law!r} has another state after bad input")
         law.relocalise(*self._list[0][:3])
         law.reset()
-        path = popsteer.Path(self._vehicles[:100, :2])
+        path = popsteer.Path(self._vehicles[:100, :2], mend=False)
         type(law)(path, law.vehicle, law.params).step(*self._list[0], DT)
         law.state = saved
 

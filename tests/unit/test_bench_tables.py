@@ -187,7 +187,7 @@ def test_recorded_gives_yaw_and_pose_behind_the_front(tmp_path: Path) -> None:
     [
         ({"trajectory": ""}, "trajectory.csv"),
         ({"trajectory": "0, 1, 2\n0.05, 1, 2\n"}, "trajectory.csv: must hold"),
-        ({"trajectory": TRAJECTORY + "0.2, 1, nan, 3\n"}, "trajectory.csv: must hold"),
+        ({"trajectory": TRAJECTORY + "0.2, 1, nan, 3\n"}, "'nan' is not finite"),
         ({"trajectory": TRAJECTORY + "0.2, 1, north, 3\n"}, "trajectory.csv"),
         ({"tracking_error": ERRORS + "0, 0\n"}, "tracking_error.csv: has 4 rows for 3 states"),
         ({"waypoints": "0, 0\n"}, "waypoints.csv"),

@@ -52,7 +52,7 @@ def _controller(
     # The Rust core has no need of a coarse grid, but a fine one over 1e6 m has many points.
     if law.searches:
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
-    made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
+    made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed, mend=False)
     tuning = getattr(popsteer, law.params_name)(**params)
     given = adapting(adapt)
     return getattr(popsteer, law.name)(made, popsteer.Vehicle(**vehicle), tuning, **given)
@@ -70,7 +70,9 @@ def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> 
         left.append(car.max_steer_rate * dt - abs(steer - before))
     if car.max_lateral_acceleration is not None:
         length = car.turning_length(speed)
-        square = speed * speed * estimate.gain
+        monitor = None if controller.adapt else state.monitor
+        gain = estimate.gain if monitor is None else monitor.gain.mean[0]
+        square = speed * speed * gain
         most = math.atan2(car.max_lateral_acceleration * length, square)
         left.append(most - abs(wheel))
     return left

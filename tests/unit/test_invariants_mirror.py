@@ -41,7 +41,7 @@ def _mirrored(path: Waypoints) -> Waypoints:
 
 
 def _path(path: Waypoints) -> popsteer.Path:
-    return popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
+    return popsteer.Path(path.xy, speed=path.speed, closed=path.closed, mend=False)
 
 
 def _heads_west(path: Waypoints) -> bool:

@@ -73,7 +73,7 @@ PLACES = st.builds(
 
 
 def _path(path: Waypoints) -> popsteer.Path:
-    return popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
+    return popsteer.Path(path.xy, speed=path.speed, closed=path.closed, mend=False)
 
 
 def _lever(path: popsteer.Path, segment: int, here: tuple[float, float]) -> float:

@@ -92,7 +92,7 @@ class Life(RuleBasedStateMachine):
         if self.law.searches:
             wheelbase = (self.vehicle or {}).get("wheelbase", 3.0)
             params = fitted(params, path, MOST_GRID_POINTS, wheelbase)
-        made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
+        made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed, mend=False)
         car = None if self.vehicle is None else popsteer.Vehicle(**self.vehicle)
         tuning = getattr(popsteer, self.law.params_name)(**params)
         self.made = getattr(popsteer, self.law.name)(made, car, tuning, **adapting(self.adapt))
@@ -214,7 +214,9 @@ class Life(RuleBasedStateMachine):
         """Go on along another path, driven backwards in places, from the present angle."""
         self.path = shape.build()
         reverse = turns[: len(self.path.xy)] if len(self.path.xy) <= len(turns) else None
-        path = popsteer.Path(self.path.xy, speed=None, closed=self.path.closed, reverse=reverse)
+        path = popsteer.Path(
+            self.path.xy, speed=None, closed=self.path.closed, reverse=reverse, mend=False
+        )
         angle = self.made.state.steer
         self._call("set_path", path)
         assert self._is_on_path(self.made.state)
@@ -230,7 +232,9 @@ class Life(RuleBasedStateMachine):
         flags = None if here.reverse is None else [bool(flag) for flag in here.reverse[first:]]
         before = self.made.state
         self.path = replace(self.path, xy=xy[first:], speed=None)
-        path = popsteer.Path(self.path.xy, speed=None, closed=here.closed, reverse=flags)
+        path = popsteer.Path(
+            self.path.xy, speed=None, closed=here.closed, reverse=flags, mend=False
+        )
         self._call("set_path", path)
         after = self.made.state
         assert self._is_on_path(after)

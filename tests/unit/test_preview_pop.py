@@ -198,8 +198,9 @@ def test_preview_pop_slip_found_in_a_bend_keeps_within_its_bounds_after_a_jump(
         law.step(40.0 + k * jump, 0.0, 0.5 * math.pi, 10.0, DT)
         slips = (abs(law.estimate.slip), abs(law.estimate.slip_length))
         most = (max(most[0], slips[0]), max(most[1], slips[1]))
-    # Half a metre a step is taken for slip, up to the bounds; the others are noise.
-    assert most == ((0.15, 2.7) if jump == 0.5 else (0.0, 0.0))
+    # Without a gate all of it counts for the slip, up to the bounds.
+    assert 0.1 < most[0] <= 0.15
+    assert most[1] == 2.7
 
 
 def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:

@@ -170,8 +170,8 @@ def test_status_beyond_the_lateral_acceleration_is_limited_to_it(name: str) -> N
     command = Case(20.0, 4.0, 0.4, speed=10.0).step(law, steps=20)
     assert_sound(command)
     assert Status.SATURATED in command.status
-    # Without a dead time the estimated gain is shown, and not used.
-    gain = law.estimate.gain if law.vehicle.dead_time > 0.0 else 1.0
+    # The limit is kept with the gain that is measured, by the estimates or by the monitor.
+    gain = law.estimate.gain if law.adapt else law.state.monitor.gain.mean[0]
     wheel = command.steer + law.estimate.steer_offset
     assert wheel == pytest.approx(-math.atan(3.0 * 0.5 / 10.0**2 / gain))
 

@@ -277,7 +277,9 @@ def _refuse_course(log: Log) -> None:
     place = log.x + 1j * log.y
     step, wide = np.diff(place), place[2:] - place[:-2]
     drives = np.abs(wide) > np.quantile(np.abs(wide), 0.5)
-    noise = float(np.median(np.abs(np.angle(step[1:] * np.conj(step[:-1])))[drives]))
+    turn = np.angle(step[1:] * np.conj(step[:-1]))
+    # A bend turns evenly; noise turns to and fro.
+    noise = float(np.median(np.abs(np.diff(turn, prepend=turn[:1]))[drives]))
     for course in (step[1:], step[:-1], wide):
         off = np.angle(course * np.exp(-1j * log.yaw[1:-1]))[drives]
         if noise > 1e-3 and float(np.median(np.abs(off))) < 0.02 * noise:

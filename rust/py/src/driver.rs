@@ -193,7 +193,7 @@ impl Tuning {
 /// >>> drive = driver.step(10.0, 0.2, 0.0, 5.0, 0.05)
 /// >>> drive.steer < 0.0, drive.acceleration > 0.0, drive.hold, drive.fault
 /// (True, True, False, None)
-/// >>> for _ in range(12):
+/// >>> for _ in range(20):
 /// ...     drive = driver.step(float("nan"), 0.2, 0.0, 5.0, 0.05)
 /// >>> drive.fault, drive.acceleration < 0.0
 /// ('position', True)

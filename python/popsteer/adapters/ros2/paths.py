@@ -25,8 +25,8 @@ def placed(first: Pose, then: Pose) -> Pose:
 
     Examples
     --------
-    >>> placed((1.0, 0.0, math.pi / 2), (2.0, 0.0, 0.5))
-    (1.0, 2.0, 2.07...)
+    >>> [round(number, 3) for number in placed((1.0, 0.0, math.pi / 2), (2.0, 0.0, 0.5))]
+    [1.0, 2.0, 2.071]
     """
     (x, y, yaw), (ahead, left, turn) = first, then
     c, s = math.cos(yaw), math.sin(yaw)

@@ -80,13 +80,13 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
 def _table(file: FilePath, columns: int) -> NDArray[np.float64]:
     """Read a file of numbers between commas: at least two rows, so many columns."""
     table = read_table(file)
-    values = table.numbers(range(table.columns))
-    if len(values) < 2 or values.shape[1] != columns:
+    rows = sum(1 for _ in table.rows())
+    if table.columns != columns or rows < 2:
         raise PathError(
-            f"{file}: must hold at least 2 rows of {columns} finite numbers, has shape"
-            f" {values.shape}"
+            f"{file}: must hold at least 2 rows of {columns} finite numbers, has {rows} of"
+            f" {table.columns}"
         )
-    return values
+    return table.numbers(range(columns))
 
 
 def _tuples(table: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
