@@ -125,6 +125,14 @@ fn test_filter_is_the_least_squares_over_all_levels_at_once() {
 }
 
 #[test]
+fn test_nothing_stands_out_where_rounding_left_a_variance_below_0() {
+    let mut walk = Walk::new([0.0], &[1.0], NOISE);
+    walk.covariance[(0, 0)] = -1e-18;
+    let found = walk.beyond_doubt(&SVector::from([1.0]));
+    assert_eq!(found.to_bits(), 0.0_f64.to_bits(), "{found}");
+}
+
+#[test]
 fn test_forgetting_takes_information_down_to_that_of_the_prior() {
     let mut walk = Walk::new([1.0, 0.0], &PRIOR, NOISE);
     walk.covariance *= 0.1;

@@ -220,7 +220,8 @@ impl<const N: usize> Walk<N> {
     #[inline]
     pub fn beyond_doubt(&self, weights: &SVector<f64, N>) -> f64 {
         let value = weights.dot(&self.mean);
-        let (square, doubt) = (value * value, self.variance_of(weights));
+        // Rounding may leave a variance below 0.
+        let (square, doubt) = (value * value, larger(self.variance_of(weights), 0.0));
         if square > doubt {
             value * (1.0 - doubt / square)
         } else {
