@@ -172,7 +172,9 @@ def time_searches(
     for k, (x, y, yaw) in enumerate(places_outside(xy, count)):
         last_x, last_y = xy[7919 * k % len(xy)].tolist()
         law.relocalise(last_x, last_y, 0.0)
-        before = law.state
+        # As a step leaves it: a place that is known.
+        before = law.state.replace(place=law.state.place.replace(lost=False))
+        law.state = before
         elapsed = time_of(partial(law.steer, x, y, yaw, SPEED, DT))
         law.state = before
         if popsteer.Status.OFF_PATH in law.step(x, y, yaw, SPEED, DT).status:

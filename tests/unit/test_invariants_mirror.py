@@ -114,6 +114,8 @@ def test_law_in_a_mirrored_world_steers_mirrored(
 ) -> None:
     path = shape.build()
     assume(not _heads_west(path))
+    # A turn by a half circle has no side, and what it tells the estimates has none.
+    assume(all(abs(spot.turned) < math.pi for spot in spots))
     params = data.draw(law.params())
     if law.searches:
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))

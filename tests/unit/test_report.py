@@ -45,7 +45,9 @@ def library(monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.fixture(scope="module")
 def comparison() -> compare.Comparison:
     track = tracks.get("slalom")
-    return compare.run(popsteer.Path(track.xy), ["stanley", "pop"])
+    # Wheels that come to their limit now and then: the status changes.
+    car = popsteer.vehicles.get("carla-identified").replace(max_steer=0.15)
+    return compare.run(popsteer.Path(track.xy), ["stanley", "pop"], vehicle=car)
 
 
 def _read(pack: Pack, refs: list[list[float]]) -> list[Any]:
