@@ -145,10 +145,7 @@ def _laws() -> Iterator[tuple[str, Any]]:
     for law, (usual, kind) in made.items():
         yield f"{law} usual", _steered(kind, usual)
         for name in vars(usual):
-            value = getattr(usual, name)
-            # Autoware's distance is at its least, unless the ratio is its own.
-            value = 4.0 if name == "velocity_ratio" else value
-            other = type(usual)(**{name: 0.6 * value or 0.2})
+            other = type(usual)(**{name: 0.6 * getattr(usual, name) or 0.2})
             yield f"{law} {name}", _steered(kind, other)
     if find_spec("osqp") is not None:
         from popsteer.lab.baselines.mpc import Mpc
@@ -158,9 +155,12 @@ def _laws() -> Iterator[tuple[str, Any]]:
 
 
 def _steered(kind: Any, params: Any) -> list[float]:
-    """Angles along a bend of a vehicle beside it: fast and close, slow and far, and backwards."""
+    """Angles along a bend of a vehicle beside it: fast and close, slow and far, and backwards.
+
+    The first and the last one are so fast and so far that no distance ahead is at its bound.
+    """
     found = []
-    for speed, aside in ((9.0, 0.2), (1.2, 0.7), (3.0, -0.8), (-4.0, 0.3)):
+    for speed, aside in ((14.0, 0.2), (1.2, 0.7), (3.0, -0.8), (-4.0, 0.3), (2.0, 5.0)):
         path = popsteer.Path(BENDS, reverse=np.full(len(X), speed < 0.0))
         law, turn = kind(path, CAR, params), np.pi if speed < 0.0 else 0.0
         for k in range(12):
