@@ -117,7 +117,8 @@ def test_noisy_local_paths_leave_the_angle_calm(name: str, hz: int, behind: floa
 @pytest.mark.parametrize("hz", [1, 4, 20])
 def test_hand_over_to_paths_elsewhere_ends_in_its_time(name: str, hz: int) -> None:
     # Wheels that answer at once show the law's own angle.
-    car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+    # The poses are those of a car that does not turn: no lateral limit, which is kept as measured.
+    car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, max_lateral_acceleration=None)
     straight = [popsteer.Path([(-20.0, y), (500.0, y)]) for y in (0.0, 0.5, 1.0)]
     controller, fresh = (_make(name, straight[0], car) for _ in range(2))
     for k in range(20):
