@@ -93,7 +93,8 @@ def test_compare_sets_how_a_controller_adapts(
         errors.append(metrics["preview-pop"]["settled_mean_abs_cross_track_error"])
     adapting, constant, nothing = errors
     assert adapting < 0.7 * constant
-    assert constant != nothing
+    # The offset is all that is wrong here, and it alone has a turn time.
+    assert constant == nothing
 
 
 def test_compare_of_a_baseline_takes_no_parameter_of_adapting(

@@ -206,7 +206,7 @@ WANTED = {
     | MANY
     | {"--report", "--suite", "--scenarios", "--conditions"},
     # Nothing is driven.
-    "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "stability": RUNS - {"--no-adapt"} | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),
     "plan": GIVEN
     | TABLE
@@ -236,7 +236,7 @@ WANTED = {
     | WIRE
     | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}
     | {"--max-speed", "--rate", "--stale", "--hold", "--keep-path", "--sim-time"}
-    | {"--ros-args", "--params-file"},
+    | {"--ros-args", "--params-file", "--log-level"},
     "record": WIRE | {"--seconds"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},

@@ -81,7 +81,7 @@ def test_params_of_a_controller_that_is_not_driven_are_refused(
     assert "tuned.toml with pid" in outcome.err
 
 
-def test_tune_takes_the_pedals_of_its_own_waypoints_and_not_of_the_shipped_tracks(
+def test_tune_takes_the_same_pedals_with_and_without_shipped_tracks(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: list[object] = []
@@ -94,7 +94,7 @@ def test_tune_takes_the_pedals_of_its_own_waypoints_and_not_of_the_shipped_track
     for name, head, speed in (("plain", "x,y", ""), ("planned", "x,y,speed", ",5")):
         rows = "".join(f"{x},0{speed}\n" for x in range(60))
         (tmp_path / f"{name}.csv").write_text(f"{head}\n{rows}")
-    for file, kind in (("plain", "CoupledLongitudinalParams"), ("planned", "SpeedTrackerParams")):
+    for file, kind in (("plain", "SpeedTrackerParams"), ("planned", "SpeedTrackerParams")):
         for tracks in ("slalom", "slalom,racetrack"):
             given = ("--waypoints", str(tmp_path / f"{file}.csv"), "--tracks", tracks)
             outcome = command.call(capsys, "tune", "--controller", "pop", *given)

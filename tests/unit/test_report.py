@@ -46,7 +46,7 @@ def library(monkeypatch: pytest.MonkeyPatch) -> str:
 def comparison() -> compare.Comparison:
     track = tracks.get("slalom")
     # Wheels that come to their limit now and then: the status changes.
-    car = popsteer.vehicles.get("carla-identified").replace(max_steer=0.15)
+    car = popsteer.vehicles.get("carla-identified").replace(max_steer=0.16)
     return compare.run(popsteer.Path(track.xy), ["stanley", "pop"], vehicle=car)
 
 

@@ -109,7 +109,6 @@ stability --controllers pop
  --set-vehicle dead_time=0.17
  --plant car.toml
  --set-plant dead_time=0.17
- --no-adapt
  --dt 0.02
 plan way.csv
  --columns y,x
@@ -126,6 +125,7 @@ plan fast.csv
  --smooth 0.2
  --keep-speeds
 identify drive.csv
+ --stops drive.csv
  --vehicle car.toml
  --set-vehicle wheelbase=2.4
  --columns steer=wheel
@@ -318,7 +318,15 @@ def _node(participant: Any, make: Any, options: Any, **_: Any) -> None:
 
 
 # What is written, measured or read from files of an earlier run has its tests in tests/cli.
-LEFT_OUT = {"--out", "--report", "--record", "--step-time", "--replay-run", "--suite"}
+LEFT_OUT = {
+    "--log-level",
+    "--out",
+    "--report",
+    "--record",
+    "--step-time",
+    "--replay-run",
+    "--suite",
+}
 
 
 def _files(folder: Path) -> None:

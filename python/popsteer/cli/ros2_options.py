@@ -84,7 +84,7 @@ LogLevel: TypeAlias = Annotated[
     str | None,
     optional(
         "LEVEL",
-        "debug, info, warn, error or fatal: from warn on the node does not print what it does.",
+        "How much is printed: debug, info, warn, error or fatal; from warn on not what it does.",
         "--log-level",
     ),
 ]

@@ -52,30 +52,33 @@ def matrix_caption(found: Matrix) -> str:
 
 
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
-    """Set out a row for each combination, in one table of `width` or else one a plant."""
+    """Set out a row for each combination, in one table of `width` or else one a plant and track."""
     shown = list(rows(found))
     if width >= WIDE:
         return [_table(shown)]
-    plants = dict.fromkeys(row.plant for row in shown)
-    return [_table([row for row in shown if row.plant == plant], plant) for plant in plants]
+    courses = dict.fromkeys((row.plant, row.track) for row in shown)
+    return [
+        _table([row for row in shown if (row.plant, row.track) == course], course)
+        for course in courses
+    ]
 
 
-def _table(shown: Sequence[Row], plant: str | None = None) -> Table:
-    """Set out some rows: with a column for the plant, or with the plant as the title."""
-    table = blank_table(2 if plant is None else 1)
-    if plant is None:
+def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table:
+    """Set out some rows: with columns for plant and track, or with both as the title."""
+    table = blank_table(2 if course is None else 0)
+    if course is None:
         add_names(table, "plant", (row.plant for row in shown))
+        add_names(table, "track", (row.track for row in shown))
     else:
-        table.title, table.title_justify, table.title_style = f"plant {plant}", "left", "bold"
-    add_names(table, "track", (row.track for row in shown))
+        table.title, table.title_justify, table.title_style = " | ".join(course), "left", "bold"
     add_names(table, "controller", (title_of(row.law) for row in shown))
     add_names(table, "tuning", (row.tuning for row in shown))
     add_names(table, "errors\nat", (row.point for row in shown))
     heads = (
         "mean\n[m]",
         "after\n[m]",
-        "max after\n[m]",
-        "rear axle\n[m]",
+        "max\nafter\n[m]",
+        "rear\naxle\n[m]",
         "step\n[µs]",
         "fin-\nished",
     )
@@ -83,8 +86,7 @@ def _table(shown: Sequence[Row], plant: str | None = None) -> Table:
     for row in shown:
         figures = row.metrics
         table.add_row(
-            *((row.plant,) if plant is None else ()),
-            row.track,
+            *((row.plant, row.track) if course is None else ()),
             title_of(row.law),
             row.tuning,
             row.point,
