@@ -159,7 +159,6 @@ def test_c_speeds_are_those_of_python_bit_for_bit(prefix: Path, tmp_path: Path) 
     said = run(program, file, script).splitlines()
     assert stood
     assert cannot
-    assert tracker.state.standing
     assert [bits(line) for line in said] == [bits(line) for line in answers]
 
 
@@ -200,7 +199,9 @@ def test_c_driver_is_that_of_python_bit_for_bit(prefix: Path, tmp_path: Path) ->
     script = tmp_path / "script"
     script.write_text("\n".join(lines) + "\n", encoding="utf-8")
     said = run(program, script).splitlines()
-    assert [bits(line) for line in said] == [bits(line) for line in answers]
+    apart = [[line.rsplit(maxsplit=2) for line in each] for each in (said, answers)]
+    for (numbers, *names), (wanted, *wanted_names) in zip(*apart, strict=True):
+        assert (bits(numbers), names) == (bits(wanted), wanted_names)
     assert faults == {None, "input"}
 
 

@@ -70,7 +70,8 @@ def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table
         add_names(table, "plant", (row.plant for row in shown))
         add_names(table, "track", (row.track for row in shown))
     else:
-        table.title, table.title_justify, table.title_style = " | ".join(course), "left", "bold"
+        table.title = "plant {} | track {}".format(*course)
+        table.title_justify, table.title_style = "left", "bold"
     add_names(table, "controller", (title_of(row.law) for row in shown))
     add_names(table, "tuning", (row.tuning for row in shown))
     add_names(table, "errors\nat", (row.point for row in shown))
