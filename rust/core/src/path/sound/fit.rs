@@ -19,11 +19,14 @@ const MOST_MOVED: f64 = 0.05;
 /// Fewer waypoints within a wheelbase of the end are corners.
 const LEAST: usize = 4;
 
-/// Smooths the end of these waypoints over `reach` [m], if it turns there as no vehicle does whose
-/// largest curvature is `tightest` [1/m]. Returns whether.
-pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
-    let count = points.len();
-    let at = |place: usize| points.get(place).copied().unwrap_or_default();
+/// Where the last `reach` [m] of `count` waypoints begin and how long they are, if they turn as no
+/// vehicle does whose largest curvature is `tightest` [1/m]. Allocates nothing.
+pub(super) fn sharp_end(
+    count: usize,
+    at: impl Fn(usize) -> Point,
+    reach: f64,
+    tightest: f64,
+) -> Option<(usize, f64)> {
     let step = |place: usize| at(place + 1) - at(place);
     let length = |place: usize| get_distance(at(place), at(place + 1));
     // From the last waypoint at least `reach` before the end on.
@@ -33,15 +36,24 @@ pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
         passed += length(first);
     }
     if passed < reach || count - first <= LEAST {
-        return false;
+        return None;
     }
     let sharp = (first + 1..count - 1).any(|place| {
         let driven = 0.5 * tightest * (length(place - 1) + length(place));
         turn(step(place - 1), step(place)) > TIMES * driven + SHARP
     });
-    if !sharp {
+    sharp.then_some((first, passed))
+}
+
+/// Smooths the end of these waypoints over `reach` [m], if it turns there as no vehicle does whose
+/// largest curvature is `tightest` [1/m]. Returns whether.
+pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
+    let count = points.len();
+    let at = |place: usize| points.get(place).copied().unwrap_or_default();
+    let length = |place: usize| get_distance(at(place), at(place + 1));
+    let Some((first, passed)) = sharp_end(count, at, reach, tightest) else {
         return false;
-    }
+    };
     let mut travelled = 0.0;
     let shares: Vec<f64> = (first..count)
         .map(|place| {

@@ -19,7 +19,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use self::chain::{CORNERS, Chain, EVEN};
-use self::fit::fit_end;
+use self::fit::{fit_end, sharp_end};
 pub use self::mends::{Fault, Mend};
 use super::measure::COINCIDING;
 use crate::error::PathError;
@@ -89,6 +89,17 @@ pub(super) fn fit_ends(
     tightest: f64,
 ) -> Option<(Vec<Point>, usize)> {
     if x.len() < CORNERS {
+        return None;
+    }
+    let point = |at: usize| match (x.get(at), y.get(at)) {
+        (Some(&x), Some(&y)) => Point::new(x, y),
+        _ => Point::default(),
+    };
+    let backwards = |at: usize| point(x.len() - 1 - at.min(x.len() - 1));
+    // Most paths are smooth, and a fresh path in the loop is to cost no allocation.
+    let any = sharp_end(x.len(), point, reach, tightest).is_some()
+        || sharp_end(x.len(), backwards, reach, tightest).is_some();
+    if !any {
         return None;
     }
     let mut points: Vec<Point> = x.iter().zip(y).map(|(&x, &y)| Point::new(x, y)).collect();
