@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 from pathlib import Path
 
@@ -32,9 +33,12 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert f"popsteer compare --replay-run {out}:" in outcome.out
     again = command.call(capsys, "sweep", *SHORT, "--out", str(out))
     assert again.out == outcome.out
-    replay = command.call(capsys, "compare", "--replay-run", f"{out}:17")
+    drawn = tmp_path / "run"
+    replay = command.call(capsys, "compare", "--replay-run", f"{out}:17", "--out", str(drawn))
     assert (replay.status, replay.err) == (0, "")
     assert f"Run 17 of {out} is to the last bit what its row says" in replay.out
+    (driven,) = json.loads((drawn / "metrics.json").read_text())["controllers"].values()
+    assert (driven["tuning"], driven["errors_at"]) == ("run 17 of sweep.csv", "front")
 
 
 @pytest.mark.usefixtures("_blank_figures")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _AT_REST = 0.02
 """At rest: slower than this, in wheelbases a second."""
-_ESTIMATION_GAP = 0.25
+_ESTIMATION_GAP = 1.0
 """After a longer period the acceleration before it says nothing of now [s]."""
 
 

@@ -84,6 +84,8 @@ class Run:
     """What the plant was."""
     ending: str = ""
     """How it ended; `Simulation.ending` lists the ways."""
+    tracked_point: float | None = None
+    """Where errors are measured, ahead of the pose's point [m]; None for the front axle."""
     traceback: str = ""
     """What code of your own raised, where that ended the run and `keep_going` was asked for."""
 
@@ -319,6 +321,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         vehicle=believed(controller),
         plant_vehicle=vehicle,
         ending=ending or simulation.ending or "stopped",
+        tracked_point=tracked,
         traceback=trace,
     )
 

@@ -69,16 +69,20 @@ popsteer_core::Vehicle! { by_name {} }
 
 /// The vehicle that a table says; what it leaves out has its default.
 fn vehicle(table: &Table) -> Result<CVehicle, String> {
+    let fields: &[Field] = &Vehicle::fields();
     let mut car = CVehicle::from(Vehicle::DEFAULT);
     for (key, value) in table {
-        let declared = Vehicle::fields()
-            .into_iter()
-            .find(|field| field.name == key);
+        let declared = fields.iter().find(|field| field.name == key);
         let (Some(field), Some(declared)) = (field(&mut car, key), declared) else {
-            let known = Vehicle::fields().map(|field| field.name).join(", ");
+            let mut known = String::new();
+            // Not `join`: of so many names, whose number is known, it takes minutes to compile.
+            for field in fields {
+                known += if known.is_empty() { "" } else { ", " };
+                known += field.name;
+            }
             return Err(format!("unknown key '{key}'; known: {known}"));
         };
-        field.set(&declared, value)?;
+        field.set(declared, value)?;
     }
     let checked = Vehicle::from(car).checked();
     checked.map_err(|error| error.to_string())?;

@@ -53,8 +53,6 @@ class Comparison:
     """What the path is called; ``dataclasses.replace`` gives it a name."""
     begins: str = ""
     """Where the runs start and how fast they drive, in one line."""
-    points: Mapping[str, str] = field(default_factory=dict)
-    """The point at which the errors of each controller are measured, by its name."""
     step_times: Mapping[str, float] = field(default_factory=dict)
     """What a step of each controller takes [s], where that was measured: see `time_steps`."""
     latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
@@ -64,6 +62,11 @@ class Comparison:
     def first(self) -> Run:
         """Any of the runs, for what they have in common: the first."""
         return next(iter(self.runs.values()))
+
+    @property
+    def points(self) -> dict[str, str]:
+        """The point at which the errors of each controller are measured, by its name."""
+        return {name: _point(run.tracked_point, self.believed) for name, run in self.runs.items()}
 
     @property
     def vehicle(self) -> Vehicle:
@@ -235,7 +238,6 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         tuning=tunings(runs, preset),
         plant=plant_name(plant),
         begins=begins,
-        points={name: _point(driver, believed) for name, driver in drivers.items()},
     )
 
 
@@ -246,9 +248,9 @@ def tunings(names: Iterable[str], preset: str | Mapping[str, str]) -> Mapping[st
     return {name: preset if name in controllers.names() else "default" for name in names}
 
 
-def _point(driver: object, vehicle: Vehicle) -> str:
-    """Name the point at which a controller's errors are measured, by default the front axle."""
-    at = getattr(driver, "tracked_point", vehicle.front_axle)
+def _point(at: float | None, vehicle: Vehicle) -> str:
+    """Name a point `at` [m] ahead of the pose's, None for the front axle."""
+    at = vehicle.front_axle if at is None else at
     no_slip = vehicle.rear_axle if vehicle.no_slip_point is None else vehicle.no_slip_point
     known = ((vehicle.front_axle, "front"), (vehicle.rear_axle, "rear"), (no_slip, "no-slip"))
     return next((name for ahead, name in known if at == ahead), f"{at:.3g} m ahead")

@@ -35,7 +35,7 @@ def notes(comparison: Comparison) -> list[str]:
         "Errors are measured at the point that each controller tracks, as the paper did, and at the"
         " rear axle, one point for all."
     )
-    said = [comparison.begins, where]
+    said = [each for each in (comparison.begins, where) if each]
     said += [
         f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
         for name, run in comparison.runs.items()
@@ -76,11 +76,11 @@ def _table(comparison: Comparison, columns: list[_Column], *, told: bool) -> Tab
     table = blank_table(1)
     add_names(table, "controller", map(title_of, comparison.runs))
     for head, names in said:
-        add_names(table, head, (names.get(name, "–") for name in comparison.runs))
+        add_names(table, head, (names[name] for name in comparison.runs))
     add_numbers(table, *(column.head for column in columns))
     best = [_best(comparison, column) for column in columns]
     for name, run in comparison.runs.items():
-        cells = [Text(title_of(name)), *(Text(names.get(name, "–")) for _, names in said)]
+        cells = [Text(title_of(name)), *(Text(names[name]) for _, names in said)]
         for column, least in zip(columns, best, strict=True):
             value = column.value(run)
             style = "bold" if value is not None and value == least else ""

@@ -415,7 +415,8 @@ impl<L: LateralLaw> Tracker<L> {
         } else if self.bare {
             return None;
         } else {
-            at.mirror(car.at_wheels(steer + car.steer_offset + estimate.steer_offset))
+            let offset = car.steer_offset + estimate.steer_offset;
+            at.mirror(car.at_wheels(steer + offset))
         };
         Some(Decision {
             steer,
