@@ -83,6 +83,14 @@ def test_sweep_takes_the_vehicle_the_tuning_and_the_distributions_of_files(
         (("--deviation", "0"), "deviation must be in (0, 1000]"),
         (("--dask", "local:0"), "--dask must be local:N"),
         (("--workers", "0"), "--workers must be a count in"),
+        (
+            ("--start-offset", "5"),
+            "start_offset must be left out where start_offset is drawn (--va",
+        ),
+        (
+            ("--vary", "start_speed=uniform(2,4)", "--speed", "3"),
+            "speed must be left out where start_speed is drawn (--vary start_speed=none), got 3.0",
+        ),
         (("--controller", "lqr"), "unknown controller 'lqr'"),
     ],
 )

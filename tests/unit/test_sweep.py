@@ -31,6 +31,7 @@ from popsteer.lab.sweep.summary import (
     tables,
     worst,
 )
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -105,6 +106,36 @@ def test_no_evidence_is_no_success() -> None:
         assert "0 of 8 runs succeeded, 0 % (95 % confidence: 0 to 32 %)" in caption(job, found)
         # Percentiles say over how many runs they are.
         assert next(iter(tables(job, found)[0].columns[1].cells)) == "0"
+
+
+@looped(
+    ("vary", "given", "words"),
+    [
+        (
+            {"start_offset": "uniform(-1,1)"},
+            {},
+            "left of the path by start_offset uniform(-1.0,1.0) m",
+        ),
+        ({"start_offset": 0.5}, {}, "0.50 m left of the path"),
+        ({}, {"start_offset": -0.3}, "0.30 m right of the path"),
+        (
+            {"start_yaw": "normal(0,0.1)"},
+            {},
+            "waypoint, turned by start_yaw normal(0.0,0.1) rad, at 0",
+        ),
+        ({"start_speed": "uniform(2,4)"}, {}, ", at start_speed uniform(2.0,4.0) m/s; "),
+        ({"start_speed": 3}, {}, ", at 3 m/s; "),
+        ({}, {"speed": 2.5}, ", at 2.5 m/s; "),
+    ],
+)
+def test_start_is_told_as_it_is_driven(
+    vary: dict[str, Any], given: dict[str, Any], words: str
+) -> None:
+    drawn = {name: distribution(name, text) for name, text in vary.items()}
+    job = _job(2, vary=drawn, **given)
+    (said,) = [each for each in notes(job, sweep.run(job)) if each.startswith("Starts ")]
+    assert words in said
+    assert ("2.44 m" in said) == ("start_offset" not in {**vary, **given})
 
 
 def test_job_is_read_back_as_it_was_written() -> None:

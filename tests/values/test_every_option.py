@@ -170,7 +170,7 @@ sweep --controller pop --waypoints way.csv
  --runs 7
  --seed 3
  --deviation 0.3
- --start-offset -0.4
+ --vary start_offset=none --start-offset -0.4
  --speed 2
  --constant-speed 3.5
  --set-longitudinal kp=0.7

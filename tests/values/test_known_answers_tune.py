@@ -121,6 +121,16 @@ def test_losses_are_told_from_two_percent_and_a_millimetre_on() -> None:
     ]
 
 
+def test_starts_of_the_cars_that_differ_are_told_as_they_are_drawn() -> None:
+    drawn = {"start_offset": distribution("start_offset", "uniform(-1,1)")}
+    itself, others = problem(vary=drawn).beginnings()
+    assert itself.startswith("Starts with the front axle 2.44 m right of the path, ")
+    begun = "The cars that differ: starts with the front axle left of the path by start_offset "
+    assert others.startswith(f"{begun}uniform(-1.0,1.0) m, ")
+    for same in (problem(vary=drawn, cars=0), problem()):
+        assert list(same.beginnings()) == [itself]
+
+
 def test_end_of_the_search_is_told_at_either_end() -> None:
     for values, said in (
         ({"min_lookahead": 2.1, "lookahead_gain": 0.5}, "min_lookahead"),

@@ -18,15 +18,17 @@ from popsteer._core import (
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
+from popsteer.lab.common.varied import START, varied
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
+    from popsteer.lab.common.distributions import Distribution
     from popsteer.lab.common.varied import Varied
     from popsteer.sim import OwnSimpleController, Run
 
@@ -124,12 +126,21 @@ class Experiment:
         check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))
         return road
 
-    def begins(self, road: Road, plant: Any, offset: float | None = None) -> str:  # noqa: ANN401 - any kind
+    def begins(
+        self,
+        road: Road,
+        plant: Any,  # noqa: ANN401 - any kind
+        vary: Mapping[str, Distribution],
+        offset: float | None = None,
+    ) -> str:
         """Say in one line where the runs of a plant start, and how fast they then drive."""
         path, pedals = road
-        car = sim.vehicle_of(plant)
-        start = sim.default_start(path, offset, car)
-        return beginning(start, path, plant, self.speed, self.constant_speed, pedals)
+        begun = {name: each for name, each in vary.items() if name in START}
+        middle = {name: each.quantile(0.5) for name, each in begun.items()}
+        first = varied(plant, path, middle, offset)
+        speed = self.speed if first.speed is None else first.speed
+        drawn = {name: each for name, each in begun.items() if not each.is_constant}
+        return beginning(first.start, path, plant, speed, self.constant_speed, pedals, drawn)
 
     def drive_one(
         self,

@@ -21,7 +21,7 @@ from popsteer.sim.geometry import object_of, vehicle_of
 from popsteer.sim.pedals import PedalMap
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from popsteer.sim.geometry import Plant, Pose
     from popsteer.sim.pedals import Longitudinal
@@ -76,8 +76,13 @@ def beginning(
     speed: float | None,
     constant_speed: float | None,
     longitudinal: Longitudinal | None,
+    drawn: Mapping[str, object] | None = None,
 ) -> str:
-    """Say in one line where a run of `plant` starts, the pose, and how it then drives."""
+    """Say in one line where a run of `plant` starts, the pose, and how it then drives.
+
+    `drawn` are the distributions of what of the start differs from run to run, by name.
+    """
+    said = {name: f"{name} {each}" for name, each in (drawn or {}).items()}
     whole, car = object_of(plant), vehicle_of(plant)
     axle, ahead = "front", car.front_axle
     if path.reverse is not None and path.reverse[0]:
@@ -86,10 +91,15 @@ def beginning(
     at = path.project(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw))
     aside = at.cross_track_error
     left = "left" if aside > 0.0 else "right"
-    side = f"{abs(aside):.2f} m {left} of" if abs(aside) > 5e-3 else "on"
+    side = f"{abs(aside):.2f} m {left} of the path" if abs(aside) > 5e-3 else "on the path"
+    if "start_offset" in said:
+        side = f"left of the path by {said['start_offset']} m"
     arc = at.arc_length
     place = f"{arc:.1f} m along it" if arc > 0.05 else "beside its first waypoint"
+    if "start_yaw" in said:
+        place += f", turned by {said['start_yaw']} rad"
     begun = start_speed(path, constant_speed, whole) if speed is None else speed
+    pace = said.get("start_speed", f"{begun:g}")
     least = " (this plant cannot start from rest)" if getattr(whole, "least_speed", 0.0) else ""
     if constant_speed is not None:
         then = f"{constant_speed:g} m/s are kept"
@@ -102,4 +112,4 @@ def beginning(
         given = CoupledLongitudinalParams() if longitudinal is None else longitudinal.params
         then = f"the paper's pedals (coupled) drive towards {given.speed_limit:.4g} m/s"
         then += "" if path.speed is None else ", not the speeds of the waypoints"
-    return f"Starts with the {axle} axle {side} the path, {place}, at {begun:g} m/s{least}; {then}."
+    return f"Starts with the {axle} axle {side}, {place}, at {pace} m/s{least}; {then}."

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _STEERING = ("dead_time", "steer_offset")  # what the closed loop adds to plants from elsewhere
 _NOISE = {"noise_position": "position", "noise_yaw": "yaw", "noise_speed": "speed"}
-_START = ("start_offset", "start_yaw", "start_speed")
+START = ("start_offset", "start_yaw", "start_speed")
+"""What can vary of the start."""
 
 
 class Varied(NamedTuple):
@@ -45,7 +46,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
         params: Any = getattr(plant, "params", None)
         fixed = ()
         of_plant = [*_STEERING, *(params.as_dict() if params is not None else ())]
-    return (*(name for name in of_plant if name not in fixed), *_NOISE, *_START)
+    return (*(name for name in of_plant if name not in fixed), *_NOISE, *START)
 
 
 def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
@@ -99,7 +100,7 @@ def varied(
     known = varying(plant)
     for name in values:
         check_known("quantity that varies", name, known)
-    moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *_START)})
+    moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *START)})
     x, y, yaw = default_start(path, values.get("start_offset", offset), moved.vehicle)
     seen = {field: values[name] for name, field in _NOISE.items() if name in values}
     return Varied(

@@ -67,7 +67,7 @@ class Job(Experiment):
     deviation : float, default 0.5
         A run succeeds where its cross-track error after settling stays within this [m].
     start_offset, speed, constant_speed : float, optional
-        Start and speed, as `popsteer.sim.run` has them.
+        Start and speed, as `popsteer.sim.run` has them; left out where the draws have them.
     longitudinal : parameters, optional
         Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
         by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant
@@ -114,6 +114,11 @@ class Job(Experiment):
         check_count("runs", self.runs, 1, _MAX_RUNS)
         check_in_range("deviation", self.deviation, 0.0, 1e3, above=True)
         sim.closed_loop.check_seed(self.seed)
+        for field, name in (("start_offset", "start_offset"), ("speed", "start_speed")):
+            given = getattr(self, field)
+            if given is not None and name in self.vary:
+                said = f"left out where {name} is drawn (--vary {name}=none)"
+                raise ConfigError(field, given, said)
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
         _ = self.road  # refuses pedals that do not fit

@@ -228,7 +228,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
             f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}"
             f" (by chance: up to {chance(rows):.2f})."
         )
-    said.append(job.begins(job.road, job.whole, job.start_offset))
+    said.append(job.begins(job.road, job.whole, job.vary, job.start_offset))
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     return said

@@ -21,7 +21,7 @@ from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.ranges import check_count, check_known
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from popsteer.controllers import Params
     from popsteer.lab.common.longitudinal import LongitudinalParams
@@ -156,6 +156,15 @@ class Problem(Experiment):
                 made = varied(self.plant, path, values)
                 found.append((name, road, made, run_seed(self.seed, car)))
         return found
+
+    def beginnings(self) -> Iterator[str]:
+        """Say where the runs on each track start: the vehicle itself, and cars that differ."""
+        for _, road, made, _ in self.scenarios[:: self.cars + 1]:
+            itself = self.begins(road, made.plant, {})
+            others = self.begins(road, made.plant, self.vary if self.cars else {})
+            yield itself
+            if others != itself:
+                yield f"The cars that differ: s{others[1:]}"
 
     def changed(self, values: Mapping[str, float]) -> Params:
         """Give the tuning with other values of what is searched; whole numbers stay whole."""

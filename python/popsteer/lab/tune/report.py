@@ -120,8 +120,7 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
             f" most {tuned.effort_limit:g} times the steering rate."
         ),
     ]
-    scenarios = tuned.problem.scenarios
-    said += dict.fromkeys(tuned.problem.begins(road, made.plant) for _, road, made, _ in scenarios)
+    said += dict.fromkeys(tuned.problem.beginnings())
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():
             value = tuned.chosen.values[name]
