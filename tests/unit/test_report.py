@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -205,6 +206,29 @@ def test_papers_columns_are_of_the_papers_track_alone(comparison: compare.Compar
     assert any("mean" in head for head in heads)
     assert not any("paper" in head or "ratio" in head for head in heads)
     assert not any("paper's figures" in note for note in compare.table.notes(comparison))
+
+
+def test_fault_tells_the_greatest_error_while_it_held_not_that_of_the_start() -> None:
+    track = tracks.get("slalom")
+    path = popsteer.Path(track.xy)
+    far = sim.default_start(path, 6.0)
+    slow = {"stanley": popsteer.StanleyParams(cross_track_gain=0.1)}
+    for records in (True, False):
+        settings = sim.Settings(keep_records=records)
+        found = compare.run(path, slow, constant_speed=15.0, start=far, settings=settings)
+        told = compare.table.notes(found)[-1]
+        assert told.startswith("Fault of Stanley: deviating")
+        if not records:
+            assert told == "Fault of Stanley: deviating."
+            continue
+        run = found.first.records
+        error, time, x, y = map(float, re.findall(r"-?\d+\.\d+", told))
+        held = [Status.DEVIATING in Status(int(bits)) for bits in run["status"]]
+        errors = np.where(held, np.abs(run["cross_track_error"]), 0.0)
+        place = [run[name][np.argmax(errors)] for name in ("time", "x", "y")]
+        assert error == round(float(errors.max()), 2)
+        assert (time, x, y) == pytest.approx(place, abs=0.051)
+        assert found.first.metrics.max_abs_cross_track_error > 2.0 * error
 
 
 def test_runs_without_records_make_no_report() -> None:

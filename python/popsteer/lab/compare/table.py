@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from popsteer.lab.common.layout import WIDE, add_names, add_numbers, blank_table
 from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -42,8 +44,7 @@ def notes(comparison: Comparison) -> list[str]:
         if not run.metrics.finished
     ]
     said += [
-        f"Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}; up to"
-        f" {run.metrics.max_abs_cross_track_error:.2f} m off its path."
+        f"Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}{_while_faulty(run)}."
         for name, run in comparison.runs.items()
         if run.metrics.faults
     ]
@@ -53,6 +54,17 @@ def notes(comparison: Comparison) -> list[str]:
             " integral, PID tracks as closely as POP."
         )
     return said
+
+
+def _while_faulty(run: Run) -> str:
+    """Say how far off the path it was while its faults held, with time and place."""
+    held = np.flatnonzero(run.records["status"] & np.uint32(run.metrics.faults))
+    if not len(held):  # the records were not kept
+        return ""
+    errors = np.abs(run.records["cross_track_error"][held])
+    time, x, y = (run.records[name][held[np.argmax(errors)]] for name in ("time", "x", "y"))
+    place = f"{time:.1f} s and ({x:.1f}, {y:.1f})"
+    return f"; up to {errors.max():.2f} m off its path while that held, at {place}"
 
 
 def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
