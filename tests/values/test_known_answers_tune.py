@@ -106,19 +106,36 @@ def test_table_has_means_worsts_and_efforts_before_and_after() -> None:
     assert seen == ["yes", "yes", "cars no", "cars no"]
 
 
-def test_losses_are_told_from_two_percent_and_a_millimetre_on() -> None:
-    base = problem()
+def test_losses_of_mean_worst_and_steering_are_told_each_from_its_own_share_on() -> None:
+    base = problem(cars=2)
 
-    def told(error: float, effort: float) -> list[str]:
-        old = score({"straight": (0.1,)}, {"straight": (0.2,)})
-        new = score({"straight": (error,)}, {"straight": (effort,)})
+    def told(mean: float, worst: float, effort: float) -> list[str]:
+        old = score({"straight": (0.1, 0.1, 0.4)}, {"straight": (0.2,)})
+        rest = 0.5 * (3.0 * mean - worst)
+        new = score({"straight": (rest, rest, worst)}, {"straight": (effort,)})
         return report.losses([Judged(base, old, new, True)])
 
-    assert told(0.1019, 0.219) == ["Worse than before on none of these tracks."]
-    assert told(0.1021, 0.2) == ["Less precise than before on: straight 0.1000 → 0.1021 m."]
-    assert told(0.09, 0.221) == [
-        "Steers more than 1.1 times as before on: straight 0.200 → 0.221 rad/s."
+    none = (
+        "On none of these tracks is mean error more than 2 %, worst error more than 5 % or steering"
+        " more than 10 % above before."
+    )
+    assert told(0.2039, 0.419, 0.219) == [none]
+    assert told(0.2041, 0.4, 0.2) == [
+        "Mean error more than 2 % above before: straight 0.2000 → 0.2041 m."
     ]
+    assert told(0.19, 0.421, 0.2) == [
+        "Worst error more than 5 % above before: straight 0.4000 → 0.4210 m."
+    ]
+    assert told(0.19, 0.4, 0.221) == [
+        "Steering more than 10 % above before: straight 0.200 → 0.221 rad/s."
+    ]
+    assert len(told(0.3, 0.6, 0.3)) == 3
+    # Less than a millimetre is no loss, however little there was.
+    small = [
+        score({"straight": (error,)}, {"straight": (0.2,)}) for error in (1e-3, 1.9e-3, 2.1e-3)
+    ]
+    assert report.losses([Judged(base, *small[:2], True)]) == [none]
+    assert len(report.losses([Judged(base, *small[::2], True)])) == 2
 
 
 def test_starts_of_the_cars_that_differ_are_told_as_they_are_drawn() -> None:
@@ -291,7 +308,7 @@ def test_loss_of_effort_is_told_beyond_a_tenth() -> None:
         before = score({"straight": (0.5,)}, {"straight": (0.2,)})
         after = score({"straight": (0.5,)}, {"straight": (factor * 0.2,)})
         (said,) = report.losses([Judged(problem(), before, after, True)])
-        assert ("Steers more" in said) == told, factor
+        assert said.startswith("Steering more") == told, factor
 
 
 def test_run_whose_error_or_effort_alone_is_no_number_is_refused(

@@ -11,7 +11,7 @@ from popsteer._core import Path, SpeedPidParams
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
     from rich.table import Table
 
@@ -86,24 +86,43 @@ def tables(judged: list[Judged]) -> list[Table]:
     return [table]
 
 
+class _Loss(NamedTuple):
+    """What is told to be worse than before where it has grown by more than a share of itself."""
+
+    what: str
+    figures: Callable[[Score], Mapping[str, tuple[float, ...]]]
+    of: Callable[[Iterable[float]], float]
+    share: float
+    unit: str
+    form: str
+    least: float = 0.0
+
+
+_LOSSES = (
+    _Loss("mean error", lambda score: score.errors, fmean, 0.02, "m", ".4f", 1e-3),
+    _Loss("worst error", lambda score: score.errors, max, 0.05, "m", ".4f", 1e-3),
+    _Loss("steering", lambda score: score.efforts, fmean, 0.1, "rad/s", ".3f"),
+)
+
+
 def losses(judged: list[Judged]) -> list[str]:
     """Say where the tuning that was chosen is worse than the one that it began with."""
-    error, effort = [], []
-    for part in judged:
-        for name in part.problem.paths:
-            where = f"{name}{'' if part.seen else ' (not seen)'}"
-            before, after = fmean(part.usual.errors[name]), fmean(part.tuned.errors[name])
-            if after > 1.02 * before and after - before > 1e-3:
-                error.append(f"{where} {before:.4f} → {after:.4f} m")
-            before, after = fmean(part.usual.efforts[name]), fmean(part.tuned.efforts[name])
-            if after > 1.1 * before:
-                effort.append(f"{where} {before:.3f} → {after:.3f} rad/s")
-    said = []
-    if error:
-        said.append(f"Less precise than before on: {', '.join(error)}.")
-    if effort:
-        said.append(f"Steers more than 1.1 times as before on: {', '.join(effort)}.")
-    return said or ["Worse than before on none of these tracks."]
+    said, limits = [], []
+    for loss in _LOSSES:
+        limits.append(f"{loss.what} more than {100.0 * loss.share:g} %")
+        found = []
+        for part in judged:
+            for name in part.problem.paths:
+                both = (loss.figures(part.usual)[name], loss.figures(part.tuned)[name])
+                before, after = map(loss.of, both)
+                if after > (1.0 + loss.share) * before and after - before > loss.least:
+                    where = f"{name}{'' if part.seen else ' (not seen)'}"
+                    found.append(f"{where} {before:{loss.form}} → {after:{loss.form}} {loss.unit}")
+        if found:
+            said.append(f"{limits[-1].capitalize()} above before: {', '.join(found)}.")
+    return said or [
+        f"On none of these tracks is {', '.join(limits[:-1])} or {limits[-1]} above before."
+    ]
 
 
 def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
