@@ -53,6 +53,22 @@ def _short(text: str) -> str:
     return text if len(text) <= len(cut) else cut
 
 
+def unknown(what: str, name: object, known: Iterable[str]) -> str:
+    """Word that a name is not among the known ones, and which of them is nearest.
+
+    Examples
+    --------
+    >>> unknown("column", "sped", ["yaw", "speed"])
+    "unknown column 'sped', did you mean speed? Known: yaw, speed"
+    """
+    import difflib
+
+    known = list(known)
+    near = difflib.get_close_matches(str(name)[:_LONGEST], known, 1)
+    said = f", did you mean {near[0]}? Known" if near else "; known"
+    return f"unknown {what} {_short(repr(name))}{said}: {', '.join(known)}"
+
+
 class PopsteerError(Exception):
     """Base of all errors that popsteer raises on purpose.
 
@@ -133,10 +149,12 @@ class ConfigError(_FieldError):
         --------
         >>> print(ConfigError.unknown("controller", "foo", ["pid", "stanley"]))
         unknown controller 'foo'; known: pid, stanley
+        >>> print(ConfigError.unknown("controller", "stanly", ["pid", "stanley"]))
+        unknown controller 'stanly', did you mean stanley? Known: pid, stanley
         """
-        listed = ", ".join(known)
-        error = cls(what, name, f"one of {listed}")
-        error.args = (f"unknown {what} {_short(repr(name))}; known: {listed}",)
+        known = list(known)
+        error = cls(what, name, f"one of {', '.join(known)}")
+        error.args = (unknown(what, name, known),)
         return error
 
 

@@ -97,6 +97,36 @@ def test_compare_sets_how_a_controller_adapts(
     assert constant == nothing
 
 
+def test_what_a_controller_takes_for_a_fault_is_set_by_name_in_each_command(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    strict = ("--set", "deviation_limit=0.001")
+    on = ("--controllers", "pop", "--track", "slalom")
+    assert "Fault" not in command.call(capsys, "compare", *on).out
+    assert "Fault of POP: deviating" in command.call(capsys, "compare", *on, *strict).out
+    suite: tuple[str, ...] = ("matrix", "--suite", "standard-2", *POP, "--plants", "suite-car")
+    suite += ("--scenarios", "slalom", "--conditions", "as told")
+    for options, failed in (((), 1), (strict, 0)):
+        said = command.call(capsys, *suite, *options).out
+        assert f"runs that succeed {failed} of 1" in " ".join(said.split())
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("compare", *POP, "--no-adapt", "--set", "turn_time=1"), "pop with --no-adapt"),
+        (("stability", *POP, "--set", "turn_time=1"), "pop"),
+        (("stability", *POP, "--set", "deviation_limit=1"), "pop"),
+    ],
+)
+def test_parameter_that_would_do_nothing_is_refused(
+    capsys: pytest.CaptureFixture[str], options: tuple[str, ...], named: str
+) -> None:
+    outcome = command.call(capsys, *options)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert f"unknown parameter of {named} '" in outcome.err
+
+
 def test_compare_of_a_baseline_takes_no_parameter_of_adapting(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

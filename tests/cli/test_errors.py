@@ -31,6 +31,14 @@ WRONG = {
     "no-law": (("compare", "--controllers", " , "), "--controllers must be names, separated"),
     "plant": (("compare", "--plant", "tank"), "unknown plant 'tank'; known: carla-identified, "),
     "track": (("compare", "--track", "monza"), "unknown track 'monza'; known: racetrack, "),
+    "typo": (
+        ("compare", "--plant", "carla-identifed"),
+        "', did you mean carla-identified? Known: ",
+    ),
+    "typo-of-column": (
+        ("replay", "drive.csv", "--unit", "sped=km/h"),
+        "unknown column 'sped', did you mean speed? Known: t, ",
+    ),
     "preset": (("compare", "--preset", "mine"), "unknown preset 'mine'; known: default, paper, "),
     "start-text": (("compare", "--start", "here"), "--start must be three numbers X,Y,YAW"),
     "start-two": (("compare", "--start=1,2"), "--start must be three numbers X,Y,YAW"),
@@ -346,3 +354,21 @@ def test_extras_are_those_of_the_package_and_a_requirement_reads_the_same_everyw
                 name = re.split(r"[^\w.-]", requirement)[0]
                 asked.setdefault(name, set()).add(requirement.partition(";")[0])
     assert {name: ways for name, ways in asked.items() if len(ways) > 1} == {}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--set-vehicle", "wheelbase=270"), "wheelbase = 270 m is beyond what vehicles have"),
+        (("--set-plant", "max_steer_rate=35"), "max_steer_rate = 35 rad/s is beyond"),
+        (("--set-vehicle", "wheelbase=0.33"), None),
+    ],
+)
+def test_number_in_an_implausible_unit_draws_one_warning(
+    capsys: pytest.CaptureFixture[str], options: tuple[str, str], said: str | None
+) -> None:
+    short = ("--track", "slalom", "--set-run", "time_limit=1")
+    outcome = command.call(capsys, *POP, *short, *options)
+    assert outcome.status == 0
+    assert outcome.err.count("warning") == (said is not None)
+    assert (said or "") in outcome.err

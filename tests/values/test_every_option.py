@@ -46,6 +46,7 @@ compare --controllers pop --waypoints way.csv
  --params pop.toml
  --set min_lookahead=3.5
  --set turn_time=7
+ --set deviation_limit=0.3
  --waypoints fast.csv
  --columns y,x
  --closed
@@ -73,6 +74,8 @@ matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
  --preset paper
  --params pop.toml
  --set min_lookahead=3.5
+ --set turn_time=7
+ --set deviation_limit=0.3
  --waypoints fast.csv
  --tracks circle
  --columns y,x
@@ -90,6 +93,8 @@ matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
 matrix --suite standard-2 --controllers pop --plants kinematic-bicycle
  --scenarios slalom
  --conditions noise
+ --set turn_time=7
+ --set deviation_limit=0.3
 compare --controllers pop --waypoints geo.csv
  --origin 46.9,8
 matrix --controllers pop --plants kinematic-bicycle --waypoints geo.csv
@@ -147,6 +152,8 @@ replay drive.csv --controllers pop
  --params pop.toml
  --preset paper
  --set min_lookahead=3.5
+ --set turn_time=7
+ --set deviation_limit=0.3
  --no-adapt
  --waypoints way.csv
  --waypoints way.csv --closed
@@ -157,6 +164,8 @@ sweep --controller pop --waypoints way.csv
  --preset paper
  --params pop.toml
  --set min_lookahead=3.5
+ --set turn_time=7
+ --set deviation_limit=0.3
  --no-adapt
  --waypoints fast.csv
  --columns y,x
@@ -186,6 +195,8 @@ tune --controller pop --waypoints way.csv
  --preset paper
  --params pop.toml
  --set min_lookahead=3.5
+ --set turn_time=7
+ --set deviation_limit=0.3
  --no-adapt
  --search min_lookahead=uniform(1,4)
  --waypoints fast.csv
@@ -216,6 +227,9 @@ ros2 --vehicle paper
  --controller pop --preset paper
  --controller pop --params pop.toml
  --set turn_time=7
+ --set turn_time=7
+ --set deviation_limit=0.3
+ --set deviation_limit=0.3
  --no-adapt
  --max-speed 3
  --rate 40
@@ -314,7 +328,7 @@ def _node(participant: Any, make: Any, options: Any, **_: Any) -> None:
     """Keep how the node runs, and the controller that it would make of a path."""
     made = make(popsteer.Path([(0.0, 0.0), (9.0, 0.0)]))
     CALLED.update(options=options, controller=type(made).__name__, params=made.params)
-    CALLED.update(vehicle=made.vehicle, adapt=made.adapt)
+    CALLED.update(vehicle=made.vehicle, adapt=made.adapt, monitor=made.monitor)
 
 
 # What is written, measured or read from files of an earlier run has its tests in tests/cli.

@@ -161,6 +161,7 @@ def compare(
             mover,
             vehicle=given,
             adapt=tuning.adapt,
+            monitor=tuning.monitor,
             preset=tuning.called,
             start=pose,
             start_at=at,
@@ -173,10 +174,18 @@ def compare(
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
             comparison = lab.compare.time_steps(
-                comparison, tuning.params, progress.update, adapt=tuning.adapt
+                comparison,
+                tuning.params,
+                progress.update,
+                adapt=tuning.adapt,
+                monitor=tuning.monitor,
             )
         made_by = lab.report.Origin(
-            outputs.command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+            outputs.command_line(context),
+            tuning.params,
+            tuning.adapt,
+            {comparison.plant: mover},
+            tuning.monitor,
         )
         fastest = float(np.max(np.abs(comparison.first.records["speed"]), initial=0.0))
         stops = not course.path.closed
@@ -221,6 +230,7 @@ def _replay_run(text: str, out: Path | None, report: Path | None, context: typer
             {job.controller: job.params},
             job.adapt,
             {job.label: job.made(run).plant},
+            job.monitor,
         )
         outputs.deliver(comparison, out, progress, report, made_by)
     figures = vars(found.metrics)

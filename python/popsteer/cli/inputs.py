@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 from popsteer import controllers as own_controllers
 from popsteer import own, plants, sim, toml_file, tracks, vehicle_file, vehicles
-from popsteer._core import AdaptParams, Path, Vehicle
+from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
 from popsteer.errors import ConfigError
-from popsteer.lab import baselines
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
@@ -33,6 +33,19 @@ DEFAULT_TRACK = "racetrack"
 """The track that is driven by default."""
 DEFAULT_CONTROLLER = "preview-pop"
 """The controller by default."""
+# What no vehicle has that this is for: of a number beyond that the unit is another, as a rule.
+_PLAUSIBLE = {
+    "wheelbase": (0.05, 20.0, "m"),
+    "rear_axle": (-20.0, 20.0, "m"),
+    "max_steer_rate": (0.01, 20.0, "rad/s"),
+    "steer_lag": (0.0, 3.0, "s"),
+    "dead_time": (0.0, 3.0, "s"),
+    "drive_delay": (0.0, 5.0, "s"),
+    "max_lateral_acceleration": (0.1, 60.0, "m/s²"),
+    "max_acceleration": (0.05, 60.0, "m/s²"),
+    "max_deceleration": (0.05, 60.0, "m/s²"),
+    "max_speed": (0.05, 150.0, "m/s"),
+}
 _OF_FILE = "given with --waypoints"
 _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
@@ -51,6 +64,8 @@ class Tuning(NamedTuple):
     """Parameters by name of the controller, in the order given."""
     adapt: AdaptParams | Literal["auto"] | None
     """How they adapt; None: not at all."""
+    monitor: MonitorParams | Literal["auto"]
+    """How they watch for faults."""
     preset: str
     called: dict[str, str]
     """What the tuning of each is called."""
@@ -149,20 +164,22 @@ def tuned(
     preset: str,
     assignments: Sequence[str] | None,
     *,
-    no_adapt: bool,
+    no_adapt: bool = False,
     params: FilePath | None = None,
     known: Sequence[str] | None = None,
+    own_too: bool = True,
+    in_loop: bool = True,
 ) -> Tuning:
     """Give what the controllers are tuned by.
 
     A file of tuning, `params`, takes the place of the preset for the controllers that it has; the
-    assignments count for every controller that has the parameter, and for how they adapt. `known`
-    are the controllers that the command takes, all by default.
+    assignments count for every controller that has the parameter, for how they adapt and for how
+    they watch for faults; the last two not where no loop is closed, `in_loop`. `known` are the
+    controllers that the command takes, all by default, beside those of your own, `own_too`.
     """
-    own_too, known = known is None, controller_names() if known is None else known
     for name in controllers:
-        if not (own_too and baselines.is_known(name)):
-            check_known("controller", name, known)
+        if not (own_too and own.is_named("controller", name)):
+            check_known("controller", name, controller_names() if known is None else known)
     begun: dict[str, Any] = parameters(controllers, preset)
     called = dict(tunings(controllers, preset))
     if params is not None:
@@ -174,20 +191,22 @@ def tuned(
         begun |= found
         preset = params.name
         called |= dict.fromkeys(found, preset)
-    usual = AdaptParams()
-    # The baselines do not adapt, so alone they have no such parameters.
-    adapting = [usual] if set(controllers) & set(own_controllers.names()) else []
     owner = " or ".join(controllers)
-    changed = assigned_each([*begun.values(), *adapting], assignments, owner)
-    adapt: AdaptParams | Literal["auto"] | None = "auto"
-    if no_adapt:
-        adapt = None
-    elif adapting and changed[-1] is not usual:
-        adapt = changed[-1]
+    usual: dict[str, Any] = {}
+    # The baselines neither adapt nor watch, so alone they have no such parameters.
+    if in_loop and set(controllers) & set(OWN_CONTROLLERS):
+        usual = {"adapt": AdaptParams(), "monitor": MonitorParams()}
+    if no_adapt and usual:
+        del usual["adapt"]
+        owner += " with --no-adapt"
+    changed = assigned_each([*begun.values(), *usual.values()], assignments, owner)
     made = dict(zip(begun, changed, strict=False))
+    others = dict(zip(usual, changed[len(begun) :], strict=True))
+    loop: dict[str, Any] = {k: "auto" if v is usual[k] else v for k, v in others.items()}
     called = {k: v if made[k] is begun[k] else f"{v} with changes" for k, v in called.items()}
     said = f"{preset} with changes" if assignments else preset
-    return Tuning(made, adapt, said, called)
+    adapt = None if no_adapt else loop.get("adapt", "auto")
+    return Tuning(made, adapt, loop.get("monitor", "auto"), said, called)
 
 
 def start(
@@ -236,8 +255,11 @@ def longitudinal(
 
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
     """Give the plant that an option names; of a file ``*.toml`` it is a kinematic bicycle."""
-    found = KinematicBicycle(Vehicle.load(text)) if _is_file(text) else object_of(text)
-    return _changed(found, plant_label(text), assignments)
+    if not _is_file(text):
+        return _changed(object_of(text), text, assignments)
+    found = _changed(KinematicBicycle(Vehicle.load(text)), plant_label(text), assignments)
+    _doubt(found.vehicle)
+    return found
 
 
 def _changed(plant: Mover, name: str, assignments: Sequence[str] | None) -> Mover:
@@ -246,6 +268,7 @@ def _changed(plant: Mover, name: str, assignments: Sequence[str] | None) -> Move
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         changed, vehicle = assigned_each([plant, plant.vehicle], assignments, name)
+        _doubt(vehicle)
         return changed.replace(vehicle=vehicle)  # type: ignore[no-any-return]
     configurable: Any = plant
     params = assigned(configurable.params, assignments, name)
@@ -273,8 +296,20 @@ def believed(
     text: str | None, changes: Sequence[str] | None, itself: Vehicle | None = None
 ) -> Vehicle:
     """Give the vehicle that the controllers are given: by default that of the plant, `itself`."""
-    usual = itself or Vehicle()
-    return assigned(usual if text is None else named_vehicle(text), changes, "the vehicle")
+    found = itself or Vehicle() if text is None else named_vehicle(text)
+    found = assigned(found, changes, "the vehicle")
+    if text is not None or changes:
+        _doubt(found)
+    return found
+
+
+def _doubt(vehicle: Vehicle) -> None:
+    """Warn on stderr of a vehicle's numbers that are allowed, and hardly in the unit meant."""
+    for name, (low, high, unit) in _PLAUSIBLE.items():
+        value = getattr(vehicle, name)
+        if value is not None and not low <= value <= high:
+            said = f"{name} = {value:g} {unit} is beyond what vehicles have, {low:g} to {high:g}"
+            print(f"popsteer: warning: {said}: is it in {unit}?", file=sys.stderr)
 
 
 def defaults_note(

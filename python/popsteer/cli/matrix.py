@@ -112,6 +112,7 @@ def matrix(
             movers,
             vehicle=given,
             adapt=tuning.adapt,
+            monitor=tuning.monitor,
             preset=tuning.called,
             start_offset=start_offset,
             speed=speed,
@@ -124,7 +125,11 @@ def matrix(
         )
         content = {} if out is None else lab.matrix.table.matrix_files(found)
         made_by = lab.report.Origin(
-            outputs.command_line(context), tuning.params, tuning.adapt, movers
+            outputs.command_line(context),
+            tuning.params,
+            tuning.adapt,
+            movers,
+            tuning.monitor,
         )
         page = b"" if report is None else lab.report.of_matrix(found, made_by)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
@@ -162,6 +167,8 @@ def _suite(context: typer.Context, name: str, out: Path | None) -> None:
             {each: lab.suite.suite_car() if each == own else inputs.plant(each) for each in movers},
             scenarios=scenarios,
             conditions=conditions,
+            adapt=tuning.adapt,
+            monitor=tuning.monitor,
             progress=progress.update,
         )
         content = {} if out is None else lab.suite.table.suite_files(found)

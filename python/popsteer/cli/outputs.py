@@ -187,7 +187,11 @@ def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
     untimed = not comparison.step_times and build_profile != "debug"
     if untimed and comparison.first.settings.keep_records:
         comparison = lab.compare.time_steps(
-            comparison, origin.params, progress.update, adapt=origin.adapt
+            comparison,
+            origin.params,
+            progress.update,
+            adapt=origin.adapt,
+            monitor=origin.monitor,
         )
     return lab.report.of_comparison(comparison, origin)
 

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import typer
 
-from popsteer import lab, own, presets, vehicles
+from popsteer import lab, vehicles
 from popsteer.cli import inputs, logs, options, outputs
-from popsteer.cli.assignments import assigned
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
-from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
-from popsteer.errors import ConfigError
 from popsteer.files import write_files_atomic
-from popsteer.lab import baselines
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
@@ -64,10 +60,7 @@ def replay(
     ] = None,
     params: options.Params = None,
     preset: options.Preset = "default",
-    set_: Annotated[
-        list[str] | None,
-        optional("NAME=VALUE", "Set a parameter of each of the controllers.", "--set"),
-    ] = None,
+    set_: options.Set = None,
     no_adapt: options.NoAdapt = False,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
@@ -89,12 +82,20 @@ def replay(
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
     given = inputs.believed(vehicle, set_vehicle)
-    chosen = _chosen(controllers, params, preset, set_)
+    names = ",".join(load_all(params)) if controllers is None and params else controllers
+    tuning = inputs.tuned(
+        inputs.names("--controllers", names or _DEFAULT),
+        preset,
+        set_,
+        no_adapt=no_adapt,
+        params=params,
+        known=inputs.OWN_CONTROLLERS,
+    )
+    chosen = tuning.params
     course = None
     if waypoints is not None or track is not None or closed or path_columns:
         course = inputs.course(waypoints, track, closed=closed, columns=path_columns, origin=origin)
     outputs.check_folder(out, FILES, report)
-    adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, columns, topic, unit, origin, progress)
         found = replayed(
@@ -103,7 +104,8 @@ def replay(
             given,
             path=None if course is None else course.path,
             course="the log's own trajectory" if course is None else course.name,
-            adapt=adapt,
+            adapt=tuning.adapt,
+            monitor=tuning.monitor,
             progress=progress.update,
         )
         files = {} if out is None else _files(found, out, progress)
@@ -111,7 +113,9 @@ def replay(
     if out is not None:
         said = f"Written to {out}: {', '.join(file.name for file in files)}"
     if report is not None:
-        made_by = lab.report.Origin(outputs.command_line(context), chosen, adapt)
+        made_by = lab.report.Origin(
+            outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
+        )
         files[report] = lab.report.of_replay(found, made_by)
     write_files_atomic(files)
     fastest = float(np.max(np.abs(drive.speed)))
@@ -119,21 +123,6 @@ def replay(
     below = (*statuses(found), *drive.remarks, *hangs, NOTE)
     read = [drive.source, None if course is None else course.path.source]
     outputs.show(caption(found), [replay_table(found)], below, said, report, read)
-
-
-def _chosen(
-    controllers: str | None, file: Path | None, preset: str, assignments: list[str] | None
-) -> dict[str, Params]:
-    tuned = {} if file is None else load_all(file)
-    names = inputs.names("--controllers", controllers or ",".join(tuned) or _DEFAULT)
-    for name in tuned:
-        if name not in names:
-            raise ConfigError("--controllers", controllers, f"with {name}, which --params is of")
-    for name in names:
-        mine = name not in controller_names() and own.is_named("controller", name)
-        usual = baselines.get(name).params() if mine else presets.get(name, preset)
-        tuned.setdefault(name, usual)
-    return {name: assigned(tuned[name], assignments, name) for name in names}
 
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:

@@ -120,7 +120,13 @@ def ros2(
 
     given = inputs.believed(vehicle, set_vehicle)
     tuning = inputs.tuned(
-        [controller], preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
+        [controller],
+        preset,
+        set_,
+        no_adapt=no_adapt,
+        params=params,
+        known=inputs.OWN_CONTROLLERS,
+        own_too=False,
     )
     del ros_args  # the options after it say the same without it
     names = ros2_options.names_of(remap)
@@ -142,7 +148,8 @@ def ros2(
     say: Any = partial(print, flush=True) if printed else lambda _: None
     law: Any = controllers.get(controller).controller
     car, chosen_params = _limited(given, max_speed), tuning.params[controller]
-    make = partial(law, vehicle=car, params=chosen_params, adapt=tuning.adapt)
+    how: Any = {"adapt": tuning.adapt, "monitor": tuning.monitor}
+    make = partial(law, vehicle=car, params=chosen_params, **how)
     stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.

@@ -71,9 +71,14 @@ def stability(
     names = inputs.names("--controllers", controllers)
     given = inputs.believed(vehicle, set_vehicle)
     itself = inputs.believed(plant, set_plant, given)
-    # What is estimated is a constant in small signals.
     tuning = inputs.tuned(
-        names, preset, set_, no_adapt=True, params=params, known=inputs.OWN_CONTROLLERS
+        names,
+        preset,
+        set_,
+        params=params,
+        known=inputs.OWN_CONTROLLERS,
+        own_too=False,
+        in_loop=False,
     )
     at = _speeds(speeds)
     outputs.check_folder(out, _FILES)

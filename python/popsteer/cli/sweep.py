@@ -120,6 +120,7 @@ def sweep(
         seed,
         vehicle=given,
         adapt=tuning.adapt,
+        monitor=tuning.monitor,
         deviation=deviation,
         start_offset=start_offset,
         speed=speed,

@@ -138,6 +138,7 @@ def tune(
         seed,
         vehicle=given,
         adapt=tuning.adapt,
+        monitor=tuning.monitor,
         constant_speed=constant_speed,
         longitudinal=pedals,
         settings=Settings(dt=dt),

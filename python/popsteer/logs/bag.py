@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from popsteer.errors import unknown
 from popsteer.extras import require
 from popsteer.logs.log import Log, LogError
 from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS, STEERING, Steering, typestore
@@ -75,8 +76,8 @@ def read_bag(
     path, asked = Path(file), dict(topics or {})
     for key, unit in (units or {}).items():
         factor(key, unit)  # refused before the file is read
-    if unknown := [key for key in asked if key not in TOPICS]:
-        raise LogError(f"unknown topic {unknown[0]!r}; known: {', '.join(TOPICS)}")
+    if strange := [key for key in asked if key not in TOPICS]:
+        raise LogError(unknown("topic", strange[0], TOPICS))
     if not path.exists():
         raise LogError(f"{path}: cannot be read: no such file or folder")
     try:

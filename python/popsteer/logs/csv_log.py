@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer.errors import ConfigError, PathError
+from popsteer.errors import ConfigError, PathError, unknown
 from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import converted, factor
@@ -96,8 +96,8 @@ def read_csv(
         factor(key, unit)  # refused before the file is read
     try:
         wanted = asked_for(columns)
-        if isinstance(wanted, dict) and (unknown := [k for k in wanted if k not in _KNOWN]):
-            raise LogError(f"unknown column {unknown[0]!r}; known: {', '.join(_KNOWN)}")
+        if isinstance(wanted, dict) and (strange := [k for k in wanted if k not in _KNOWN]):
+            raise LogError(unknown("column", strange[0], _KNOWN))
         series: dict[str, _Series] = {}
         begun: int | None = None
         for each in files:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.errors import PopsteerError
+from popsteer.errors import PopsteerError, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -116,8 +116,8 @@ class Log:
     ) -> None:
         given = dict(zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)) | dict(signals or {})
         columns = {key: np.array(values, dtype=np.float64) for key, values in given.items()}
-        if unknown := [key for key in columns if key not in COLUMNS + SIGNALS]:
-            raise LogError(f"{name}: unknown signal {unknown[0]!r}; known: {', '.join(SIGNALS)}")
+        if strange := [key for key in columns if key not in COLUMNS + SIGNALS]:
+            raise LogError(f"{name}: {unknown('signal', strange[0], SIGNALS)}")
         for key, values in columns.items():
             if values.shape != columns["t"].shape or values.ndim != 1:
                 raise LogError(

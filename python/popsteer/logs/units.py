@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from popsteer.errors import PopsteerError
+from popsteer.errors import PopsteerError, unknown
 from popsteer.logs.log import COLUMNS, SIGNALS, LogError
 from popsteer.tables.quantities import factor as _factor
 from popsteer.tables.quantities import spelled
@@ -43,7 +43,7 @@ def factor(column: str, unit: str) -> float:
     (True, -1.0, 0.05)
     """
     if column not in UNITS:
-        raise LogError(f"unknown column {column!r}; known: {', '.join(UNITS)}")
+        raise LogError(unknown("column", column, UNITS))
     try:
         return _factor(column, unit)
     except PopsteerError as error:

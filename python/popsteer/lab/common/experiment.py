@@ -10,6 +10,7 @@ from popsteer._core import (
     AdaptParams,
     CarlaIdentified,
     KinematicBicycle,
+    MonitorParams,
     Path,
     Settings,
     SpeedTrackerParams,
@@ -41,6 +42,7 @@ def controller(
     vehicle: Vehicle,
     params: Params | MpcParams,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
 ) -> Controller | OwnSimpleController:
     """Make what steers.
 
@@ -57,6 +59,9 @@ def controller(
         As `popsteer.lab.compare.parameters` gives them.
     adapt : AdaptParams or None, optional
         How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
+    monitor : MonitorParams or None, optional
+        How it watches for faults; None: not at all. Left out: as it does by default. Baselines do
+        not.
 
     Returns
     -------
@@ -79,7 +84,7 @@ def controller(
     # The registries pair each controller with its parameters.
     known: Any = params
     if name in controllers.names():
-        return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
+        return controllers.get(name).controller(path, vehicle, known, adapt=adapt, monitor=monitor)
     return baselines.get(name).controller(path, vehicle, known)
 
 
@@ -90,6 +95,7 @@ class Experiment:
     plant: Any
     vehicle: Vehicle | None
     adapt: AdaptParams | Literal["auto"] | None
+    monitor: MonitorParams | Literal["auto"] | None
     speed: float | None = None
     constant_speed: float | None
     longitudinal: LongitudinalParams | None
@@ -206,7 +212,8 @@ class Experiment:
         return found
 
     def _driver(self, params: Params | MpcParams, road: Road) -> Controller | OwnSimpleController:
-        return controller(self.controller, road[0], self.given, params, self.adapt)
+        name, how = self.controller, (self.adapt, self.monitor)
+        return controller(name, road[0], self.given, params, *how)
 
     def _speed(self, road: Road, made: Varied) -> float:
         """Give the speed at the start [m/s]: the one drawn, the one given, or the path's."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from popsteer import controllers, presets, sim
-from popsteer._core import AdaptParams, Path, Settings, Vehicle, build_profile
+from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common.experiment import controller
@@ -139,6 +139,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     *,
     vehicle: Vehicle | None = None,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
     preset: str | Mapping[str, str] = "default",
     start: Pose | None = None,
     start_at: StartAt = "pose",
@@ -165,6 +166,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         The vehicle that the controllers are given; the plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
+    monitor : MonitorParams or None, optional
+        How they watch for faults; None: not at all. Left out: as each does by default.
     preset : str or mapping of str to str, default "default"
         Where the tuning comes from; see `popsteer.presets`. A mapping says what each controller's
         is called.
@@ -208,7 +211,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     if longitudinal is None and constant_speed is None:
         longitudinal = made(usual([path], [plant]), path, believed)
     drivers = {
-        name: controller(name, path, believed, params, adapt) for name, params in chosen.items()
+        name: controller(name, path, believed, params, adapt, monitor)
+        for name, params in chosen.items()
     }
     progress = progress or _nothing
     runs: dict[str, Run] = {}
@@ -266,6 +270,7 @@ def time_steps(
     progress: Callable[[str, float], object] | None = None,
     *,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
 ) -> Comparison:
     """Measure the step of each controller on the states of its own run.
 
@@ -283,6 +288,8 @@ def time_steps(
         Called with the name of the controller and the share of its timing done, 0 to 1.
     adapt : AdaptParams or None, optional
         How the controllers adapt; None: not at all. Left out: as each does by default.
+    monitor : MonitorParams or None, optional
+        How they watch for faults; None: not at all. Left out: as each does by default.
 
     Returns
     -------
@@ -315,7 +322,9 @@ def time_steps(
     for name, run in comparison.runs.items():
         if run.traceback:
             continue  # there is no step to time
-        make = partial(controller, name, run.path, comparison.believed, params[name], adapt)
+        make = partial(
+            controller, name, run.path, comparison.believed, params[name], adapt, monitor
+        )
         advance = partial(progress or _nothing, f"time {name}")
         times[name], latencies[name] = _step_time(comparison, run, make, advance)
     return replace(comparison, step_times=times, latencies=latencies)

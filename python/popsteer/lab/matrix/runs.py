@@ -16,7 +16,7 @@ from popsteer.sim import Metrics, Plant, default_start
 from popsteer.sim.geometry import object_of, plant_name
 
 if TYPE_CHECKING:
-    from popsteer._core import AdaptParams, Path, Settings, Vehicle
+    from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
 
@@ -47,6 +47,7 @@ def run(  # noqa: PLR0913 - as `compare`
     *,
     vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
     preset: str | Mapping[str, str] = "default",
     start_offset: float | None = None,
     speed: float | None = None,
@@ -71,6 +72,8 @@ def run(  # noqa: PLR0913 - as `compare`
         each plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
+    monitor : MonitorParams or None, optional
+        How they watch for faults; None: not at all. Left out: as each does by default.
     preset : str or mapping of str to str, default "default"
         Where the tuning comes from, as `popsteer.lab.compare.run` has it.
     start_offset : float, optional
@@ -136,6 +139,7 @@ def run(  # noqa: PLR0913 - as `compare`
                 plant,
                 vehicle=believed,
                 adapt=adapt,
+                monitor=monitor,
                 preset=preset,
                 start=start,
                 speed=speed,
@@ -145,7 +149,9 @@ def run(  # noqa: PLR0913 - as `compare`
                 progress=advance,
             )
             comparison = replace(comparison, track=track, plant=name)
-            comparisons.append(time_steps(comparison, params, advance, adapt=adapt))
+            comparisons.append(
+                time_steps(comparison, params, advance, adapt=adapt, monitor=monitor)
+            )
     return Matrix(comparisons, constant_speed)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import AdaptParams, Path, Vehicle
+from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.logs import Log, LogError
@@ -46,6 +46,7 @@ class Watching:
         vehicle: Vehicle,
         params: Any,  # noqa: ANN401 - of a class of its own
         adapt: object = None,  # noqa: ARG002 - one of your own adapts as it likes
+        monitor: object = None,  # noqa: ARG002 - and watches itself
     ) -> None:
         found = baselines.get(name)
         params = found.params() if params is None else params
@@ -145,6 +146,7 @@ def run(
     path: Path | None = None,
     course: str = "the log's own trajectory",
     adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> Replay:
     """Let controllers watch a drive.
@@ -171,7 +173,7 @@ def run(
     for name, params in tuning.items():
         own_code = name not in controllers.names() and own.is_named("controller", name)
         kind: Any = partial(Watching, name) if own_code else controllers.get(name).controller
-        make = partial(kind, vehicle=vehicle, params=params, adapt=adapt)
+        make = partial(kind, vehicle=vehicle, params=params, adapt=adapt, monitor=monitor)
         followed, places = path, None
         if followed is None:
             # Where the tracked point lies is known to the controller alone.

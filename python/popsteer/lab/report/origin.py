@@ -28,6 +28,8 @@ class Origin:
     """How they adapt: AdaptParams, ``"auto"`` or None."""
     plants: Mapping[str, Any] = field(default_factory=dict)
     """The plants by what they are called."""
+    monitor: Any = "auto"
+    """How they watch for faults: MonitorParams, ``"auto"`` or None."""
 
 
 def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> Section:
@@ -54,6 +56,9 @@ def tuning(origin: Origin, *others: str) -> Section:
         blocks.append(paragraphs(["The controllers estimated nothing (--no-adapt)."]))
     elif hasattr(origin.adapt, "as_dict"):
         blocks.append(block("How the controllers adapt", _toml("adapt", origin.adapt.as_dict())))
+    if hasattr(origin.monitor, "as_dict"):
+        text = _toml("monitor", origin.monitor.as_dict())
+        blocks.append(block("How the controllers watch for faults", text))
     for name, plant in origin.plants.items():
         owner = getattr(plant, "params", plant)
         values = owner.as_dict() if hasattr(owner, "as_dict") else {}

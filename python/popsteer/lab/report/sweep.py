@@ -74,7 +74,7 @@ def of_sweep(
     if drawn:
         varies = block("Distributions, as --distributions reads them", drawn, is_open=True)
     label = job.label or "plant"
-    made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole})
+    made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole}, job.monitor)
     return Page(
         title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
         lead=summary.caption(job, rows),

@@ -7,14 +7,15 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from popsteer import controllers
-from popsteer._core import KinematicBicycle
+from popsteer._core import AdaptParams, KinematicBicycle, MonitorParams
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.experiment import controller
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, Driven, drive, seed_of
@@ -80,6 +81,8 @@ def run(
     *,
     scenarios: Sequence[str] | None = None,
     conditions: Sequence[str] | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> Suite:
     """Drive every controller in every scenario, under every condition, on every plant.
@@ -94,6 +97,9 @@ def run(
     scenarios, conditions : sequence of str, optional
         Some of `SCENARIOS` and `CONDITIONS`; all by default. A cell is the same whatever else is
         driven.
+    adapt, monitor : parameters or None, optional
+        How the controllers of popsteer adapt and watch for faults, as `popsteer.lab.compare.run`
+        has it.
     progress : callable, optional
         Called now and then with what is being done and the share of all that is done, 0 to 1.
 
@@ -121,7 +127,8 @@ def run(
         k: suite_car() if isinstance(v, str) and v == SUITE_CAR else object_of(v)
         for k, v in movers.items()
     }
-    makers = {k: partial(kind.controller, params=given[k]) for k, kind in kinds.items()}
+    how: Any = {"adapt": adapt, "monitor": monitor}
+    makers = {name: partial(controller, name, params=given[name], **how) for name in kinds}
     # A plant that does not reverse has no cells where the path is driven backwards.
     places = [
         (road, condition, plant)

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from popsteer import controllers, own, sim
-from popsteer._core import AdaptParams, Path, Settings, Vehicle, __version__
+from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
@@ -64,6 +64,8 @@ class Job(Experiment):
         What the controller is given, in all runs; by default what the plant is before it varies.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default.
+    monitor : MonitorParams or None, optional
+        How it watches for faults, likewise.
     deviation : float, default 0.5
         A run succeeds where its cross-track error after settling stays within this [m].
     start_offset, speed, constant_speed : float, optional
@@ -101,6 +103,7 @@ class Job(Experiment):
     seed: int = 0
     vehicle: Vehicle | None = None
     adapt: AdaptParams | Literal["auto"] | None = "auto"
+    monitor: MonitorParams | Literal["auto"] | None = "auto"
     deviation: float = 0.5
     start_offset: float | None = None
     speed: float | None = None
@@ -188,7 +191,7 @@ def from_text(text: str) -> Job:
         if own.file_hash(each) != known:
             raise PopsteerError(f"{each} is not there as it was when the sweep was driven")
     del document["schema"], document["version"]
-    adapt, pedals = document["adapt"], document["longitudinal"]
+    pedals = document["longitudinal"]
     name = document["controller"]
     kind: Any = controllers if name in controllers.names() else baselines
     made = {
@@ -197,7 +200,11 @@ def from_text(text: str) -> Job:
         "plant": plant_of(document["plant"]),
         "vary": {k: distribution(k, v) for k, v in document["vary"].items()},
         "vehicle": Vehicle(**document["vehicle"]),
-        "adapt": AdaptParams(**adapt) if isinstance(adapt, dict) else adapt,
+        **{
+            field: of(**document[field])
+            for field, of in (("adapt", AdaptParams), ("monitor", MonitorParams))
+            if isinstance(document.get(field), dict)
+        },
         "longitudinal": pedals and longitudinal.KINDS[pedals["name"]](**pedals["params"]),
         "settings": Settings(**document["settings"]),
     }

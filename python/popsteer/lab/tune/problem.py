@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import AdaptParams, Path, Settings, Vehicle, __version__
+from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
@@ -102,6 +102,8 @@ class Problem(Experiment):
         What the controller is given; by default what the plant is before it varies.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default.
+    monitor : MonitorParams or None, optional
+        How it watches for faults, likewise.
     constant_speed : float, optional
         As `popsteer.sim.run` has it.
     longitudinal : parameters, optional
@@ -125,6 +127,7 @@ class Problem(Experiment):
     seed: int = 0
     vehicle: Vehicle | None = None
     adapt: AdaptParams | Literal["auto"] | None = "auto"
+    monitor: MonitorParams | Literal["auto"] | None = "auto"
     constant_speed: float | None = None
     longitudinal: LongitudinalParams | None = None
     settings: Settings | None = None
