@@ -19,7 +19,7 @@ FIGURES = DOCS / "figures"
 # The command that draws each figure, light and dark, by the beginning of its name.
 MADE_BY = {
     "results": "popsteer paper",
-    "carrot-offset": "popsteer stability",
+    "carrot-offset": "popsteer stability --vehicle carla-identified",
     "preview-choice": "popsteer stability",
     "stability-map": "popsteer stability",
     "stability-margins": "popsteer stability",
@@ -33,15 +33,16 @@ MADE_BY = {
 
 
 def main() -> None:
-    """Run the two commands and copy what the pages show."""
-    for command in ("paper", "stability"):
+    """Run the commands and copy what the pages show."""
+    commands = {by for by in MADE_BY.values() if by.startswith("popsteer")}
+    for command in sorted(commands):
         with tempfile.TemporaryDirectory() as folder:
-            popsteer = [sys.executable, "-m", "popsteer", command, "--out", folder]
+            popsteer = [sys.executable, "-m", *command.split(), "--out", folder]
             subprocess.run(popsteer, check=True, stdout=subprocess.DEVNULL)
             for name, by in MADE_BY.items():
-                for suffix in ("", "-dark") if by == f"popsteer {command}" else ():
+                for suffix in ("", "-dark") if by == command else ():
                     shutil.copy(Path(folder) / f"{name}{suffix}.png", FIGURES)
-    print(f"drew {FIGURES}: {', '.join(name for name, by in MADE_BY.items() if 'pop' in by)}")
+    print(f"drew {FIGURES}: {', '.join(name for name, by in MADE_BY.items() if by in commands)}")
 
 
 if __name__ == "__main__":

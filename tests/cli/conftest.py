@@ -14,7 +14,7 @@ def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
-    monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
+    monkeypatch.setattr(carrot, "_RADII", (7.0, 10.0))
 
 
 @pytest.fixture

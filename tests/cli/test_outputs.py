@@ -178,7 +178,7 @@ def test_each_name_that_is_written_was_checked(
     # Coarse figures of stability have the same names.
     monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
-    monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
+    monkeypatch.setattr(carrot, "_RADII", (7.0, 10.0))
     out = tmp_path / "out"
     outcome = command.call(capsys, *FOLDERS[name], str(out))
     assert outcome.status == 0

@@ -149,9 +149,27 @@ def test_carrot_offset_is_what_pop_drives_on_the_plants(plant: str, radius: floa
 
 
 def test_carrot_curve_lies_below_the_rope_where_the_wheels_turn_the_car_less() -> None:
-    curve = carrot_curve("carla-identified")
+    curve = carrot_curve(vehicles.get("carla-identified"))
     assert (curve.computed < 0.5 * curve.rope).all()
-    assert np.allclose(carrot_curve("kinematic-bicycle").computed, curve.rope)
+    assert np.allclose(carrot_curve(vehicles.get("kinematic-bicycle")).computed, curve.rope)
+
+
+def test_carrot_curve_is_that_of_the_vehicle_and_the_tuning_that_are_given() -> None:
+    small = Vehicle(wheelbase=0.33, rear_axle=-0.165, max_steer=0.4)
+    curve = carrot_curve(small)
+    assert curve.radii[[0, -1]] == pytest.approx((4 * 0.33, 40 * 0.33))
+    assert curve.driven == pytest.approx(
+        np.interp(curve.driven_radii, curve.radii, curve.computed), abs=0.035
+    )
+    assert curve.computed.max() < 0.5
+    # A longer lookahead cuts more, and circles that it does not fit into are left out.
+    longer = carrot_curve(small, popsteer.PopParams(min_lookahead=2.0))
+    assert len(longer.radii) < len(curve.radii)
+    assert longer.radii[0] > 2.0
+    assert longer.computed[-1] > curve.computed[-1]
+    wide = carrot_curve(small.replace(max_steer=0.05))
+    assert wide.radii[0] > 0.33 / math.tan(0.05)
+    assert not len(carrot_curve(small, popsteer.PopParams(min_lookahead=20.0)).radii)
 
 
 @pytest.mark.parametrize(

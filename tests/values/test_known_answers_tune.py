@@ -131,11 +131,10 @@ def test_losses_of_mean_worst_and_steering_are_told_each_from_its_own_share_on()
     ]
     assert len(told(0.3, 0.6, 0.3)) == 3
     # Less than a millimetre is no loss, however little there was.
-    small = [
-        score({"straight": (error,)}, {"straight": (0.2,)}) for error in (1e-3, 1.9e-3, 2.1e-3)
-    ]
-    assert report.losses([Judged(base, *small[:2], True)]) == [none]
-    assert len(report.losses([Judged(base, *small[::2], True)])) == 2
+    errors = 1e-3, 1.9e-3, 2.1e-3
+    least, near, far = (score({"straight": (e,)}, {"straight": (0.2,)}) for e in errors)
+    assert report.losses([Judged(base, least, near, True)]) == [none]
+    assert len(report.losses([Judged(base, least, far, True)])) == 2
 
 
 def test_starts_of_the_cars_that_differ_are_told_as_they_are_drawn() -> None:

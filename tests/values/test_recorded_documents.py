@@ -194,7 +194,7 @@ def _stability() -> dict[str, Any]:
     }
     drawn = {
         "margins": figures._margins_figure(found, THEMES["light"]),
-        "carrot": figures._carrot_figure({"one": curve, "other": curve}, THEMES["light"]),
+        "carrot": figures._carrot_figure(found, curve, THEMES["light"]),
         "choice": figures.choice_figure(found, choices, THEMES["light"]),
     }
     return {name: documents.of_figure(figure) for name, figure in drawn.items()}

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from popsteer import sim, vehicles
+from popsteer import sim
 from popsteer._core import AdaptParams, Path, Pop, PopParams, PreviewPopParams, SpeedPid, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab.stability.linear import lookahead, no_slip, preview_gains
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 LATERAL = 2.0
 """Lateral acceleration in the bends of `carrot_curve` [m/s²]."""
-_RADII = (12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0, 120.0)
+_RADII = (4.0, 5.0, 20.0 / 3.0, 25.0 / 3.0, 10.0, 40.0 / 3.0, 20.0, 80.0 / 3.0, 40.0)  # wheelbases
 
 
 class Carrot(NamedTuple):
@@ -107,7 +107,14 @@ def carrot_offset(distance: float, radius: float, vehicle: Vehicle, speed: float
     return radius - front
 
 
-def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float, float]:
+def driven_offset(
+    radius: float,
+    plant: sim.Plant,
+    speed: float,
+    params: PopParams | None = None,
+    vehicle: Vehicle | None = None,
+    dt: float = 0.05,
+) -> tuple[float, float]:
     """Drive POP round a circle and measure the offset that it keeps.
 
     Parameters
@@ -115,9 +122,15 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     radius : float
         Radius of the circle [m].
     plant : str or CarlaIdentified or KinematicBicycle
-        What moves; POP is given its vehicle.
+        What moves.
     speed : float
         Reference speed [m/s].
+    params : PopParams, optional
+        POP's tuning.
+    vehicle : Vehicle, optional
+        What POP is given; the plant's by default.
+    dt : float, default 0.05
+        Control period [s].
 
     Returns
     -------
@@ -139,34 +152,68 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     """
     xy = circle(radius)
     path = Path(xy, speed=np.full(len(xy), speed), closed=True)
-    pop = Pop(path, sim.vehicle_of(plant))
-    start = (0.0, 0.0, 0.0)
-    records = sim.run(pop, plant, start=start, start_at="front", longitudinal=SpeedPid()).records
+    pop = Pop(path, sim.vehicle_of(plant) if vehicle is None else vehicle, params)
+    found = sim.run(
+        pop,
+        plant,
+        start=(0.0, 0.0, 0.0),
+        start_at="front",
+        longitudinal=SpeedPid(),
+        settings=sim.Settings(dt=dt),
+    )
+    records = found.records
     half = records["time"] > 0.5 * records["time"][-1]
     reach = lookahead(pop.params, pop.vehicle, float(records["speed"][half].mean()))
     return float(records["cross_track_error"][half].mean()), reach or 0.0
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Give waypoints every half metre on a circle to the left, from the origin along x [m]."""
-    count = max(round(2.0 * math.pi * radius / 0.5), 16)
+    """Give waypoints every half metre, 150 at least, on a circle to the left, from the origin."""
+    count = max(round(2.0 * math.pi * radius / 0.5), 150)
     angle = np.arange(count) * (2.0 * math.pi / count)
     return radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
 
 
-def carrot_curve(plant: str) -> Carrot:
-    """Compute and drive POP's offset on circles of many radii, at `LATERAL` m/s²."""
-    vehicle = vehicles.get(plant)
-    radii = np.geomspace(_RADII[0], _RADII[-1], 60)
-    speeds = np.sqrt(LATERAL * radii)
-    reach = np.array([lookahead(PopParams(), vehicle, speed) for speed in speeds.tolist()])
-    computed = [
-        carrot_offset(ld, radius, vehicle, speed)
-        for ld, radius, speed in np.column_stack((reach, radii, speeds)).tolist()
+def carrot_curve(
+    vehicle: Vehicle,
+    params: PopParams | None = None,
+    believed: Vehicle | None = None,
+    dt: float = 0.05,
+) -> Carrot:
+    """Compute and drive POP's offset at `LATERAL` m/s² on circles of many radii.
+
+    They are 4 to 40 wheelbases of `vehicle`, a kinematic bicycle, as far as it can drive them and
+    they are wider than the lookahead. `believed` is what POP is given. Nothing may be left.
+    """
+    params = PopParams() if params is None else params
+    believed = vehicle if believed is None else believed
+
+    def computed(radius: float) -> tuple[float, float, float] | None:
+        """Offset, that of a rope, and speed; None where it cannot be driven."""
+        speed = math.sqrt(LATERAL * radius)
+        reach = lookahead(params, believed, speed) or 0.0
+        tightest = vehicle.turning_length(speed) / math.tan(vehicle.max_steer)
+        try:
+            offset = carrot_offset(reach, radius, vehicle, speed)
+        except ConfigError:
+            return None
+        if math.hypot(tightest, vehicle.front_axle - no_slip(vehicle)) > radius - offset:
+            return None
+        return offset, radius - math.sqrt(radius**2 - reach**2), speed
+
+    def along(radii: NDArray[np.float64]) -> NDArray[np.float64]:
+        rows = [(each, *row) for each in radii.tolist() if (row := computed(each)) is not None]
+        return np.array(rows).reshape(-1, 4).T
+
+    wide = vehicle.wheelbase * np.array(_RADII)
+    radii, offsets, rope, _ = along(np.geomspace(wide[0], wide[-1], 60))
+    corners, _, _, speeds = along(wide)
+    plant = sim.KinematicBicycle(vehicle)
+    driven = [
+        driven_offset(radius, plant, speed, params, believed, dt)[0]
+        for radius, speed in zip(corners.tolist(), speeds.tolist(), strict=True)
     ]
-    driven = [driven_offset(radius, plant, math.sqrt(LATERAL * radius))[0] for radius in _RADII]
-    rope = radii - np.sqrt(radii**2 - reach**2)
-    return Carrot(radii, np.array(computed), rope, np.array(_RADII), np.array(driven))
+    return Carrot(radii, offsets, rope, corners, np.array(driven))
 
 
 class Choice(NamedTuple):

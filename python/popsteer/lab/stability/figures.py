@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
 from popsteer.lab.common.draw import files_of
@@ -18,20 +20,27 @@ from popsteer.lab.stability.carrot import LATERAL, Carrot, Choice, carrot_curve,
 from popsteer.lab.stability.linear import lookahead
 from popsteer.lab.stability.runs import dead_time_map, run
 from popsteer.lab.stability.table import stability_caption
-from popsteer.sim import plant_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
+    from popsteer._core import Vehicle
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.stability import Stability
 
 
 _LEVELS = (0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 1000.0)  # ms
+# Of a car of 3 m wheelbase; `_sized` fits them to the vehicle.
 _SPEEDS = np.linspace(1.0, 30.0, 59)
 _DISTANCES = np.geomspace(1.0, 25.0, 41)
+
+
+def _sized(vehicle: Vehicle) -> tuple[float, float]:
+    """Give the vehicle's size in cars of 3 m wheelbase, and its speed: a large one is no faster."""
+    size = vehicle.wheelbase / 3.0
+    return size, min(size, 1.0)
 
 
 def stability_figures(
@@ -44,11 +53,13 @@ def stability_figures(
             progress("figures", share)
 
     tell(0.0)
-    speeds, car, dt, believed = _SPEEDS.tolist(), result.vehicle, result.dt, result.believed
+    car, dt, believed = result.vehicle, result.dt, result.believed
+    size, pace = _sized(car)
+    speeds, distances = (pace * _SPEEDS).tolist(), (size * _DISTANCES).tolist()
     fine = run(result.params, car, speeds, believed=believed, preset=result.preset, dt=dt)
     tell(0.2)
     maps = {
-        name: dead_time_map(params, car, speeds, _DISTANCES.tolist(), dt, believed=believed)
+        name: dead_time_map(params, car, speeds, distances, dt, believed=believed)
         for name, params in result.params.items()
         if isinstance(params, PopParams | PurePursuitParams)
     }
@@ -58,9 +69,11 @@ def stability_figures(
     }
     if maps:
         draw["stability-map"] = partial(_map_figure, result, maps)
-    if "pop" in result.params:
-        curves = {plant: carrot_curve(plant) for plant in plant_names()}
-        draw["carrot-offset"] = partial(_carrot_figure, curves)
+    pop = result.params.get("pop")
+    if isinstance(pop, PopParams):
+        curve = carrot_curve(car, pop, believed, dt)
+        if len(curve.radii):
+            draw["carrot-offset"] = partial(_carrot_figure, result, curve)
     if choices := choice_curves(result):
         draw["preview-choice"] = partial(choice_figure, result, choices)
     files = files_of(draw, lambda _, share: tell(0.8 + 0.2 * share))
@@ -68,6 +81,8 @@ def stability_figures(
 
 
 def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], theme: Theme) -> Figure:
+    size, pace = _sized(result.vehicle)
+    speeds, distances = pace * _SPEEDS, size * _DISTANCES
     figure = Figure(figsize=(10.5, 4.9), layout="constrained")
     panels = figure.subplots(1, len(maps), squeeze=False, sharey=True)[0]
     colours = ScalarMappable(BoundaryNorm(_LEVELS, 256, extend="max"), "viridis")
@@ -76,18 +91,18 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
         shown = np.nan_to_num(1e3 * found, nan=-1.0)
         panel.set_facecolor(theme.path)
         look = {"norm": colours.norm, "cmap": colours.cmap, "extend": "max"}
-        panel.contourf(_SPEEDS, _DISTANCES, shown, _LEVELS, **look)
+        panel.contourf(speeds, distances, shown, _LEVELS, **look)
         params = result.params[name]
-        line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in _SPEEDS]
-        panel.plot(_SPEEDS, line, color="#ffffff", linewidth=4.0)
+        line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in speeds]
+        panel.plot(speeds, line, color="#ffffff", linewidth=4.0)
         panel.plot(
-            _SPEEDS, line, color="#d1242f", linewidth=2.0, label="lookahead of the controller"
+            speeds, line, color="#d1242f", linewidth=2.0, label="lookahead of the controller"
         )
         panel.set_yscale("log")
-        panel.set_yticks([1, 2, 5, 10, 20], minor=False)
+        panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.yaxis.set_major_formatter("{x:g}")
         panel.minorticks_off()
-        panel.set(xlabel="speed [m/s]", xlim=_SPEEDS[[0, -1]], ylim=_DISTANCES[[0, -1]])
+        panel.set(xlabel="speed [m/s]", xlim=speeds[[0, -1]], ylim=distances[[0, -1]])
         panel.set_title(title_of(name), pad=8)
         panel.grid(visible=False)
         legend = panel.legend(loc="lower right", fontsize=8.5, frameon=True, edgecolor="none")
@@ -116,7 +131,7 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
             )
     titles = "gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"
     for panel, title in zip(panels, titles, strict=True):
-        panel.set(xlabel="speed [m/s]", xlim=(0.0, 30.0))
+        panel.set(xlabel="speed [m/s]", xlim=(0.0, result.speeds[-1]))
         panel.set_title(title, pad=8)
     panels[1].set_ylim(bottom=0.0)
     for panel in panels[[0, 2]]:
@@ -128,44 +143,46 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
     return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
 
 
-def _carrot_figure(curves: Mapping[str, Carrot], theme: Theme) -> Figure:
+def _carrot_figure(result: Stability, curve: Carrot, theme: Theme) -> Figure:
     """Draw the offset that POP keeps on circles: computed, and driven."""
-    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
-    panels = figure.subplots(1, len(curves), sharey=True)
-    for panel, (plant, curve) in zip(panels, curves.items(), strict=True):
-        panel.plot(
-            curve.radii, curve.computed, color=theme.laws["pop"], linewidth=2.0, label="computed"
-        )
-        panel.plot(
-            curve.radii, curve.rope, "--", color=theme.faint, linewidth=1.2, label="R - √(R² - ld²)"
-        )
-        panel.plot(
-            curve.driven_radii,
-            curve.driven,
-            "o",
-            color=theme.background,
-            markeredgecolor=theme.text,
-            markeredgewidth=1.5,
-            markersize=6,
-            label="driven",
-        )
-        panel.set_xscale("log")
-        panel.set_xticks([12, 15, 20, 30, 40, 60, 80, 120])
-        panel.xaxis.set_major_formatter("{x:g}")
-        panel.minorticks_off()
-        panel.set(xlabel="radius of the circle [m]", ylim=(0.0, 2.4))
-        panel.set_title(plant, pad=8)
-    panels[0].set_ylabel("offset to the inside [m]")
-    panels[0].legend(fontsize=8.5)
-    caption = (
-        f"POP, ld = 6 m + 0.2 s · v, on circles at {LATERAL:g} m/s² of lateral acceleration:"
-        " offset of the front axle"
+    figure = Figure(figsize=(7.6, 4.2), layout="constrained")
+    panel = figure.subplots()
+    panel.plot(
+        curve.radii, curve.computed, color=theme.laws["pop"], linewidth=2.0, label="computed"
     )
-    return _captioned(figure, caption, theme)
+    panel.plot(
+        curve.radii, curve.rope, "--", color=theme.faint, linewidth=1.2, label="R - √(R² - ld²)"
+    )
+    panel.plot(
+        curve.driven_radii,
+        curve.driven,
+        "o",
+        color=theme.background,
+        markeredgecolor=theme.text,
+        markeredgewidth=1.5,
+        markersize=6,
+        label="driven as a kinematic bicycle",
+    )
+    panel.set_xscale("log")
+    panel.set_xticks(curve.driven_radii)
+    panel.xaxis.set_major_formatter("{x:.3g}")
+    panel.minorticks_off()
+    panel.set(xlabel="radius of the circle [m]", ylabel="offset to the inside [m]")
+    panel.legend(fontsize=8.5)
+    found: Any = result.params["pop"].resolved(result.believed)
+    panel.set_title(
+        f"POP's front axle on circles at {LATERAL:g} m/s² of lateral acceleration,"
+        f"\nld = {found.min_lookahead:.3g} m + {found.lookahead_gain:.3g} s · v",
+        pad=8,
+        fontsize=10,
+    )
+    return _captioned(figure, stability_caption(result), theme)
 
 
 def _captioned(figure: Figure, caption: str, theme: Theme) -> Figure:
-    figure.suptitle(caption, fontsize=9, color=theme.faint)
+    # As many lines as the width of the figure takes.
+    across = int(14.0 * figure.get_figwidth())
+    figure.suptitle(textwrap.fill(caption, across), fontsize=9, color=theme.faint)
     return figure
 
 
@@ -187,16 +204,22 @@ def choice_curves(result: Stability) -> dict[str, Choice]:
     if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):
         return {}
     vehicle, believed = result.vehicle, result.believed
-    bend = partial(choice, vehicle=vehicle, radius=_RADIUS, speed=_SPEED, dt=result.dt)
-    curves = {_POP: bend(pop, values=_CHOICE_DISTANCES, believed=believed)}
+    size, pace = _sized(vehicle)
+    bend = partial(
+        choice, vehicle=vehicle, radius=size * _RADIUS, speed=pace * _SPEED, dt=result.dt
+    )
+    values = [size * each for each in _CHOICE_DISTANCES]
+    costs = [size * each for each in _COSTS]
+    curves = {_POP: bend(pop, values=values, believed=believed)}
     for said, (share, _) in _MODELS.items():
         given = believed.replace(turning_wheelbase=share * believed.turning_length(0.0))
-        curves[said] = bend(preview, values=_COSTS, believed=given, adapt=None)
+        curves[said] = bend(preview, values=costs, believed=given, adapt=None)
     return curves
 
 
 def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme) -> Figure:
     """Draw offsets in a bend against dead-time margins."""
+    size, pace = _sized(result.vehicle)
     figure = Figure(figsize=(8.4, 4.6), layout="constrained")
     panel = figure.subplots()
     for said, found in curves.items():
@@ -211,9 +234,10 @@ def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme)
             label=said,
         )
         for value, dead_time, offset in zip(*found, strict=True):
-            if value in _MARKED.get(said, ()) and math.isfinite(dead_time):
+            marked = any(math.isclose(value, size * each) for each in _MARKED.get(said, ()))
+            if marked and math.isfinite(dead_time):
                 panel.annotate(
-                    f"{value:g}",
+                    f"{value:.3g}",
                     (1e3 * dead_time, abs(offset)),
                     # Beside the steep curve, below the flat one.
                     xytext=(8, -4) if law == "pop" else (-5, -14),
@@ -221,8 +245,10 @@ def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme)
                     fontsize=8.5,
                     color=theme.text,
                 )
-    panel.set(xlabel="dead time that may be added [ms]", xlim=(0.0, None), ylim=(-0.08, 1.1))
+    panel.set(
+        xlabel="dead time that may be added [ms]", xlim=(0.0, None), ylim=(-0.08 * size, 1.1 * size)
+    )
     panel.set_ylabel("offset in the bend [m]")
-    panel.set_title(f"A bend of {_RADIUS:g} m radius at {_SPEED:g} m/s", pad=8)
+    panel.set_title(f"A bend of {size * _RADIUS:.3g} m radius at {pace * _SPEED:.3g} m/s", pad=8)
     panel.legend(fontsize=8.5, loc="upper left")
     return _captioned(figure, stability_caption(result), theme)
