@@ -110,7 +110,7 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 	$(PY) -m studies.pages choose
 
 suite: $(VENV)/.dev ## the suite standard-2 by popsteer's controllers and the opponents; write docs/results.md
-	$(VENV)/bin/popsteer matrix --suite standard-2 --out $(SUITE) --controllers \
+	$(VENV)/bin/popsteer suite --out $(SUITE) --controllers \
 		"$$($(PY) -c 'from popsteer.lab import opponents; print("preview-pop", *opponents.names(), "stanley", "pure-pursuit", "pop", "pid", sep=",")')"
 	$(PY) -m studies.suite $(SUITE)
 

@@ -2,7 +2,7 @@
 
     python -m studies.suite out/suite
 
-The folder holds what `popsteer matrix --suite --out` wrote.
+The folder holds what `popsteer suite --out` wrote.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from popsteer import AdaptParams, Vehicle, controllers, sim
+from popsteer import Vehicle, controllers, sim
 from popsteer.lab.common import draw
 from tests.cli import command
 
@@ -104,7 +104,7 @@ def test_what_a_controller_takes_for_a_fault_is_set_by_name_in_each_command(
     on = ("--controllers", "pop", "--track", "slalom")
     assert "Fault" not in command.call(capsys, "compare", *on).out
     assert "Fault of POP: deviating" in command.call(capsys, "compare", *on, *strict).out
-    suite: tuple[str, ...] = ("matrix", "--suite", "standard-2", *POP, "--plants", "suite-car")
+    suite: tuple[str, ...] = ("suite", *POP, "--plants", "suite-car")
     suite += ("--scenarios", "slalom", "--conditions", "as told")
     for options, failed in (((), 1), (strict, 0)):
         said = command.call(capsys, *suite, *options).out
@@ -151,14 +151,3 @@ def test_compare_with_the_speed_pid_follows_the_reference_speeds(
     )
     assert speed.status == 0
     assert plain.out != speed.out
-
-
-def test_compare_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
-    text = command.call(capsys, "compare", "--help").out
-    for law in controllers.names():
-        assert f"--controllers {law}, parameters" in text
-        for name in controllers.get(law).params().as_dict():
-            assert f"    {name} : " in text
-    for kind in (AdaptParams, Vehicle, sim.CarlaIdentified, sim.KinematicBicycle, sim.Settings):
-        for name in kind().as_dict().keys() - {"vehicle"}:
-            assert f"    {name} : " in text

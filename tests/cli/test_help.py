@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import threading
@@ -13,6 +14,7 @@ import typer
 
 import popsteer
 from popsteer import tracks
+from popsteer.cli import params
 from popsteer.cli.app import app
 from popsteer.cli.outputs import Progress
 from tests.cli import command
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 _COMMANDS = (
     "compare",
     "matrix",
+    "suite",
+    "params",
     "new",
     "plan",
     "stability",
@@ -48,8 +52,6 @@ def test_help_of_the_command_reads_as_a_page() -> None:
     for part in (
         "Examples:",
         "--report FILE",
-        "What `compare --out DIR` writes:",
-        "metrics.json",
         "status 2",
     ):
         assert part in outcome.out
@@ -69,6 +71,44 @@ def test_help_of_each_command_has_examples(capsys: pytest.CaptureFixture[str], n
     assert outcome.status == 0
     assert "Examples:" in outcome.out
     assert f"  popsteer {name}" in outcome.out
+
+
+@looped("name", ("", *_COMMANDS, "paper"))
+def test_help_fits_a_screen(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    outcome = command.call(capsys, *([name] if name else []), "--help")
+    assert outcome.out.count("\n") <= 50
+
+
+def test_params_lists_each_parameter_with_a_number_for_its_default(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    overview = command.call(capsys, "params").out
+    for name in params._kinds():
+        said = command.call(capsys, "params", name).out
+        assert name.partition("-st")[0].partition("-mb")[0] in overview
+        rows = (line.split() for line in said.splitlines() if re.match(r"\w+ ", line))
+        listed = {words[0]: words[1] for words in rows}
+        for field in params._kinds()[name].params().as_dict():
+            assert field == "vehicle" or re.fullmatch(
+                r"[\d.e+-]+\*?|none|true|false", listed[field]
+            )
+        assert not re.search(r"unwrap_or|\bPI\b|\{|wheelbase \*|\* wheelbase", said)
+    usual = command.call(capsys, "params", "pop").out
+    assert re.search(r"^min_lookahead +6\* +0 to 10000 ", usual, re.MULTILINE)
+    popsteer.Vehicle(wheelbase=0.33).save(tmp_path / "car.toml")
+    small = command.call(capsys, "params", "pop", "--vehicle", str(tmp_path / "car.toml")).out
+    assert re.search(r"^min_lookahead +0\.66\* ", small, re.MULTILINE)
+    assert "car.toml of 0.33 m wheelbase" in small
+
+
+def test_params_refuses_and_suggests_a_name(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = command.call(capsys, "params", "prevew-pop")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "unknown name of parameters 'prevew-pop', did you mean preview-pop?" in outcome.err
 
 
 @looped("options", [("--version",), ("--version", "compare")])
@@ -196,15 +236,12 @@ WANTED = {
     | PEDALS
     | GIVEN
     | ONE
-    | {"--set-run", "--replay-run", "--step-time", "--record", "--report"},
+    | {"--set-run", "--step-time", "--record", "--report"},
     "paper": {"--preset", "--waypoints", "--out", "--report"},
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS
-    | PEDALS
-    | START - {"--start", "--start-at"}
-    | GIVEN
-    | MANY
-    | {"--report", "--suite", "--scenarios", "--conditions"},
+    "matrix": RUNS | PEDALS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
+    "suite": RUNS - {"--preset", "--dt"} | {"--plants", "--scenarios", "--conditions"},
+    "params": {"--vehicle"},
     # Nothing is driven.
     "stability": RUNS - {"--no-adapt"} | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),
@@ -224,7 +261,7 @@ WANTED = {
     | PEDALS
     | GIVEN
     | ONE
-    | {"--runs", "--deviation", "--workers", "--dask", "--report"},
+    | {"--run", "--runs", "--deviation", "--workers", "--dask", "--report"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
     | PEDALS

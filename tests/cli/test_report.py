@@ -285,11 +285,11 @@ def test_report_of_a_repeated_run_is_that_run(
     job = lab.sweep.Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", lag, 10)
     job = dataclasses.replace(job, course="straight")
     rows = lab.sweep.run(job, Path("sweep.csv"))
-    again = ("compare", "--replay-run", "sweep.csv:7", "--report", "run.html")
+    again = ("sweep", "--run", "sweep.csv:7", "--report", "run.html")
     outcome = command.call(capsys, *again)
     assert outcome.status == 0
     assert "to the last bit" in outcome.out
     page = Html((tmp_path / "run.html").read_text(encoding="utf-8"))
     assert "POP on straight" in page.texts["h1"]
     whole = Html(lab.report.of_sweep(job, rows, "sweep.csv").decode())
-    assert any("--replay-run sweep.csv:" in text for text in whole.texts["code"])
+    assert any("--run sweep.csv:" in text for text in whole.texts["code"])

@@ -1,4 +1,4 @@
-"""``popsteer matrix --suite``: what its conditions do, its cells, tables and files."""
+"""``popsteer suite``: what its conditions do, its cells, tables and files."""
 
 from __future__ import annotations
 
@@ -232,7 +232,7 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "mine.py").write_text("def mine(path, vehicle):\n    raise ZeroDivisionError\n")
-    one = ("matrix", "--suite", "standard-2", "--scenarios", "hairpin", "--controllers")
+    one = ("suite", "--scenarios", "hairpin", "--controllers")
     outcome = command.call(
         capsys,
         *one,
@@ -288,26 +288,21 @@ def test_commands_of_the_page_are_taken(
     assert list(own[0]) == list(popsteer.controllers.names())
     assert (list(one), list(plants)) == (["stanley"], ["suite-car"])
     assert (chosen["scenarios"], chosen["conditions"]) == (["hairpin"], ["noise"])
-    assert commands[1][:6] == [*commands[0], "--controllers", "preview-pop,mine.py:Mine", "--out"]
+    assert commands[1][:4] == [*commands[0], "--controllers", "preview-pop,mine.py:Mine", "--out"]
 
 
 def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str]) -> None:
     for words, said in (
-        (("--suite", "standard-9"), "unknown suite 'standard-9'"),
-        (("--suite", "standard-2", "--scenarios", "moose"), "unknown scenario 'moose'"),
-        (("--suite", "standard-2", "--conditions", "rain"), "unknown condition 'rain'"),
-        (("--suite", "standard-2", "--conditions", ""), "unknown condition ''"),
+        (("suite", "--scenarios", "moose"), "unknown scenario 'moose'"),
+        (("suite", "--conditions", "rain"), "unknown condition 'rain'"),
+        (("suite", "--conditions", ""), "--conditions must be names"),
         (
-            ("--suite", "standard-2", "--tracks", "slalom"),
-            "--tracks must be left out where --suite",
-        ),
-        (
-            ("--suite", "standard-2", "--scenarios", "parking-bay", "--plants", "carla-identified"),
+            ("suite", "--scenarios", "parking-bay", "--plants", "carla-identified"),
             "one that drives backwards",
         ),
-        (("--scenarios", "slalom"), "--scenarios must be given with --suite"),
+        (("matrix", "--suite", "standard-2"), "No such option: --suite; it is popsteer suite now"),
     ):
-        outcome = command.call(capsys, "matrix", *words)
+        outcome = command.call(capsys, *words)
         assert (outcome.status, said in outcome.err) == (2, True), outcome.err
     with pytest.raises(ConfigError, match="controllers"):
         lab.suite.run([], ["suite-car"])

@@ -30,11 +30,11 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert {file.name for file in out.parent.iterdir()} == names | {"sweep.csv"}
     assert "of 20 runs succeeded" in outcome.out
     assert "95 % confidence" in outcome.out
-    assert f"popsteer compare --replay-run {out}:" in outcome.out
+    assert f"popsteer sweep --run {out}:" in outcome.out
     again = command.call(capsys, "sweep", *SHORT, "--out", str(out))
     assert again.out == outcome.out
     drawn = tmp_path / "run"
-    replay = command.call(capsys, "compare", "--replay-run", f"{out}:17", "--out", str(drawn))
+    replay = command.call(capsys, "sweep", "--run", f"{out}:17", "--out", str(drawn))
     assert (replay.status, replay.err) == (0, "")
     assert f"Run 17 of {out} is to the last bit what its row says" in replay.out
     (driven,) = json.loads((drawn / "metrics.json").read_text())["controllers"].values()
@@ -115,7 +115,7 @@ def test_sweep_refuses_in_one_line(
     ("text", "said"),
     [
         ("nowhere.csv:1", "nowhere.csv: No such file"),
-        ("sweep.csv", "--replay-run must be written FILE:RUN"),
+        ("sweep.csv", "--run must be written FILE:RUN"),
         ("sweep.csv:1", "sweep.csv: no sweep of popsteer"),
     ],
 )
@@ -128,12 +128,12 @@ def test_replay_of_no_run_is_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("sweep.csv").write_text("a,b\n1,2\n")
-    outcome = command.call(capsys, "compare", "--replay-run", text)
+    outcome = command.call(capsys, "sweep", "--run", text)
     assert (outcome.status, outcome.out) == (2, "")
     assert said in outcome.err
     assert outcome.err.count("\n") == 1
-    outcome = command.call(capsys, "compare", "--replay-run", text, "--dt", "0.1")
-    assert "--dt must be left out where --replay-run is given" in outcome.err
+    outcome = command.call(capsys, "sweep", "--run", text, "--dt", "0.1")
+    assert "--dt must be left out where --run is given" in outcome.err
 
 
 @pytest.mark.usefixtures("_blank_figures")

@@ -182,9 +182,7 @@ def test_report_says_the_rate_and_repeats_the_worst_run() -> None:
     text = Html(verdict(ROWS))
     assert text.texts["strong"] == ["8 of 10 runs succeeded, 80 %"]
     page = Html(_worst_table(job(), ROWS, "out/a b.csv"))
-    assert any(
-        "popsteer compare --replay-run 'out/a b.csv':9" in each for each in page.texts["code"]
-    )
+    assert any("popsteer sweep --run 'out/a b.csv':9" in each for each in page.texts["code"])
     assert "3.000" in page.texts["td"]
     assert "1009" in page.texts["td"]
 

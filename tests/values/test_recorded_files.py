@@ -37,8 +37,7 @@ COMMANDS = {
     "compare backwards": "compare --controllers pop --waypoints turn.csv --plant kinematic-bicycle"
     " --out out",
     "matrix": "matrix --controllers pop,pid --waypoints bends.csv --constant-speed 4 --out out",
-    "suite": "matrix --suite standard-2 --controllers stanley --scenarios slalom"
-    " --conditions noise,loss --out out",
+    "suite": "suite --controllers stanley --scenarios slalom --conditions noise,loss --out out",
     "stability": "stability --controllers pop,stanley --speeds 4,9 --vehicle carla-identified"
     " --out out",
     "replay": "replay drive.csv --controllers stanley,pop --set-vehicle wheelbase=2.7 --out out",

@@ -14,11 +14,13 @@ from popsteer.cli import (
     matrix,
     new,
     paper,
+    params,
     plan,
     record,
     replay,
     ros2,
     stability,
+    suite,
     sweep,
     tracks,
     tune,
@@ -26,66 +28,33 @@ from popsteer.cli import (
 
 # In the order of the list: each has a function of its name, whose docstring is its line there.
 _PAGES = (
-    *(compare, paper, new, plan, identify, replay),
-    *(stability, matrix, tune, sweep, ros2, record, bench),
+    *(compare, matrix, suite, sweep, tune, stability, paper, params),
+    *(new, plan, identify, replay, ros2, record, bench),
 )
 
 _HELP = """\
-Path-tracking controllers, driven along a track and measured.
-
-The controllers are POP (proximally optimal predictive), preview POP, PID, Pure-Pursuit and
-Stanley. The default plant is the vehicle identified from the run that the
-paper's authors recorded in CARLA; the default track comes with popsteer. The controllers know the
-plant's vehicle unless --vehicle gives them another.
+Path-tracking controllers, driven along a track and measured: POP (proximally optimal predictive),
+preview POP, PID, Pure-Pursuit and Stanley.
 
 \b
 Examples:
-  popsteer paper                         the paper's experiment, on the shipped race track
-  popsteer compare                       the same controllers as this library drives them
-  popsteer compare --out out             the same, with figures, records and metrics in out/
-  popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
-  popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
-  popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
-  popsteer compare --controllers pop --set lookahead_gain=0.3
-  popsteer matrix --out out              controllers × plants × tracks: error and step time
-  popsteer new my-car                    a project to begin from: control loop, vehicle, test
-  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
-  popsteer stability --vehicle car.toml  how far each controller's loop is from instability
-  popsteer identify drive.mcap           what is my car? from the log of a drive
-  popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
-  popsteer tune --controller pop         parameters for a vehicle: error against steering effort
-  popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
-  popsteer ros2 --vehicle car.toml       a ROS 2 node that steers, without ROS
-  popsteer record drive.mcap             record the topics of that node
-  popsteer bench                         how long a control step takes
-  popsteer tracks export racetrack racetrack.csv
+  popsteer compare --report report.html      controllers on the shipped race track, to look at
+  popsteer compare --waypoints mine.csv --plant car.toml      a track and a car of your own
+  popsteer identify drive.mcap --out car.toml                 what is my car?
+  popsteer tune --vehicle car.toml --out tuned.toml           the parameters for it
+  popsteer sweep --vehicle car.toml --params tuned.toml       how often it succeeds
+  popsteer params pop                                         what --set can set
 
 \b
-An option means the same in every command that has it:
-  --controllers NAMES  --controller NAME    who steers
-  --plants NAMES       --plant NAME|FILE    what is driven
-  --tracks NAMES       --track NAME         where; --waypoints FILE for a path of your own
-  --vehicle NAME|FILE                       the vehicle that the controllers are given
-  --set NAME=VALUE                          a parameter of the controllers
-  --set-vehicle, --set-plant NAME=VALUE     a field of that vehicle, of the plant
-  --start, --start-offset                   where the vehicle starts
-  --speed, --constant-speed                 its speed at the start, its speed all the way
-  --out DIR                                 the folder to write to; the file, with figures beside
-                                            it, for plan, identify, tune and sweep: --out FILE
-  --report FILE                             one page *.html to look at, see docs/report.md
-
-\b
-What `compare --out DIR` writes:
-  DIR/metrics.json            the metrics of all controllers, for programs
-  DIR/runs/CONTROLLER.csv     what was measured, a row for each control step
-  DIR/results.png .svg        path, errors and steering over time, a column for each controller
-  DIR/overview.png .svg       all controllers in one plot, and their mean errors
-  DIR/*-dark.png .svg         the same figures for a dark background
+An option means the same in every command that has it, and can be repeated if it takes NAME=VALUE:
+  --controllers, --plants, --tracks NAMES   who steers, what is driven, where (popsteer params)
+  --vehicle NAME|FILE                       the vehicle that the controllers know
+  --set, --set-vehicle, --set-plant         parameters of controllers, that vehicle, the plant
+  --out DIR or FILE, --report FILE          what to write: tables and figures; a page to look at
 
 Units are SI and radians; degrees are marked. x points forward, y left, and angles are positive to
-the left. A pose is the pose of the vehicle's point, from which its rear_axle is measured. Files are
-written completely or not at all. An error in the input is reported in one line on stderr, with exit
-status 2.
+the left. Files are written completely or not at all. An error in the input is one line on stderr,
+with exit status 2.
 """
 
 app = typer.Typer(

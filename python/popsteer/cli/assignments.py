@@ -1,8 +1,9 @@
-"""Parameters set by name, and listed with what they mean."""
+"""Parameters set by name, and what their documentation says of them."""
 
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -106,11 +107,33 @@ def _value(name: str, text: str, default: object) -> object:
         raise ConfigError(name, text, "a whole number" if kind is int else "a number") from None
 
 
-def listed(kind: type[object], without: Sequence[str] = ()) -> str:
-    """List the parameters of a class, as its documentation has them, but for those of `without`."""
-    document = inspect.getdoc(kind) or ""
-    _, _, rest = document.partition("Parameters\n----------\n")
+def described(kind: type[object]) -> dict[str, tuple[str, str]]:
+    """Give what the documentation of a class says of each parameter: its text, and its range.
+
+    Defaults, which stand there as the declaration has them, are left out.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> described(popsteer.PopParams)["min_lookahead"]
+    ('Lookahead at rest `ld_min` [m].', '0 to 10000')
+    """
+    _, _, rest = (inspect.getdoc(kind) or "").partition("Parameters\n----------\n")
     entries = re.split(r"\n\n", rest, maxsplit=1)[0]
-    each = re.split(r"\n(?=\S)", entries)
-    kept = [entry for entry in each if entry.partition(" : ")[0] not in without]
-    return "\n".join(f"  {line}" for entry in kept for line in entry.splitlines())
+    found = {}
+    for entry in re.split(r"\n(?=\S)", entries):
+        name, _, text = entry.partition("\n")
+        text = re.sub(r" [Bb]y default `[^`]*`\.", "", " ".join(text.split()))
+        text, _, ends = text.removesuffix("].").partition(" In [")
+        low_high = " to ".join(map(_end, ends.split(","))) if ends else ""
+        found[name.partition(" : ")[0]] = text, low_high
+    return found
+
+
+def _end(text: str) -> str:
+    """Word the end of a range that a declaration has as ``0.5 * PI`` or ``- 1e3``, or by a name."""
+    plain, pi, _ = text.replace(" ", "").replace("*", "").replace("_", "").partition("PI")
+    try:
+        return f"{float(plain or 1.0) * (math.pi if pi else 1.0):g}"
+    except ValueError:
+        return text.strip()

@@ -37,6 +37,8 @@ _NOW = {
     "--laws": "--controllers",
     "export-all": "tracks --out",
     "simulate": "compare --controllers NAME",
+    "--replay-run": "sweep --run",
+    "--suite": "popsteer suite",
     **dict.fromkeys(("--csv", "--json", "--figure", "--figures"), "--out"),
 }
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer import lab, vehicles
+from popsteer import lab
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.options import optional
@@ -19,22 +19,17 @@ from popsteer.identification import Identification
 HELP = """\
 Identify a vehicle from the log of a drive.
 
-LOG is a CSV file with the columns t, x, y, yaw, speed, steer [s, m, m, rad, m/s, rad], an MCAP file
-or a ROS 2 bag with nav_msgs/Odometry and ackermann_msgs/AckermannDriveStamped (or Autoware's
-command or steering report). steer is the angle of the front wheels that was commanded.
-
-Prints the estimates with their errors, and notes on what the log does not show. Two
-minutes of bends to both sides at several speeds, steered briskly, show everything. Give what a tape
-measure and the manual say by --vehicle or --set-vehicle; otherwise the position of the axles is
-estimated from the motion of the car.
+LOG is a table with t, x, y, yaw, speed, steer [s, m, m, rad, m/s, rad], MCAP, or a ROS 2 bag. steer
+is the angle of the front wheels that was commanded. Two minutes of bends to both sides at several
+speeds, steered briskly, show everything; notes say what a log does not show. Give what a tape
+measure and the manual say by --vehicle or --set-vehicle. See docs/identify.md.
 
 \b
 Examples:
   popsteer identify drive.mcap --out car.toml
   popsteer identify drive.csv --unit steer=deg --unit speed=km/h --columns yaw=heading
   popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
-  popsteer identify drive.csv --report drive.html
-  popsteer identify bag/ --topic odometry=/localization/kinematic_state
+  popsteer identify bag/ --topic odometry=/localization/kinematic_state --report drive.html
 """
 
 
@@ -45,17 +40,14 @@ def identify(
         Path | None,
         optional(
             "FILE",
-            "File for the vehicle, *.toml, as popsteer.Vehicle.load and --vehicle read it. The"
-            " figure is drawn beside it; FILE.json has what was found, FILE-motion.csv the measured"
-            " and the simulated motion.",
+            "File for the vehicle, *.toml; a figure and data are written beside it.",
         ),
     ] = None,
     vehicle: Annotated[
         str | None,
         optional(
             "NAME|FILE",
-            "What is known of the vehicle already: a file *.toml,"
-            f" {', '.join(vehicles.names())}, or a plant's. What the log does not show stays.",
+            "What is known already: a vehicle *.toml or a name.",
         ),
     ] = None,
     set_vehicle: options.SetVehicle = None,
@@ -67,16 +59,14 @@ def identify(
         bool,
         options.flag(
             "--course",
-            "The yaw is the course over ground of the pose's point, not the car's heading: with"
-            " rear_axle given, the heading is that of an axle drawn behind it.",
+            "The yaw is the course over ground, not the heading.",
         ),
     ] = False,
     stops: Annotated[
         Path | None,
         optional(
             "LOG",
-            "A second log, of stops and starts, to learn the drive from: with throttle and brake,"
-            " acceleration_command or speed_command.",
+            "A second log, of stops and starts, to learn the drive.",
         ),
     ] = None,
     report: options.Report = None,

@@ -14,30 +14,24 @@ from popsteer.cli.inputs import place
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.logs.bag import TOPICS
-from popsteer.logs.units import UNITS
 
 Log: TypeAlias = Annotated[
     list[Path],
     typer.Argument(
         metavar="LOG...",
-        help="A table (CSV, or an export of PlotJuggler, MoTeC or VBOX), or several with one clock;"
-        " MCAP, or the folder of a ROS 2 bag.",
+        help="A table, or several with one clock; MCAP; a ROS 2 bag.",
         show_default=False,
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    optional(
-        "NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}. By type, if left out."
-    ),
+    optional("NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}."),
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
     optional(
         "NAME=UNIT",
-        "The unit of a column: "
-        + "; ".join(f"{name} in {', '.join(known)}" for name, known in UNITS.items())
-        + "; or a factor: -1, deg/15.5.",
+        "A unit, as steer=deg, speed=km/h, or a factor: steer=deg/15.5.",
     ),
 ]
 

@@ -12,7 +12,7 @@ import typer
 from popsteer import planning
 from popsteer._core import Path
 from popsteer.cli import inputs, options, outputs
-from popsteer.cli.assignments import assigned, listed
+from popsteer.cli.assignments import assigned
 from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
@@ -20,25 +20,20 @@ from popsteer.files import write_files_atomic
 from popsteer.planning import SpeedLimits
 from popsteer.tables import Waypoints, make_path, read_waypoints
 
-HELP = f"""\
+HELP = """\
 Find the fastest speeds along a path that a vehicle's limits allow.
 
-The speeds stay within top speed, speed limits, lateral, driving and braking acceleration, friction
+They stay within top speed, speed limits, lateral, driving and braking acceleration, friction
 ellipse, and the rate of the wheels, which have to turn in time for a bend. The table gives, for
-each limit, the share of the path on which it limits the speed. FILE of --out has columns x [m],
-y [m], speed [m/s], as --waypoints of the other commands reads it.
+each limit, the share of the path on which it limits the speed. popsteer params limits lists those
+that --set sets. FILE of --out has x [m], y [m], speed [m/s], as --waypoints elsewhere reads it.
 
 \b
 Examples:
   popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer plan waypoints.csv --smooth 0.1 --out course.csv    recorded, with noise and gaps
   popsteer plan waypoints.csv --set max_lateral_acceleration=3 --set max_jerk=2
-  popsteer plan waypoints.csv --speed-limit 100:250:8 --driving 0:3,20:1
-  popsteer plan lap.csv --closed
-
-\b
-Limits for --set; what is left out is the vehicle's:
-{listed(SpeedLimits)}
+  popsteer plan lap.csv --closed --speed-limit 100:250:8 --driving 0:3,20:1
 """
 
 
@@ -48,8 +43,7 @@ def plan(
         FilePath,
         typer.Argument(
             metavar="WAYPOINTS",
-            help="A row for each waypoint with x, y and, optionally, a speed, negative where it is"
-            " driven backwards: a table, GPX or GeoJSON, see docs/files.md.",
+            help="Points x, y, with or without speeds: a table, GPX or GeoJSON.",
         ),
     ],
     closed: Annotated[bool, flag("--closed", "The last waypoint joins the first.")] = False,
@@ -57,36 +51,30 @@ def plan(
     origin: options.Origin = None,
     vehicle: Annotated[
         str | None,
-        optional(
-            "NAME|FILE",
-            "The vehicle: a file *.toml as popsteer.Vehicle.save writes it, or the name of a"
-            " vehicle or of a plant.",
-        ),
+        optional("NAME|FILE", "The vehicle: a file *.toml or a name."),
     ] = None,
     set_vehicle: options.SetVehicle = None,
     set_: Annotated[list[str] | None, optional("NAME=VALUE", "Set a limit.", "--set")] = None,
     driving: Annotated[
-        str | None, optional("V:A,...", "Largest driving acceleration [m/s²] over speed [m/s].")
+        str | None, optional("V:A,...", "Largest driving acceleration [m/s²] over speed.")
     ] = None,
     braking: Annotated[
-        str | None, optional("V:A,...", "Largest braking deceleration [m/s²] over speed [m/s].")
+        str | None, optional("V:A,...", "Largest deceleration [m/s²] over speed.")
     ] = None,
     speed_limit: Annotated[
         list[str] | None,
-        optional("FROM:TO:SPEED", "Speed limit [m/s] between two distances along the path [m]."),
+        optional("FROM:TO:SPEED", "Speed limit [m/s] between two distances [m]."),
     ] = None,
     keep_speeds: Annotated[
         bool, flag("--keep-speeds", "The speeds of WAYPOINTS are limits too.")
     ] = False,
     smooth: Annotated[
         float | None,
-        optional(
-            "METRES", "First make a smooth path of recorded waypoints, at most this far from them."
-        ),
+        optional("METRES", "First smooth the waypoints, by at most so much."),
     ] = None,
     out: Annotated[
         FilePath | None,
-        optional("FILE", "File for the course, CSV. The figure is drawn beside it."),
+        optional("FILE", "File for the course, CSV; a figure is drawn beside it."),
     ] = None,
 ) -> None:
     """Find the fastest speeds along a path."""

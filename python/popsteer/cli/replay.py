@@ -9,32 +9,30 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from popsteer import lab, vehicles
+from popsteer import lab
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
-from popsteer.controllers import names as controller_names
 from popsteer.files import write_files_atomic
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
+_DEFAULT = "stanley,pop,preview-pop"
+
 HELP = """\
 Let controllers watch a recorded drive, and tell what they would have commanded.
 
-LOG is a CSV file, an MCAP file or a ROS 2 bag, as "popsteer identify" reads it. At each row each
-controller is given the pose, the speed and the angle that the driver applied, and answers what it
-would command now. It follows the waypoints or the track, or else the trajectory of its own tracked
-point in the log. The table has the angles beside the driver's, errors and statuses; --out writes
-it, a row for each row of the log, and a figure.
+At each row of LOG each controller is given the pose, the speed and the angle that the driver
+applied, and answers what it would command now. It follows the waypoints or the track, or else the
+trajectory of its own tracked point in the log. The table has the angles beside the driver's, errors
+and statuses; --out writes it, a row for each row of the log, and a figure.
 
 \b
 Examples:
   popsteer replay drive.mcap --vehicle car.toml
   popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
-  popsteer replay drive.csv --vehicle car.toml --report drive.html
   popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
 """
-_DEFAULT = "stanley,pop,preview-pop"
 
 
 def replay(
@@ -42,21 +40,12 @@ def replay(
     log: logs.Log,
     vehicle: Annotated[
         str,
-        valued(
-            "NAME|FILE",
-            "The vehicle that the controllers are given: a file *.toml, as identify writes it,"
-            f" {', '.join(vehicles.names())}, or a plant's.",
-        ),
+        valued("NAME|FILE", "What the controllers know: a vehicle *.toml."),
     ] = "paper",
     set_vehicle: options.SetVehicle = None,
     controllers: Annotated[
         str | None,
-        optional(
-            "NAMES",
-            f"The controllers, of {', '.join(controller_names())}, or your own as compare has them."
-            f" By default {_DEFAULT}, or"
-            " the one of --params.",
-        ),
+        optional("NAMES", f"By default {_DEFAULT}, or that of --params."),
     ] = None,
     params: options.Params = None,
     preset: options.Preset = "default",
@@ -65,9 +54,7 @@ def replay(
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
-    path_columns: Annotated[
-        str | None, optional("NAMES", "As --columns, of the file of --waypoints.")
-    ] = None,
+    path_columns: Annotated[str | None, optional("NAMES", "As --columns, of --waypoints.")] = None,
     origin: options.Origin = None,
     columns: options.Columns = None,
     topic: logs.Topic = None,

@@ -13,46 +13,18 @@ from popsteer.cli.options import flag, valued
 from popsteer.ranges import check_in_range
 
 HELP = """\
-Run a ROS 2 node that steers along the paths that a planner publishes. It needs no ROS: DDS and the
-messages come with the extra 'ros2'.
+Run a ROS 2 node that steers along the paths that a planner publishes, without ROS (extra 'ros2').
 
-It takes odometry and a path, and publishes drive commands, the intended trajectory and diagnostics.
-It steers from the first path on, at each odometry message, or --rate times a second where none
-comes. If odometry is missing or too old, or time jumps, it holds the last command for --hold, then
-brakes to a standstill, says why, and resumes when it can. A path that cannot be used leaves the
-last one in force for --keep-path. At a status of level fault it brakes at once, and stands until
-the service ~/reset (std_srvs/Trigger) is called or a message comes on ~/release. Ctrl-C ends it;
-its last command is a speed of 0.
-
-\b
-Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
-  odometry     /odom                     nav_msgs/Odometry
-  path         /path                     nav_msgs/Path, or with --path-type trajectory
-                                         autoware_planning_msgs/Trajectory
-  command      /drive                    ackermann_msgs/AckermannDriveStamped, or with
-                                         --command-type control autoware_control_msgs/Control,
-                                         with twist a Twist on /cmd_vel
-  predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
-  release      /popsteer/release         std_msgs/Empty: a fault is forgotten, as by ~/reset
-  speed_limit  /speed_limit              nav2_msgs/SpeedLimit: m/s or percent of --max-speed
-  steering     none                      ackermann_msgs/AckermannDriveStamped: the wheels' angle as
-                                         it is measured; with --autoware a SteeringReport
-  diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
-  clock        /clock                    rosgraph_msgs/Clock, with --sim-time
-  mode, operation_mode   with --autoware ControlModeReport and OperationModeState: where they become
-                                         autonomous, a fault is forgotten
+It takes odometry (/odom) and a path (/path), publishes commands (/drive) and diagnostics, and
+stops where it has to: docs/ros2.md has its topics, services and when it stops. The odometry's pose
+is that of the vehicle's point, from which its rear_axle is measured. Ctrl-C ends it.
 
 \b
 Examples:
-  popsteer ros2 --vehicle car.toml
   popsteer ros2 --vehicle car.toml --max-speed 3 --topic odometry=/ego/odom --topic path=/plan
   popsteer ros2 --vehicle car.toml --params tuned.toml --controller pop --rate 100
   popsteer ros2 --vehicle car.toml --autoware --record drive.mcap
   popsteer ros2 --vehicle car.toml --ros-args -r __ns:=/car -r odom:=/ego/odom -p rate:=100.0
-  ROS_DOMAIN_ID=7 popsteer ros2 --vehicle car.toml --sim-time
-
-The pose of the odometry has to be that of the vehicle's point, from which its rear_axle is
-measured. If nothing is received within --timeout, it ends with one line and exit status 2.
 """
 
 
@@ -62,14 +34,11 @@ def ros2(
         str,
         valued(
             "NAME|FILE",
-            "The vehicle: a file *.toml as popsteer.Vehicle.save and popsteer identify write"
-            " it, or a name.",
+            "The vehicle: a file *.toml or a name.",
         ),
     ],
     set_vehicle: options.SetVehicle = None,
-    controller: Annotated[
-        str, valued("NAME", f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}.")
-    ] = "preview-pop",
+    controller: Annotated[str, valued("NAME", "Who steers.")] = "preview-pop",
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
@@ -78,21 +47,18 @@ def ros2(
         float,
         valued(
             "M/S",
-            "Go no faster than this, whatever the path and the vehicle allow. A nav_msgs/Path"
-            " has no speeds: it is driven as fast as this and the vehicle's limits allow.",
+            "Go no faster than this.",
         ),
     ] = 5.0,
     rate: Annotated[float, valued("HZ", "Control steps a second.")] = 50.0,
     stale: Annotated[float, valued("SECONDS", "Odometry older than this is not steered by.")] = 0.3,
     hold: Annotated[
         float,
-        valued("SECONDS", "How long the last command is held before the node brakes to a stand."),
+        valued("SECONDS", "Then, hold the command so long, and brake."),
     ] = 0.2,
     keep_path: Annotated[
         float,
-        valued(
-            "SECONDS", "How long the last path stays in force where those after it cannot be used."
-        ),
+        valued("SECONDS", "Keep a path so long where new ones are bad."),
     ] = 1.0,
     topic: ros2_options.Topic = None,
     path_type: ros2_options.PathType = None,

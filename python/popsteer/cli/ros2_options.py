@@ -26,34 +26,31 @@ _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_F
 
 Domain: TypeAlias = Annotated[
     int | None,
-    optional("ID", "DDS domain, 0 to 232. The default is that of ROS_DOMAIN_ID, or else 0."),
+    optional("ID", "DDS domain; by default that of ROS_DOMAIN_ID."),
 ]
 Localhost: TypeAlias = Annotated[
     bool,
-    flag("--localhost", "Stay on this machine, as with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST."),
+    flag("--localhost", "Stay on this machine."),
 ]
 Autoware: TypeAlias = Annotated[
     bool, flag("--autoware", "Autoware's messages and names of topics.")
 ]
 PathType: TypeAlias = Annotated[
     str | None,
-    optional(
-        "path|trajectory", "What the path is: nav_msgs/Path, the default, or Autoware's Trajectory."
-    ),
+    optional("path|trajectory", "What the path is: nav_msgs/Path or a Trajectory."),
 ]
 CommandType: TypeAlias = Annotated[
     str | None,
     optional(
-        "ackermann|control|twist|twist-stamped",
-        "What the command is: AckermannDriveStamped, the default, Autoware's Control, or a Twist.",
+        "TYPE",
+        "Command: ackermann, control, twist or twist-stamped.",
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
     optional(
         "NAME=TOPIC",
-        "Another topic for odometry, path, command, predicted, diagnostics or clock. Can be"
-        " repeated.",
+        "Another topic for odometry, path, command, ...",
     ),
 ]
 RosArgs: TypeAlias = Annotated[
@@ -63,8 +60,7 @@ Remap: TypeAlias = Annotated[
     list[str] | None,
     optional(
         "FROM:=TO",
-        "Another name for a topic, for the node (__node) or for its namespace (__ns). Can be"
-        " repeated.",
+        "Another name, as ROS has it: of a topic, __node, __ns.",
         *("-r", "--remap"),
     ),
 ]
@@ -72,8 +68,7 @@ Param: TypeAlias = Annotated[
     list[str] | None,
     optional(
         "NAME:=VALUE",
-        "A ROS parameter: rate, stale, hold, keep_path, timeout, max_speed, closed or"
-        " use_sim_time. Can be repeated.",
+        "A ROS parameter, such as rate or max_speed.",
         *("-p", "--param"),
     ),
 ]
@@ -84,7 +79,7 @@ LogLevel: TypeAlias = Annotated[
     str | None,
     optional(
         "LEVEL",
-        "How much is printed: debug, info, warn, error or fatal; from warn on not what it does.",
+        "What is printed: debug, info, warn, error or fatal.",
         "--log-level",
     ),
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from popsteer import lab, vehicles
+from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
@@ -44,25 +44,16 @@ def stability(
     speeds: Annotated[str, valued("M/S", "Speeds, separated by commas.")] = _SPEEDS,
     vehicle: Annotated[
         str,
-        valued(
-            "NAME|FILE",
-            "The vehicle that the controllers are given: a file *.toml as"
-            f" popsteer.Vehicle.save writes it, {', '.join(vehicles.names())}, or the vehicle of a"
-            " plant.",
-        ),
+        valued("NAME|FILE", "What the controllers know: a vehicle *.toml."),
     ] = "paper",
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
         str | None,
-        optional(
-            "NAME|FILE",
-            "The real vehicle, named as --vehicle names it. The default is the one that the"
-            " controllers are given.",
-        ),
+        optional("NAME|FILE", "The real vehicle; by default the same."),
     ] = None,
     set_plant: Annotated[
         list[str] | None,
-        optional("NAME=VALUE", "Set a field of the real vehicle alone. Can be repeated."),
+        optional("NAME=VALUE", "A field of the real vehicle alone."),
     ] = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,

@@ -12,48 +12,34 @@ from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
+from popsteer.errors import ConfigError
 from popsteer.files import write_bytes_atomic, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
+# What goes with --run.
+_WITH_RUN = ("run", "out", "report")
+
 HELP = """\
 Drive one controller thousands of times, each time with another vehicle, start and noise.
 
-What varies is drawn from distributions: fields of the plant's vehicle, parameters of the plant
-(such as friction, where it has one), noise_position, noise_yaw, noise_speed, start_offset,
-start_yaw and start_speed. The controller is given the vehicle as it is before the draws. Without
---vary and --distributions the steering, the start and the noise vary. --vary NAME=none takes one
-out.
-
-\b
-A distribution is a number or one of
-  uniform(LOW,HIGH)  loguniform(LOW,HIGH)  normal(MEAN,DEVIATION)  triangular(LOW,MODE,HIGH)
-
-A run succeeds if it finishes, reports no fault, and stays within --deviation after settling. With
---out the rows are written as they come, and the same command resumes where it was stopped; a figure
-shows where the controller fails. Any run can be driven again, to the last bit: popsteer compare
---replay-run FILE:RUN.
+What varies is drawn from distributions; the controller is given the vehicle as it is before. A run
+succeeds if it finishes without a fault, within --deviation after settling. --out keeps the rows as
+they come: the same command resumes where it was stopped. --run drives one again, to the last bit.
 
 \b
 Examples:
-  popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv --runs 10000
   popsteer sweep --runs 10000 --out sweep.parquet --report sweep.html
-  popsteer sweep --vary "steer_lag=uniform(0.05,0.2)" --vary "dead_time=uniform(0,0.2)"
+  popsteer sweep --run sweep.parquet:17 --out run-17
+  popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv
+  popsteer sweep --vary "steer_lag=uniform(0.05,0.2)"
   popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
-  popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://scheduler:8786
 """
 
 
 def sweep(
     *,
-    controller: Annotated[
-        str | None,
-        optional(
-            "NAME",
-            "The controller, as compare has them. The default is that of --params, or else"
-            f" {inputs.DEFAULT_CONTROLLER}.",
-        ),
-    ] = None,
+    controller: options.Controller = None,
     params: options.Params = None,
     preset: options.Preset = "default",
     set_: options.Set = None,
@@ -67,15 +53,11 @@ def sweep(
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
-    vary: Annotated[
-        list[str] | None, optional("NAME=DISTRIBUTION", "Let a quantity vary. Can be repeated.")
-    ] = None,
+    vary: options.Vary = None,
     distributions: options.Distributions = None,
     runs: Annotated[int, valued("N", "How many runs.")] = 1000,
     seed: options.Seed = 0,
-    deviation: Annotated[
-        float, valued("METRES", "How far off the path a successful run may be, after settling.")
-    ] = 0.5,
+    deviation: Annotated[float, valued("METRES", "How far off a successful run may be.")] = 0.5,
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
@@ -86,26 +68,31 @@ def sweep(
         int | None,
         optional(
             "N",
-            "How many threads drive, or processes where plant or controller are in Python."
-            " The default is one a core.",
+            "Threads or processes; by default one a core.",
         ),
     ] = None,
     dask: Annotated[
         str | None,
         optional(
             "ADDRESS",
-            "Drive on a Dask cluster: the address of its scheduler, or local:N for N processes"
-            " of its own. Needs the extra 'dask'.",
+            "The scheduler of a Dask cluster, or local:N; extra 'dask'.",
         ),
+    ] = None,
+    run: Annotated[
+        str | None,
+        optional("FILE:RUN", "Drive this run again; with --out and --report alone."),
     ] = None,
     out: Annotated[
         Path | None,
-        optional("FILE", "File for the rows, *.parquet or *.csv. The figure is drawn beside it."),
+        optional("FILE", "File for the rows, *.parquet or *.csv; with --run a folder."),
     ] = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
+    if run is not None:
+        _again(run, out, report, context)
+        return
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
@@ -153,10 +140,43 @@ def sweep(
     said = outputs.written(out, pictures, nothing)
     if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
-        said += f"\nThe worst run again: popsteer compare --replay-run {out}:{worst}"
+        said += f"\nThe worst run again: popsteer sweep --run {out}:{worst}"
     below = summary.notes(job, rows)
     tables, read = summary.tables(job, rows), [course.path.source]
     outputs.show(summary.caption(job, rows), tables, below, said, report, read)
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])
+
+
+def _again(text: str, out: Path | None, report: Path | None, context: typer.Context) -> None:
+    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row."""
+    options.check_alone(context, "--run", _WITH_RUN)
+    file, _, number = text.rpartition(":")
+    if not file or not number.isdecimal():
+        raise ConfigError("--run", text, "written FILE:RUN")
+    run = int(number)
+    job, row = lab.sweep.rows.read_row(Path(file), run)
+    outputs.check_folder(out, lab.compare.files.file_names([job.controller]), report)
+    with Progress() as progress:
+        found = lab.sweep.repeat(job, run, progress=partial(progress.update, job.controller))
+        drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
+        comparison = lab.compare.Comparison(
+            {job.controller: found},
+            {job.controller: f"run {run} of {Path(file).name}"},
+            plant=job.label,
+            track=job.course,
+        )
+        made_by = lab.report.Origin(
+            outputs.command_line(context),
+            {job.controller: job.params},
+            job.adapt,
+            {job.label: job.made(run).plant},
+            job.monitor,
+        )
+        outputs.deliver(comparison, out, progress, report, made_by)
+    figures = vars(found.metrics)
+    same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
+    print(f"Drawn: {drawn or 'nothing'}.")
+    said = "to the last bit what its row says" if same else "NOT what its row says"
+    print(f"Run {run} of {file} is {said}; it {'succeeded' if row['success'] else 'failed'}.")

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from popsteer import controllers, lab
+from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import pairs
 from popsteer.cli.options import optional, valued
@@ -20,36 +20,22 @@ HELP = """\
 Search for the parameters of a controller with which a vehicle stays closest to its tracks, while
 the wheels move hardly more than before.
 
-Each trial drives all tracks with the vehicle and with cars that differ from it. Its error is the
-mean of the mean and of the worst cross-track error after settling, its effort the rate of the
-wheels. The tuning with the least error within --effort-limit is written to --out, which --params
-of other commands and popsteer.PopParams.load read; the table judges it besides on tracks and cars
-that the search has not seen.
-
-The trials are kept in a journal beside --out, or in --storage: the same command goes on with them,
-and several processes can share one.
+Each trial drives all tracks with the vehicle and with cars that differ. The tuning with the least
+error within --effort-limit is written to --out, which --params of other commands reads; the table
+judges it besides on tracks and cars that the search has not seen. The same command goes on with the
+trials kept beside --out or in --storage, which several processes can share.
 
 \b
 Examples:
-  popsteer tune --controller pop --out tuned.toml
   popsteer tune --vehicle car.toml --waypoints course.csv --out tuned.toml
   popsteer tune --controller pop --search "min_lookahead=uniform(3,12)" --trials 50
   popsteer tune --tracks racetrack,slalom --vary "steer_lag=uniform(0.05,0.2)" --seconds 60
-  popsteer tune --storage postgresql://host/tuning --trials 1000 --out tuned.toml
 """
 
 
 def tune(
     *,
-    controller: Annotated[
-        str | None,
-        optional(
-            "NAME",
-            f"The controller: {', '.join(controllers.names())}, or your own as compare has it."
-            " The default is that of"
-            f" --params, or else {inputs.DEFAULT_CONTROLLER}.",
-        ),
-    ] = None,
+    controller: options.Controller = None,
     params: options.Params = None,
     preset: options.Preset = "default",
     set_: options.Set = None,
@@ -58,14 +44,10 @@ def tune(
         list[str] | None,
         optional(
             "NAME=DISTRIBUTION",
-            "A parameter to search, and where: uniform(LOW,HIGH) or loguniform(LOW,HIGH). Can"
-            " be repeated. The default is a quarter to four times each of the main ones.",
+            "A parameter to search: uniform(LOW,HIGH) or loguniform(...).",
         ),
     ] = None,
-    waypoints: Annotated[
-        list[Path] | None,
-        optional("FILE", "Waypoints to tune on, as compare's --waypoints. Can be repeated."),
-    ] = None,
+    waypoints: options.SeveralWaypoints = None,
     tracks: options.Tracks = None,
     closed: options.Closed = False,
     columns: options.Columns = None,
@@ -74,16 +56,9 @@ def tune(
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
-    vary: Annotated[
-        list[str] | None,
-        optional(
-            "NAME=DISTRIBUTION",
-            "What differs from car to car, as sweep has it. Can be repeated. The default is"
-            " the steering.",
-        ),
-    ] = None,
+    vary: options.Vary = None,
     distributions: options.Distributions = None,
-    cars: Annotated[int, valued("N", "How many cars that differ, beside the vehicle.")] = 7,
+    cars: Annotated[int, valued("N", "How many cars that differ.")] = 7,
     seed: options.Seed = 0,
     constant_speed: options.ConstantSpeed = None,
     longitudinal: options.Longitudinal = None,
@@ -93,24 +68,20 @@ def tune(
         int | None,
         optional(
             "N",
-            "How many trials there are to be in the end. The default is 100 where --seconds"
-            " is not given.",
+            "Trials in the end; 100 without --seconds.",
         ),
     ] = None,
     seconds: Annotated[float | None, optional("S", "How long to search, at most.")] = None,
-    effort_limit: Annotated[
-        float, valued("FACTOR", "How many times the steering rate of before the tuning may take.")
-    ] = 1.1,
+    effort_limit: Annotated[float, valued("FACTOR", "How much more the wheels may move.")] = 1.1,
     storage: Annotated[
         str | None,
         optional(
             "URL|FILE",
-            "Where the trials are kept: any storage of Optuna, or a file for a journal. The"
-            " default is a journal beside --out.",
+            "Where trials are kept: a storage of Optuna, or a journal.",
         ),
     ] = None,
     out: Annotated[
-        Path | None, optional("FILE", "File for the tuning, *.toml. The figure is drawn beside it.")
+        Path | None, optional("FILE", "File for the tuning, *.toml; a figure is drawn beside it.")
     ] = None,
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""

@@ -124,7 +124,7 @@ def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     if not file:
         kept = "--out FILE keeps the rows, so that any run can be driven again."
         return shown + paragraphs([kept])
-    again = f"popsteer compare --replay-run {shlex.quote(file)}:{worst(rows, 1)[0]['run']}\n"
+    again = f"popsteer sweep --run {shlex.quote(file)}:{worst(rows, 1)[0]['run']}\n"
     return shown + block("Drive a run again, to the last bit", again)
 
 

@@ -139,7 +139,7 @@ def read_row(file: Path, run: int) -> tuple[Job, dict[str, Any]]:
     job, rows = read(file)
     found = next((row for row in rows if row["run"] == run), None)
     if found is None:
-        raise ConfigError("--replay-run", f"{file}:{run}", f"one of its {len(rows)} runs")
+        raise ConfigError("--run", f"{file}:{run}", f"one of its {len(rows)} runs")
     return job, found
 
 
