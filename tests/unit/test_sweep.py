@@ -19,8 +19,11 @@ from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import sweep
 from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.report.sweep import quantity_figures
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep import runs as workers
+from popsteer.lab.sweep.figure import sweep_figure
 from popsteer.lab.sweep.job import from_text
 from popsteer.lab.sweep.summary import (
     ERROR,
@@ -136,6 +139,32 @@ def test_start_is_told_as_it_is_driven(
     (said,) = [each for each in notes(job, sweep.run(job)) if each.startswith("Starts ")]
     assert words in said
     assert ("2.44 m" in said) == ("start_offset" not in {**vary, **given})
+
+
+@pytest.mark.parametrize("vary", [{"steer_lag": "uniform(0.05,0.2)"}, VARY])
+def test_title_of_the_figure_stays_inside_it(vary: dict[str, str]) -> None:
+    drawn = {name: distribution(name, text) for name, text in vary.items()}
+    job = _job(12, vary=drawn, course="a road of a long name", label="a car of a longer name yet")
+    figure = sweep_figure(job, sweep.run(job), THEMES["light"])
+    figure.draw_without_rendering()
+    (title,) = [each for each in figure.texts if each.get_text().startswith("pop on")]
+    box = title.get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+    assert box.y1 <= figure.bbox.height
+
+
+def test_page_tells_influence_as_the_terminal_does(rows: list[dict[str, Any]]) -> None:
+    job = _job()
+    fine = [{**row, "success": True, "faults": 0} for row in rows]
+    bad = [{**row, "success": row["run"] > 3} for row in fine]
+    for given, what in ((fine, "were the worst tenth"), (bad, "failed")):
+        for figure in quantity_figures(job, given):
+            shown = json.dumps(figure)
+            assert f"distance of the runs that {what} from the others: " in shown
+        assert any(f" the runs that {what} from" in each for each in notes(job, given))
+    # Of so few, none is told from the others.
+    few = [each for figure in quantity_figures(job, fine[:5]) for each in json.dumps(figure)]
+    assert "from the others" not in "".join(few)
 
 
 def test_job_is_read_back_as_it_was_written() -> None:

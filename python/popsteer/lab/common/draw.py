@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart
-_EM = 0.55  # mean width of a character, of the height of the font
 _HEAD = 10.0  # pt
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
@@ -82,8 +80,7 @@ def plot_broken(
 
 def headline(figure: Figure, text: str, theme: Theme) -> None:
     """Write a line above a figure, broken where it is wider."""
-    text = textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * _HEAD)))
-    figure.suptitle(text, fontsize=_HEAD, color=theme.faint)
+    figure.suptitle(text, fontsize=_HEAD, color=theme.faint, wrap=True)
 
 
 def logarithmic(panel: Axes, names: str = "y") -> None:

@@ -65,5 +65,7 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     speed = found.constant_speed
     pedals = "the paper's pedals" if speed is None else f"constant {speed:g} m/s"
-    figure.suptitle(f"Tracking error against the time of a control step, {pedals}", fontsize=11)
+    figure.suptitle(
+        f"Tracking error against the time of a control step, {pedals}", fontsize=11, wrap=True
+    )
     return figure

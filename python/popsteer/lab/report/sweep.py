@@ -21,6 +21,7 @@ from popsteer.lab.sweep import summary
 from popsteer.lab.sweep.job import repeat
 from popsteer.lab.sweep.summary import (
     axis_title,
+    badly,
     chance,
     error_of,
     influence,
@@ -219,10 +220,14 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
         traces, note = _dots(rows, values, error)
         axis = log_axis("greatest error [m]", error.min(), error.max())
         axis["domain"] = [0.38, 1.0]
+        said = (
+            f"Kolmogorov-Smirnov distance of the runs that {badly(rows)} from the others:"
+            f" {weight:.2f} (by chance: up to {by_chance:.2f}). "
+        )
         drawn = figure(
             name,
-            f"Influence on failing, 0 to 1: {weight:.2f} (by chance: up to {by_chance:.2f}). Below:"
-            f" the share that succeeds over tenths of the runs, with 95 % confidence.{note}",
+            f"{said if weight > 0.0 else ''}Below: the share that succeeds over tenths of the runs,"
+            f" with 95 % confidence.{note}",
             [*traces, _rates(values, good)],
             {"title": {"text": axis_title(name)}, "anchor": "y2"},
             axis,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
-from popsteer.lab.common.draw import files_of
+from popsteer.lab.common.draw import files_of, headline
 from popsteer.lab.common.names import title_of
 from popsteer.lab.stability.carrot import LATERAL, Carrot, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
@@ -180,9 +179,7 @@ def _carrot_figure(result: Stability, curve: Carrot, theme: Theme) -> Figure:
 
 
 def _captioned(figure: Figure, caption: str, theme: Theme) -> Figure:
-    # As many lines as the width of the figure takes.
-    across = int(14.0 * figure.get_figwidth())
-    figure.suptitle(textwrap.fill(caption, across), fontsize=9, color=theme.faint)
+    headline(figure, caption, theme)
     return figure
 
 

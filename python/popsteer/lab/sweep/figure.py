@@ -74,7 +74,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
     limit = f"allowed: {job.deviation:g} m"
     handles.append(Line2D([], [], linestyle="--", color=theme.faint, label=limit))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    figure.suptitle(caption(job, rows).replace(": ", "\n", 1), fontsize=11)
+    figure.suptitle(caption(job, rows).replace(": ", "\n", 1), fontsize=11, wrap=True)
     return figure
 
 

@@ -163,6 +163,11 @@ def _good(rows: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
     return good
 
 
+def badly(rows: Sequence[dict[str, Any]]) -> str:
+    """Word what `influence` compares with the others: the runs that failed, or the worst tenth."""
+    return "were the worst tenth" if all(row["success"] for row in rows) else "failed"
+
+
 def percent(share: float, runs: int) -> str:
     """Word a share of runs in per cent, with the digits that so many runs support.
 
@@ -223,9 +228,8 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
-        what = "were the worst tenth" if all(row["success"] for row in rows) else "failed"
         said.append(
-            f"Kolmogorov-Smirnov distance of the runs that {what} from the others: {first}"
+            f"Kolmogorov-Smirnov distance of the runs that {badly(rows)} from the others: {first}"
             f" (by chance: up to {chance(rows):.2f})."
         )
     said.append(job.begins(job.road, job.whole, job.vary, job.start_offset))

@@ -46,7 +46,7 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     tracks = ", ".join(tuned.problem.paths)
     trials, cars = counted(len(tuned.trials), "trial"), counted(tuned.problem.cars + 1, "car")
     title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}, {cars}"
-    figure.suptitle(title, fontsize=11)
+    figure.suptitle(title, fontsize=11, wrap=True)
     return figure
 
 
