@@ -7,15 +7,18 @@ import subprocess
 import sys
 import threading
 from collections import defaultdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
+from rich.progress import Progress as Bar
+from rich.progress import TimeRemainingColumn
 
 import popsteer
 from popsteer import tracks
 from popsteer.cli import params
-from popsteer.cli.app import app
+from popsteer.cli.app import made
 from popsteer.cli.outputs import Progress
 from tests.cli import command
 from tests.helpers import looped
@@ -119,6 +122,31 @@ def test_version_is_that_of_the_package(
     assert (outcome.status, outcome.out) == (0, f"popsteer {popsteer.__version__}\n")
 
 
+@looped(
+    ("line", "left_out"),
+    [
+        (["--version"], ("popsteer.lab", "popsteer.sim", "rich.table", "popsteer.cli.compare")),
+        (["tracks"], ("popsteer.lab.bench", "popsteer.cli.compare", "matplotlib")),
+        (["compare", "--help"], ("popsteer.lab.bench", "popsteer.cli.tune", "matplotlib")),
+    ],
+)
+def test_command_loads_nothing_that_it_does_not_need(
+    line: list[str], left_out: tuple[str, ...]
+) -> None:
+    code = f"""
+import sys
+from popsteer.cli import main
+try:
+    main({line!r})
+except SystemExit as end:
+    assert end.code == 0
+loaded = [name for name in {left_out!r} if name in sys.modules]
+assert not loaded, loaded
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_tracks_lists_them_all(capsys: pytest.CaptureFixture[str]) -> None:
     outcome = command.call(capsys, "tracks")
     assert outcome.status == 0
@@ -185,6 +213,21 @@ def test_progress_on_a_terminal_shows_what_is_done_and_goes_away(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "figures" in captured.err
+
+
+def test_progress_tells_the_time_that_remains_of_each_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr("popsteer.cli.outputs.Bar", partial(Bar, get_time=lambda: now[0]))
+    with Progress() as progress:
+        assert any(isinstance(each, TimeRemainingColumn) for each in progress._bar.columns)
+        for work, least in (("runs", 20.0), ("figures", 5.0)):
+            for share in (0.0, 0.25, 0.5):
+                progress.update(work, share)
+                now[0] += least / 2.0
+            # Half is done, in the time of two updates.
+            assert progress._bar.tasks[0].time_remaining == least
 
 
 def test_help_of_every_command_needs_nothing_that_windows_lacks() -> None:
@@ -284,7 +327,7 @@ SEVERAL = {"--out": {"DIR", "FILE"}}
 
 def _commands() -> dict[str, dict[str, Any]]:
     """The options of each command by their longest spelling."""
-    group: Any = typer.main.get_command(app)
+    group: Any = typer.main.get_command(made())
     return {
         name: {
             max(parameter.opts, key=len): parameter

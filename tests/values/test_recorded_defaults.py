@@ -111,9 +111,9 @@ def _options() -> dict[str, str]:
     """Each option of each command: whether it is a flag, can be repeated, and its default."""
     import typer
 
-    from popsteer.cli.app import app
+    from popsteer.cli.app import made
 
-    group: Any = typer.main.get_command(app)
+    group: Any = typer.main.get_command(made())
     return {
         f"{name} {each.opts[0]}": f"{each.metavar} {_said(each.default)}"
         f"{' flag' if getattr(each, 'is_flag', False) else ''}"

@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import (
-    bench,
-    compare,
-    identify,
-    matrix,
-    new,
-    paper,
-    params,
-    plan,
-    record,
-    replay,
-    ros2,
-    stability,
-    suite,
-    sweep,
-    tracks,
-    tune,
-)
 
-# In the order of the list: each has a function of its name, whose docstring is its line there.
-_PAGES = (
-    *(compare, matrix, suite, sweep, tune, stability, paper, params),
-    *(new, plan, identify, replay, ros2, record, bench),
+# In the order of the list: each is a module with a function of its name, whose docstring is its
+# line there.
+PAGES = (
+    *("compare", "matrix", "suite", "sweep", "tune", "stability", "paper", "params"),
+    *("new", "plan", "identify", "replay", "ros2", "record", "bench", "tracks"),
 )
 
 _HELP = """\
@@ -57,16 +42,6 @@ the left. Files are written completely or not at all. An error in the input is o
 with exit status 2.
 """
 
-app = typer.Typer(
-    name="popsteer",
-    help=_HELP,
-    no_args_is_help=False,
-    pretty_exceptions_enable=False,
-    # Plain text reads the same on a terminal, in a file and through a pager.
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["--help", "-h"], "max_content_width": 100},
-)
-
 
 def _show_version(wanted: bool) -> None:
     if wanted:
@@ -74,7 +49,6 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(invoke_without_command=True)
 def _popsteer(
     context: typer.Context,
     *,
@@ -87,8 +61,29 @@ def _popsteer(
         print(context.get_help())
 
 
-for _page in _PAGES:
-    _name = _page.__name__.rpartition(".")[2]
-    _command = getattr(_page, _name)
-    app.command(_name, help=_page.HELP, short_help=_command.__doc__)(_command)
-app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)
+def made(pages: Sequence[str] = PAGES) -> typer.Typer:
+    """Make the command with the commands of some pages; the modules of the others are not loaded.
+
+    Examples
+    --------
+    >>> len(made(["new"]).registered_commands)
+    1
+    """
+    app = typer.Typer(
+        name="popsteer",
+        help=_HELP,
+        no_args_is_help=False,
+        pretty_exceptions_enable=False,
+        # Plain text reads the same on a terminal, in a file and through a pager.
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["--help", "-h"], "max_content_width": 100},
+    )
+    app.callback(invoke_without_command=True)(_popsteer)
+    for name in pages:
+        page = import_module(f"popsteer.cli.{name}")
+        if name == "tracks":
+            app.add_typer(page.app, name=name, short_help=page.list_tracks.__doc__)
+        else:
+            command = getattr(page, name)
+            app.command(name, help=page.HELP, short_help=command.__doc__)(command)
+    return app

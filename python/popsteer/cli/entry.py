@@ -126,13 +126,15 @@ def _with_all_extras(error: MissingExtra, given: Sequence[str]) -> MissingExtra:
     return MissingExtra(error.what, *sorted({*error.extras, *absent}))
 
 
-@functools.cache  # once a process: reading the options of all commands takes longer than most runs
-def _all_commands() -> Any:  # noqa: ANN401 - typer does not export what it makes
+@functools.cache  # once a process: reading the options of a command takes longer than most runs
+def _commands(first: str) -> Any:  # noqa: ANN401 - typer does not export what it makes
+    """Give the command with what a command line that begins so needs: one page, all, or none."""
     import typer
 
-    from popsteer.cli.app import app
+    from popsteer.cli.app import PAGES, made
 
-    return typer.main.get_command(app)
+    pages = (first,) if first in PAGES else () if first == "--version" else PAGES
+    return typer.main.get_command(made(pages))
 
 
 def _run(given: list[str]) -> int:
@@ -145,7 +147,7 @@ def _run(given: list[str]) -> int:
     )
     try:
         # A report tells the command that made it.
-        status = _all_commands().main(
+        status = _commands(given[0] if given else "").main(
             args=given, prog_name="popsteer", standalone_mode=False, obj=given
         )
     except wrong_use as error:

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, TextColumn
+from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 from rich.text import Text
 
@@ -38,10 +38,10 @@ _PATIENCE = 1.0  # seconds without a bar
 
 
 class Progress:
-    """A bar on stderr, from the first second on, where stderr is a terminal."""
+    """A bar on stderr with the time that remains, from the first second on, on a terminal alone."""
 
     def __init__(self) -> None:
-        columns = TextColumn("{task.description}"), BarColumn()
+        columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
         self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
         self._task = self._bar.add_task("", total=1.0, visible=False)
         # A timer, as what takes longest may say nothing while it lasts.
@@ -58,6 +58,8 @@ class Progress:
 
     def update(self, what: str, share: float) -> None:
         """Take note of what is being done, and of the share of it that is done, 0 to 1."""
+        if share < self._bar.tasks[0].completed:
+            self._bar.reset(self._task)  # another work, whose speed is its own
         self._bar.update(self._task, description=what, completed=share, visible=True)
 
     def stop(self) -> None:

@@ -39,21 +39,25 @@ Examples
 True
 """
 
-from popsteer.lab import (
-    baselines,
-    bench,
-    common,
-    compare,
-    identify,
-    matrix,
-    plan,
-    replay,
-    report,
-    stability,
-    suite,
-    sweep,
-    tune,
-)
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from popsteer.lab import (
+        baselines,
+        bench,
+        common,
+        compare,
+        identify,
+        matrix,
+        plan,
+        replay,
+        report,
+        stability,
+        suite,
+        sweep,
+        tune,
+    )
 
 __all__ = [
     "baselines",
@@ -70,3 +74,16 @@ __all__ = [
     "sweep",
     "tune",
 ]
+
+
+# Hidden from type checkers, which would take any name for one of the laboratory's.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        if name in __all__:
+            return import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
