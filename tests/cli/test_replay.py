@@ -114,7 +114,14 @@ def test_replay_prints_a_table_and_writes_files(
         "--controllers", "stanley,preview-pop",
     )  # fmt: skip
     assert (outcome.status, outcome.err) == (0, "")
-    for part in ("drive.csv: 40.0 s", "driver", "Stanley", "Preview POP", "fault"):
+    for part in (
+        "drive.csv: 40.0 s",
+        ", vehicle car.toml\n",
+        "driver",
+        "Stanley",
+        "Preview POP",
+        "fault",
+    ):
         assert part in outcome.out
     with (out / "replay.csv").open() as stream:
         rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
@@ -138,6 +145,8 @@ def test_replay_with_params_of_a_file_uses_them(
         outcome = command.call(capsys, "replay", str(file), "--params", str(params))
         assert outcome.status == 0
         assert "POP" in outcome.out
+        # What nobody named is not taken silently.
+        assert "trajectory, vehicle paper; no --vehicle says what drove\n" in outcome.out
         tables.append(outcome.out)
     assert tables[0] != tables[1]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +12,7 @@ import typer
 
 from popsteer import lab
 from popsteer.cli import inputs, logs, options, outputs
-from popsteer.cli.options import optional, valued
+from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.files import write_files_atomic
 from popsteer.lab.replay.runs import Replay
@@ -39,9 +40,9 @@ def replay(
     *,
     log: logs.Log,
     vehicle: Annotated[
-        str,
-        valued("NAME|FILE", "What the controllers know: a vehicle *.toml."),
-    ] = "paper",
+        str | None,
+        optional("NAME|FILE", "What the controllers know: a vehicle *.toml. By default paper."),
+    ] = None,
     set_vehicle: options.SetVehicle = None,
     controllers: Annotated[
         str | None,
@@ -68,7 +69,9 @@ def replay(
     from popsteer.lab.replay import run as replayed
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
-    given = inputs.believed(vehicle, set_vehicle)
+    given = inputs.believed(vehicle or "paper", set_vehicle)
+    called = inputs.plant_label(vehicle or "paper") + (" with changes" if set_vehicle else "")
+    called += "; no --vehicle says what drove" if vehicle is None else ""
     names = ",".join(load_all(params)) if controllers is None and params else controllers
     tuning = inputs.tuned(
         inputs.names("--controllers", names or _DEFAULT),
@@ -95,6 +98,7 @@ def replay(
             monitor=tuning.monitor,
             progress=progress.update,
         )
+        found = replace(found, called=called)
         files = {} if out is None else _files(found, out, progress)
     said = "--out DIR writes a row for each row of the log, the table, and a figure."
     if out is not None:

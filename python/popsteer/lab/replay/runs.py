@@ -136,6 +136,8 @@ class Replay:
     shadows: dict[str, Shadow]
     course: str
     """What was to be followed, in words."""
+    called: str = ""
+    """What the vehicle is called, in words; nothing is said of it without."""
 
 
 def run(

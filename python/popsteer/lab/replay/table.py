@@ -27,11 +27,12 @@ NOTE = (
 
 
 def caption(found: Replay) -> str:
-    """Say in one line what was replayed: the log, and what was to be followed."""
+    """Say in one line what was replayed: the log, what was to be followed, and the vehicle."""
     log = found.log
+    vehicle = f", vehicle {found.called}" if found.called else ""
     return (
         f"{log.name}: {log.duration:.1f} s, {len(log)} rows every {1e3 * log.period:.0f} ms, along"
-        f" {found.course}"
+        f" {found.course}{vehicle}"
     )
 
 
