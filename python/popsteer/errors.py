@@ -69,6 +69,17 @@ def unknown(what: str, name: object, known: Iterable[str]) -> str:
     return f"unknown {what} {_short(repr(name))}{said}: {', '.join(known)}"
 
 
+def printable(text: str) -> str:
+    r"""Escape what a terminal would not print: control characters of the name of a file, say.
+
+    Examples
+    --------
+    >>> print(printable("a\x1b[31m.csv"))
+    a\x1b[31m.csv
+    """
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
+
+
 class PopsteerError(Exception):
     """Base of all errors that popsteer raises on purpose.
 

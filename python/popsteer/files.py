@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import select
 import stat
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -16,6 +17,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
+
+_PATIENCE = 30.0  # s without a byte in a pipe
+_MOST_PIPED = 1 << 30
 
 
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
@@ -43,12 +47,20 @@ def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> N
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Read a file or a pipe to its end; OSError, also for a device without one."""
-    with _naming(path), Path(path).open("rb") as stream:
+    """Read a file or a pipe to its end; OSError, also for a device without one.
+
+    A pipe into which nothing is written for half a minute is an error, too, and one without an end.
+    """
+    # Without O_NONBLOCK a pipe is not even opened before somebody writes into it.
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    with _naming(path), os.fdopen(os.open(path, flags), "rb") as stream:
         mode = os.fstat(stream.fileno()).st_mode
         if stat.S_ISBLK(mode) or (stat.S_ISCHR(mode) and not stream.isatty()):
             raise OSError(errno.EINVAL, "is a device, not a file")
-        return stream.read()
+        if stat.S_ISREG(mode) or os.name == "nt":
+            return stream.read()
+        os.set_blocking(stream.fileno(), True)
+        return stream.read() if stream.isatty() else _piped(stream.fileno())
 
 
 def write_text_atomic(path: str | os.PathLike[str], text: str) -> None:
@@ -114,6 +126,19 @@ def _target(named: Path) -> Path | None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     # Path.resolve would raise a RuntimeError at a loop of links; stat has refused that above.
     return Path(os.path.realpath(named)) if stat.S_ISREG(mode) else None
+
+
+def _piped(descriptor: int) -> bytes:
+    """Read what others write, to its end."""
+    data = bytearray()
+    while select.select([descriptor], [], [], _PATIENCE)[0]:
+        part = os.read(descriptor, 1 << 20)
+        data += part
+        if not part:
+            return bytes(data)
+        if len(data) > _MOST_PIPED:
+            raise OSError(errno.EFBIG, f"writes more than {_MOST_PIPED:,} bytes")
+    raise OSError(errno.ETIMEDOUT, f"nothing is written into it for {_PATIENCE:g} s")
 
 
 def _try_out(folder: Path) -> None:

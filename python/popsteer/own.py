@@ -15,6 +15,7 @@ Examples
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import importlib
 import importlib.util
@@ -32,13 +33,14 @@ from popsteer.errors import ConfigError, PopsteerError
 from popsteer.parameters import Parameters
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from types import ModuleType, TracebackType
 
 What: TypeAlias = Literal["controller", "plant", "track"]
 
 _REFERENCE = re.compile(r"(?P<place>.+):(?P<name>[A-Za-z_]\w*)")
 _PACKAGE = str(Path(__file__).parent)
+_INSTALLED = {"site-packages", "dist-packages"}
 
 
 class OwnCodeError(PopsteerError):
@@ -93,17 +95,85 @@ def load(what: What, name: str) -> Any:  # noqa: ANN401 - whatever is there
     return getattr(module, found["name"])
 
 
-def files(*names: str) -> list[Path]:
-    """Give the files that names refer to; names of other kinds have none."""
-    found = [match["place"] for name in names if (match := _REFERENCE.fullmatch(name))]
-    places = [_file(place) for place in found if place.endswith(".py")]
-    return [place for place in places if place is not None]
+def code(what: What, name: str) -> dict[str, str]:
+    """Give hashes of the files of code that a name stands for; of popsteer's names there is none.
+
+    They are those below the folder of the file, or of the module's package: modules that it
+    imports, wherever in it that stands, and those that are loaded. They are named from that folder.
+    """
+    if not is_named(what, name):
+        return {}
+    load(what, name)
+    found = _reference(what, name)
+    folder, first = _folder(found["place"]), _file(found["place"])
+    every = [getattr(each, "__file__", None) for each in tuple(sys.modules.values())]
+    paths = {Path(file).resolve() for file in every if file} | ({first} if first else set())
+    new = {path for path in paths if path.suffix == ".py" and path.is_relative_to(folder)}
+    while new:
+        new = {each for path in new for each in _imported(path, folder)} - paths
+        paths |= new
+    # What is installed below the folder, such as an environment of its own, is not its code.
+    names = [path.relative_to(folder) for path in paths if path.is_relative_to(folder)]
+    mine = sorted(each.as_posix() for each in names if not _INSTALLED & set(each.parts))
+    mine = [each for each in mine if not str(folder / each).startswith(_PACKAGE)]
+    if _INSTALLED & {folder.name}:  # a module alone among all that is installed
+        mine = [f"{found['place'].partition('.')[0]}.py"]
+    hashes = {each: _hash(folder / each) for each in mine}
+    return {each: found for each, found in hashes.items() if found is not None}
 
 
-def file_hash(name: str) -> str | None:
-    """Give a hash of the file that a name refers to; None where it refers to none."""
-    found = files(name)
-    return hashlib.sha256(found[0].read_bytes()).hexdigest()[:16] if found else None
+def _imported(file: Path, folder: Path) -> Iterator[Path]:
+    """Give the files below a folder that a file of code imports, wherever in it that stands."""
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        at, names = folder, []
+        if isinstance(node, ast.Import):
+            names = [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            at = file.parents[node.level - 1] if node.level else folder
+            names = [f"{node.module or ''}.{each.name}".strip(".") for each in node.names]
+        for parts in (name.split(".") for name in names):
+            for k in range(1, len(parts) + 1):
+                stem = at.joinpath(*parts[:k])
+                both = stem.with_name(f"{stem.name}.py"), stem / "__init__.py"
+                yield from (each for each in both if each.is_file())
+
+
+def changed(what: What, name: str, known: Mapping[str, str]) -> str | None:
+    """Name the first file of `code` that is not as it was `known`; None if all are."""
+    folder = _folder(_reference(what, name)["place"])
+    return next((each for each in known if _hash(folder / each) != known[each]), None)
+
+
+def files(what: What, name: str) -> list[Path]:
+    """Give the files of `code`."""
+    found = code(what, name)
+    return [_folder(_reference(what, name)["place"]) / each for each in found]
+
+
+def _reference(what: What, name: str) -> re.Match[str]:
+    found = _REFERENCE.fullmatch(name) or _REFERENCE.fullmatch(entry_points(what)[name].value)
+    if found is None:
+        raise ConfigError(what, name, "FILE.py:NAME or MODULE:NAME")
+    return found
+
+
+def _folder(place: str) -> Path:
+    """Find the folder of a file, or of a module's package, without running any of it."""
+    if place.endswith(".py"):
+        file = _file(place)
+        return Path(place).resolve().parent if file is None else file.parent
+    spec = importlib.util.find_spec(place.partition(".")[0])
+    if spec is None or not (spec.submodule_search_locations or spec.origin):
+        return Path.cwd()
+    inside = list(spec.submodule_search_locations or ())
+    return Path(inside[0]).resolve() if inside else Path(str(spec.origin)).resolve().parent
+
+
+def _hash(file: Path) -> str | None:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
+    except OSError:
+        return None
 
 
 def params_of(kind: Any) -> type[Parameters]:  # noqa: ANN401 - a class or a function
@@ -152,6 +222,8 @@ def raised(error: BaseException) -> str:
 
 def _file(place: str) -> Path | None:
     """Find the file of a reference: as it is named, or, on a cluster, where modules are found."""
+    if not place.endswith(".py"):
+        return None
     paths = [Path(place), *(Path(folder) / Path(place).name for folder in sys.path)]
     return next((path.resolve() for path in paths if path.is_file()), None)
 

@@ -24,6 +24,7 @@ from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Collection
     from inspect import Signature
 
     from popsteer.controllers import Params
@@ -34,11 +35,12 @@ _HEAD = """\
 """
 
 
-def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
+def load_all(file: str | os.PathLike[str], named: Collection[str] = ()) -> dict[str, Params]:
     r"""Read the tuning of the controllers that a TOML file has, by name, in the order of the file.
 
-    Raises ConfigError, which names file, table, key and value, where the file cannot be read or is
-    no TOML, or has no controller or an unknown one, or an unknown key or a wrong value.
+    Code of one's own is run only if it is `named`: a file alone makes none run. Raises ConfigError,
+    which names file, table, key and value, where the file cannot be read or is no TOML, or has no
+    controller or an unknown one, or an unknown key or a wrong value.
 
     Examples
     --------
@@ -64,6 +66,9 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
             raise in_file(file, ConfigError.unknown("table", table, known))
         if not isinstance(fields, dict):
             raise in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
+        if own.is_reference(name) and name not in named:
+            wanted = "code of your own that the command line names as a controller"
+            raise in_file(file, ConfigError("table", table, wanted))
         kind: Any = (
             controllers.get(name).params
             if name in controllers.names()

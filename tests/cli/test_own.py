@@ -94,7 +94,11 @@ def test_page_class_is_compared_swept_and_tuned_by_the_commands_of_the_page(
     assert call(capsys, *sweep.replace("1000", "4").split(), "--workers", "2").status == 0
     rows = list(csv.DictReader(Path("sweep.csv").read_text().splitlines()[1:]))
     assert [row["run"] for row in rows] == ["0", "1", "2", "3"]
-    assert "to the last bit" in call(capsys, "sweep", "--run", "sweep.csv:2").out
+    again_of = ("sweep", "--run", "sweep.csv:2")
+    refused = "popsteer: sweep.csv: drives code of your own: name it by --controller"
+    assert call(capsys, *again_of).err == f"{refused} mine.py:BangBang\n"
+    done = call(capsys, *again_of, "--controller", "mine.py:BangBang")
+    assert "to the last bit" in done.out
     assert call(capsys, *tune.replace("20", "2").split(), "--cars", "1").status == 0
     tuned = Path("tuned.toml").read_text()
     amplitude = float(tuned.rpartition("=")[2])
@@ -118,7 +122,7 @@ def test_changed_file_of_a_sweep_is_refused(here: Path, capsys: pytest.CaptureFi
     ]
     assert call(capsys, "sweep", *name, "--workers", "1", "--out", "one.csv").status == 0
     Path("mine.py").write_text(MINE.replace("0.122", "0.2"))
-    done = call(capsys, "sweep", "--run", "one.csv:0")
+    done = call(capsys, "sweep", "--run", "one.csv:0", "--controller", "mine.py:BangBang")
     assert done.status == 2
     assert "mine.py:BangBang is not there as it was" in done.err
 

@@ -12,11 +12,12 @@ import pytest
 
 from popsteer import PopsteerError, logs
 from popsteer.lab.sweep import rows as files
+from popsteer.lab.sweep import run
 from popsteer.logs import Log, LogError
 from popsteer.logs.log import COLUMNS, _rising
 from popsteer.logs.units import UNITS, factor
 from tests.bags import START, write_bag
-from tests.values.tables import job, row
+from tests.values.tables import job
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -233,27 +234,28 @@ def test_columns_in_any_order_with_others_between_are_read_by_name(tmp_path: Pat
 
 def test_journal_is_whole_after_each_of_two_interruptions(tmp_path: Path) -> None:
     sweep = job(runs=9)
+    rows = run(sweep)
     part = tmp_path / "sweep.csv.part"
-    lines = [json.dumps(row(k, 0.1 * k), separators=(",", ":")) for k in range(9)]
+    lines = [json.dumps(row, separators=(",", ":")) for row in rows]
     for cut in (1, 20, len(lines[4]) - 1, len(lines[4])):
         part.write_text("\n".join([sweep.text, *lines[:4], lines[4][:cut]]))
         for count in (4, 6):  # another row comes, and half of one after it
             with files.Journal(part, sweep) as journal:
                 assert sorted(journal.rows) == list(range(count)), cut
-                journal.add([row(k, 0.1 * k) for k in range(count + 1)])
-                journal.add([row(count + 1, 0.1 * (count + 1))])
+                journal.add(rows[: count + 1])
+                journal.add([rows[count + 1]])
             with part.open("a") as stream:
                 stream.write(lines[8][:cut])
         again, found = files.read(part)
         assert again.text == sweep.text
-        assert found == [row(k, 0.1 * k) for k in range(8)]
+        assert found == rows[:8]
     # Killed within its first line, or before it: there is nothing to lose.
     for begun in ("", sweep.text[:30], sweep.text):
         part.write_text(begun)
         with files.Journal(part, sweep) as journal:
             assert journal.rows == {}
-            journal.add([row(0, 0.0)])
-        assert files.read(part)[1] == [row(0, 0.0)]
+            journal.add(rows[:1])
+        assert files.read(part)[1] == rows[:1]
     part.write_text("another file")
     with pytest.raises(PopsteerError, match="no sweep"), files.Journal(part, sweep):
         pass

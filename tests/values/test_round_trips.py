@@ -18,7 +18,7 @@ from popsteer.lab.common.varied import varied, varying
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep.job import from_text
 from popsteer.planning import SpeedLimits
-from tests.values.tables import STRAIGHT, changed, job, row
+from tests.values.tables import STRAIGHT, changed, job
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -165,9 +165,8 @@ def test_study_tells_apart_every_problem_that_scores_otherwise() -> None:
 
 
 def test_rows_are_read_back_with_their_kinds(tmp_path: Path) -> None:
-    rows = [
-        row(k, 1 / 3 + k, success=k % 2 == 0, faults=k << 20, seed=2**64 - 1 - k) for k in range(4)
-    ]
+    rows = sweep.run(job())
+    rows[1] |= {"success": not rows[1]["success"], "faults": 1 << 20}
     rows[2]["settled_mean_abs_cross_track_error"] = float("inf")
     for kind in ("csv", "parquet"):
         if kind == "parquet":

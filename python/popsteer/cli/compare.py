@@ -14,7 +14,7 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, printable
 from popsteer.files import check_files
 from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
@@ -129,7 +129,8 @@ def compare(
     if record is not None:
         from popsteer.adapters.ros2.recording import record_run
 
-        print(f"Written to {record}: {record_run(comparison.first, record)} messages")
+        count = record_run(comparison.first, record)
+        print(f"Written to {printable(str(record))}: {count} messages")
 
 
 def _check_record(file: Path | None, controllers: list[str]) -> None:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
-from popsteer.errors import PopsteerError
+from popsteer.errors import PopsteerError, printable
 from popsteer.extras import MODULES, MissingExtra, missing, require
 from popsteer.interrupt import handle_as_usual, has_come
 
@@ -23,6 +23,7 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as a shell has it."""
 
+_LONGEST = 700  # characters of an error
 _TYPED = ("rich", "typer")  # enough for help and for what only prints
 _PRINTING = ("new", "tracks")
 _OF_ROS2 = ("ros2", "record")
@@ -166,9 +167,12 @@ def _with_new_name(message: str) -> str:
 
 
 def _refuse(message: str) -> int:
-    """Say in one line on stderr what is wrong."""
+    """Say in one line on stderr what is wrong; of a long one its beginning and its end."""
+    line = printable(" ".join(message.split()))
+    if len(line) > _LONGEST:
+        line = f"{line[: _LONGEST - 200]} ... {line[-190:]}"
     with suppress(OSError):  # where stderr is full or gone, the status alone tells
-        print(f"popsteer: {' '.join(message.split())}", file=sys.stderr)
+        print(f"popsteer: {line}", file=sys.stderr)
     _drop_what_fails(sys.stderr)
     return REFUSED
 

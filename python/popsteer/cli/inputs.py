@@ -12,12 +12,12 @@ from popsteer import controllers as own_controllers
 from popsteer import own, plants, sim, toml_file, tracks, vehicle_file, vehicles
 from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, printable
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
 from popsteer.lab.common.names import controller_names
-from popsteer.lab.common.varied import usual
+from popsteer.lab.common.varied import usual, varying
 from popsteer.lab.compare import parameters
 from popsteer.lab.compare.runs import tunings
 from popsteer.params_file import load_all
@@ -84,7 +84,7 @@ def course(
         if track is not None:
             raise ConfigError("--track", track, "left out where --waypoints is given")
         path = Path.from_csv(waypoints, closed=closed, columns=columns, origin=place(origin))
-        return Course(path, waypoints.name)
+        return Course(path, printable(waypoints.name))
     _check_of_file(closed=closed, columns=columns, origin=origin)
     if track is not None and own.is_reference(track):
         return Course(_own_path(track), own.title(track))
@@ -183,7 +183,7 @@ def tuned(
     begun: dict[str, Any] = parameters(controllers, preset)
     called = dict(tunings(controllers, preset))
     if params is not None:
-        found = load_all(params)
+        found = load_all(params, controllers)
         for name in found:
             if name not in begun:
                 driven = ", ".join(begun)
@@ -277,7 +277,7 @@ def _changed(plant: Mover, name: str, assignments: Sequence[str] | None) -> Move
 
 def plant_label(text: str) -> str:
     """Say what tables call a plant: its name, or that of its file."""
-    return FilePath(text).name if _is_file(text) else text
+    return printable(FilePath(text).name) if _is_file(text) else text
 
 
 def named_vehicle(text: str) -> Vehicle:
@@ -372,6 +372,12 @@ def distributions(
     texts: dict[str, Any] = {}
     if file is not None:
         texts = toml_file.read(file, "--distributions")
+        try:
+            for name, text in texts.items():
+                check_known("quantity that varies", name, varying(plant))
+                distribution(name, text)
+        except ConfigError as error:
+            raise toml_file.in_file(file, error) from None
     elif not vary or all(each.partition("=")[2].strip() == "none" for each in vary):
         texts = dict(usual(sim.vehicle_of(plant), plant))
     for name, text in pairs("--vary", vary, "NAME=DISTRIBUTION"):

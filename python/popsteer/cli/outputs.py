@@ -16,7 +16,7 @@ from rich.text import Text
 
 from popsteer import files, lab
 from popsteer._core import build_profile
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, printable
 from popsteer.lab.common.layout import figure_names
 from popsteer.lab.compare.table import caption, notes
 
@@ -114,7 +114,7 @@ def console() -> Console:
 def say(text: str, style: str = "") -> None:
     """Print a sentence: wrapped on a terminal, in one line elsewhere."""
     at = console()
-    at.print(Text(text, style=style), soft_wrap=not at.is_terminal)
+    at.print(Text(printable(text), style=style), soft_wrap=not at.is_terminal)
 
 
 def show(
@@ -140,10 +140,10 @@ def show(
         if index == 0:
             at.print()
         say(note, "dim")
-    if said:
-        print(said)
+    for line in said.splitlines():
+        print(printable(line))
     if page is not None:
-        print(f"Written to {page}")
+        print(f"Written to {printable(str(page))}")
 
 
 def deliver(
@@ -210,7 +210,7 @@ def written(out: Path | None, others: Iterable[Path], otherwise: str) -> str:
     """Say which file was written, and which beside it; `otherwise` where none was."""
     if out is None:
         return otherwise
-    return f"Written to {', '.join([str(out), *(each.name for each in others)])}"
+    return printable(f"Written to {', '.join([str(out), *(each.name for each in others)])}")
 
 
 def check_folder(out: Path | None, names: Iterable[str], report: Path | None = None) -> None:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
 
-from popsteer import lab
+from popsteer import lab, own, sim
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, printable
 from popsteer.files import write_bytes_atomic, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
 # What goes with --run.
-_WITH_RUN = ("run", "out", "report")
+_WITH_RUN = ("run", "out", "report", "controller", "plant")
 
 HELP = """\
 Drive one controller thousands of times, each time with another vehicle, start and noise.
@@ -80,7 +81,10 @@ def sweep(
     ] = None,
     run: Annotated[
         str | None,
-        optional("FILE:RUN", "Drive this run again; with --out and --report alone."),
+        optional(
+            "FILE:RUN",
+            "Drive this run again; with --out, --report, and your own --controller, --plant.",
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -91,7 +95,7 @@ def sweep(
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
     if run is not None:
-        _again(run, out, report, context)
+        _again(run, {"controller": controller, "plant": plant}, out, report, context)
         return
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
@@ -140,7 +144,10 @@ def sweep(
     said = outputs.written(out, pictures, nothing)
     if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
-        said += f"\nThe worst run again: popsteer sweep --run {out}:{worst}"
+        own_code = {"controller": job.controller, "plant": sim.plant_name(job.whole)}
+        named = [f" --{k} {quote(v)}" for k, v in own_code.items() if own.is_reference(v)]
+        again = f"{quote(f'{out}:{worst}')}{''.join(named)}"
+        said += f"\nThe worst run again: popsteer sweep --run {again}"
     below = summary.notes(job, rows)
     tables, read = summary.tables(job, rows), [course.path.source]
     outputs.show(summary.caption(job, rows), tables, below, said, report, read)
@@ -149,14 +156,27 @@ def sweep(
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])
 
 
-def _again(text: str, out: Path | None, report: Path | None, context: typer.Context) -> None:
-    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row."""
+def _again(
+    text: str,
+    named: dict[str, str | None],
+    out: Path | None,
+    report: Path | None,
+    context: typer.Context,
+) -> None:
+    """Drive one run of a sweep, given as ``FILE:RUN``, and compare it with its row.
+
+    Controller and plant of one's own are run where they are `named`.
+    """
     options.check_alone(context, "--run", _WITH_RUN)
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
         raise ConfigError("--run", text, "written FILE:RUN")
     run = int(number)
-    job, row = lab.sweep.rows.read_row(Path(file), run)
+    job, row = lab.sweep.rows.read_row(Path(file), run, [name for name in named.values() if name])
+    there = {"controller": job.controller, "plant": sim.plant_name(job.whole)}
+    for option, name in named.items():
+        if name not in (None, there[option]):
+            raise ConfigError(f"--{option}", name, f"that of the sweep, {there[option]}")
     outputs.check_folder(out, lab.compare.files.file_names([job.controller]), report)
     with Progress() as progress:
         found = lab.sweep.repeat(job, run, progress=partial(progress.update, job.controller))
@@ -179,4 +199,5 @@ def _again(text: str, out: Path | None, report: Path | None, context: typer.Cont
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")
     said = "to the last bit what its row says" if same else "NOT what its row says"
-    print(f"Run {run} of {file} is {said}; it {'succeeded' if row['success'] else 'failed'}.")
+    ended = "succeeded" if row["success"] else "failed"
+    print(f"Run {run} of {printable(file)} is {said}; it {ended}.")

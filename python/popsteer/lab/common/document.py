@@ -6,7 +6,7 @@ import base64
 import zlib
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from popsteer.sim.geometry import CORE_PLANTS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_COLUMNS = ("x", "y", "speed", "reverse")
+_MOST_WAYPOINTS = 10_000_000
 
 
 def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN401 - dataclasses
@@ -37,15 +37,26 @@ def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
     if isinstance(value, Mapping):
         return {name: plain(each) for name, each in value.items()}
     if isinstance(value, Path):
-        columns = {name: getattr(value, name) for name in _COLUMNS}
-        packed = {name: _packed(each) for name, each in columns.items() if each is not None}
-        return {"closed": value.closed, **packed}
+        return _of_path(value)
     pedals: Any = tuple(longitudinal.KINDS.values())
     if isinstance(value, pedals):
         return {"name": longitudinal.name_of(value), "params": value.as_dict()}
     if hasattr(value, "vehicle"):
         return _of_plant(value)
     return plain(value.as_dict()) if hasattr(value, "as_dict") else [plain(each) for each in value]
+
+
+def _of_path(path: Path) -> dict[str, Any]:
+    """Give what makes the path again: a spline's heading and curvature by their name alone."""
+    _, made_of = cast("tuple[Any, Any]", path.__reduce__())
+    xy, given, mends, fits = made_of
+    made = {"x": xy[:, 0], "y": xy[:, 1], **given, "mends": mends, "fits": fits}
+    del made["source"]
+    return {
+        name: _packed(each) if isinstance(each, np.ndarray) else each
+        for name, each in made.items()
+        if each is not None
+    }
 
 
 def _of_plant(plant: Any) -> dict[str, Any]:  # noqa: ANN401 - any kind of plant
@@ -61,14 +72,16 @@ def _of_plant(plant: Any) -> dict[str, Any]:  # noqa: ANN401 - any kind of plant
 
 def path_of(document: Mapping[str, Any]) -> Path:
     """Make the path of what `plain` gave."""
-    columns = {name: _unpacked(document[name]) for name in _COLUMNS if name in document}
-    reverse = columns.get("reverse")
-    return Path(
-        np.column_stack((columns["x"], columns["y"])),
-        speed=columns.get("speed"),
-        closed=document["closed"],
-        reverse=None if reverse is None else reverse.astype(bool),
-    )
+    given = {
+        name: _unpacked(each) if isinstance(each, str) and each != "spline" else each
+        for name, each in document.items()
+    }
+    if "reverse" in given:
+        given["reverse"] = given["reverse"].astype(bool)
+    xy = np.column_stack((given.pop("x"), given.pop("y")))
+    remake: Any = getattr(Path, "_remake")  # noqa: B009 - what a pickle of a path calls
+    made: Path = remake(xy, given, list(map(tuple, given.pop("mends"))), given.pop("fits"))
+    return made
 
 
 def plant_of(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
@@ -87,4 +100,8 @@ def _packed(column: Any) -> str:  # noqa: ANN401 - any array
 
 
 def _unpacked(text: str) -> NDArray[np.float64]:
-    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=np.float64)
+    stream = zlib.decompressobj()
+    data = stream.decompress(base64.b64decode(text, validate=True), 8 * _MOST_WAYPOINTS)
+    if not stream.eof:
+        raise ValueError(f"a column ends early or has more than {_MOST_WAYPOINTS:,} numbers")
+    return np.frombuffer(data, dtype=np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from popsteer import controllers, sim
+from popsteer import controllers, own, sim
 from popsteer._core import (
     AdaptParams,
     CarlaIdentified,
@@ -116,6 +116,16 @@ class Experiment:
         """Whether the Rust core drives it alone: neither plant nor controller is in Python."""
         core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
         return core and self.controller in controllers.names()
+
+    @property
+    def code(self) -> dict[str, dict[str, dict[str, str]]]:
+        """Give hashes of the code of one's own that is run: a file of other code is another's."""
+        found = {
+            self.controller: own.code("controller", self.controller),
+            (plant := sim.plant_name(self.whole)): own.code("plant", plant),
+        }
+        kept = {name: hashes for name, hashes in found.items() if hashes}
+        return {"files": kept} if kept else {}
 
     @property
     def pedals(self) -> PedalMap | None:

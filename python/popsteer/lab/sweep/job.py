@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from popsteer import controllers, own, sim
 from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
@@ -21,7 +21,7 @@ from popsteer.ranges import check_count, check_in_range
 from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from popsteer.lab.baselines import MpcParams
     from popsteer.lab.common.experiment import Road
     from popsteer.lab.common.longitudinal import LongitudinalParams
+    from popsteer.own import What
     from popsteer.sim import Plant, Run
 
 SCHEMA = "popsteer-sweep/3"
@@ -164,10 +165,7 @@ class Job(Experiment):
             settings=self.settings or Settings(),
         )
         document = {"schema": SCHEMA, "version": __version__, **document}
-        named = {each: own.file_hash(each) for each in (self.controller, name)}
-        if files := {each: found for each, found in named.items() if found}:
-            document["files"] = files  # a sweep of other code is another sweep
-        return json.dumps(document, separators=(",", ":"))
+        return json.dumps(document | self.code, separators=(",", ":"))
 
     @property
     def key(self) -> str:
@@ -175,22 +173,69 @@ class Job(Experiment):
         return hashlib.sha256(self.text.encode()).hexdigest()[:16]
 
 
-def from_text(text: str) -> Job:
-    """Make a sweep of its `Job.text`; PopsteerError where that is none of this version."""
+def document_of(text: str) -> dict[str, Any]:
+    """Read `Job.text` as JSON; PopsteerError where that is none of this version."""
     try:
         document = json.loads(text)
-        schema = document["schema"]
-    except (ValueError, KeyError, TypeError):
+        schema, version = document["schema"], document["version"]
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise PopsteerError("no sweep of popsteer") from None
-    if schema != SCHEMA or document["version"] != __version__:
+    if schema != SCHEMA or version != __version__:
         raise PopsteerError(
-            f"a sweep of popsteer {document.get('version')} ({schema}); this is {__version__}"
-            f" ({SCHEMA})"
+            f"a sweep of popsteer {version} ({schema}); this is {__version__} ({SCHEMA})"
         )
-    for each, known in document.pop("files", {}).items():
-        if own.file_hash(each) != known:
-            raise PopsteerError(f"{each} is not there as it was when the sweep was driven")
-    del document["schema"], document["version"]
+    return cast("dict[str, Any]", document)
+
+
+def from_text(text: str, named: Collection[str] | None = None) -> Job:
+    """Make a sweep of its `Job.text`; PopsteerError where that is none of this version.
+
+    Code of one's own is run only if it is `named`, None: all that the text names, and only as it
+    was when the sweep was driven.
+    """
+    document = document_of(text)
+    try:
+        _check_code(document, named)
+        job = _made(document)
+        same = job.text == text
+    except (PopsteerError, OSError):
+        raise
+    except Exception as error:  # what is damaged may break anything that is made of it
+        raise PopsteerError(f"line 1 is no sweep of popsteer: {error!r}") from error
+    if not same:
+        raise PopsteerError("line 1 is no sweep of popsteer: it is not as it was written")
+    return job
+
+
+def _check_code(document: dict[str, Any], named: Collection[str] | None) -> None:
+    """Refuse code of one's own that is not named, or not as it was."""
+    what: What
+    for what, name in (
+        ("controller", document["controller"]),
+        ("plant", document["plant"]["name"]),
+    ):
+        if not own.is_named(what, name):
+            continue
+        if named is not None and own.is_reference(name) and name not in named:
+            raise PopsteerError(f"drives code of your own: name it by --{what} {name}")
+        if file := own.changed(what, name, document["files"][name]):
+            raise PopsteerError(
+                f"{name} is not there as it was when the sweep was driven: {file} is another"
+            )
+
+
+def _made(document: dict[str, Any]) -> Job:
+    for name in ("schema", "version"):
+        del document[name]
+    document.pop("files", None)
+    text = dict.fromkeys(("controller", "course", "label"), str)
+    for name, wanted in {**text, "runs": int, "seed": int}.items():
+        if type(document[name]) is not wanted:
+            said = "text" if wanted is str else "a whole number"
+            raise ConfigError(name, document[name], said)
+    for name in ("speed", "start_offset", "constant_speed"):
+        if isinstance(document[name], str | bool | list | dict):
+            raise ConfigError(name, document[name], "a number")
     pedals = document["longitudinal"]
     name = document["controller"]
     kind: Any = controllers if name in controllers.names() else baselines

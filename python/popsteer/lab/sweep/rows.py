@@ -6,22 +6,37 @@ import csv
 import io
 import json
 import os
+from contextlib import contextmanager
+from dataclasses import fields
 from typing import IO, TYPE_CHECKING, Any
 
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
-from popsteer.files import write_bytes_atomic
-from popsteer.lab.sweep.job import Job, from_text
+from popsteer.files import read_bytes, write_bytes_atomic
+from popsteer.lab.sweep.job import Job, document_of, from_text
+from popsteer.sim import Metrics
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable, Iterator
     from pathlib import Path
 
     from typing_extensions import Self
 
+    _Rows = list[tuple[str, dict[str, Any]]]
+
 _KINDS = (".parquet", ".csv")
 _META = b"popsteer"
 _CSV = "# popsteer sweep "
+_MOST_COLUMNS = 200
+_OF_METRICS = {each.name: each.type for each in fields(Metrics)}
+# What a row has besides its draws, as `popsteer.lab.sweep.job.drive` gives it.
+_FIGURES = (*(name for name in _OF_METRICS if name != "faults"), "faults")
+_KINDS_OF: dict[str, type] = {"run": int, "seed": int, "success": bool, "faults": int}
+_KINDS_OF |= {
+    name: {"bool": bool, "int": int}.get(str(kind), float)
+    for name, kind in _OF_METRICS.items()
+    if name not in _KINDS_OF
+}
 
 
 def journal_of(file: Path) -> Path:
@@ -76,17 +91,19 @@ class Journal:
         stream.seek(0)
         data = stream.read()
         whole = data.rfind(b"\n") + 1
-        head, *lines = data[:whole].decode("utf-8", "replace").splitlines() or [""]
-        if not data or not whole:
+        head, _, lines = data[:whole].decode("utf-8", "replace").partition("\n")
+        if not whole:
             # Empty, or killed within the first line: there is nothing to lose.
-            if data and not self._job.text.encode().startswith(data):
+            if not self._job.text.encode().startswith(data):
                 raise PopsteerError(f"{self._file}: no sweep of popsteer")
             stream.truncate(0)
             self._write((self._job.text + "\n").encode())
             return
         check_same(self._file, head, self._job)
-        for line in lines:
-            row = json.loads(line)
+        with _naming(self._file):
+            rows = _journalled(lines)
+            _check(self._job, rows)
+        for _, row in rows:
             self.rows.setdefault(row["run"], row)
         stream.truncate(whole)
 
@@ -118,69 +135,155 @@ def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
         {name: arrow.array(values, type=kinds.get(name)) for name, values in columns.items()}
     ).replace_schema_metadata({_META: job.text.encode()})
     stream = io.BytesIO()
-    parquet.write_table(table, stream)
+    parquet.write_table(table, stream, write_page_checksum=True)
     write_bytes_atomic(file, stream.getvalue())
 
 
-def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
+def read(file: Path, named: Collection[str] = ()) -> tuple[Job, list[dict[str, Any]]]:
     """Read the sweep and its rows from a file that `write` wrote, or from a journal.
 
-    PopsteerError, which names the file, where it is no sweep or one of another version.
+    Code of one's own is run only if it is `named`. PopsteerError, which names file and line, where
+    it is no sweep, or one of another version, or a row is not as it was written.
     """
-    try:
-        text, rows = _parsed(file)
-        return from_text(text), rows
-    except PopsteerError as error:
-        raise PopsteerError(f"{file}: {error}") from None
+    with _naming(file):
+        text, rows, whole = _parsed(file)
+        job = from_text(text, named)
+        _check(job, rows, whole=whole)
+    return job, [row for _, row in rows]
 
 
-def read_row(file: Path, run: int) -> tuple[Job, dict[str, Any]]:
+def read_row(file: Path, run: int, named: Collection[str] = ()) -> tuple[Job, dict[str, Any]]:
     """Read the sweep and the row of one run, from a file as `read` takes it."""
-    job, rows = read(file)
+    job, rows = read(file, named)
     found = next((row for row in rows if row["run"] == run), None)
     if found is None:
         raise ConfigError("--run", f"{file}:{run}", f"one of its {len(rows)} runs")
     return job, found
 
 
-def _parsed(file: Path) -> tuple[str, list[dict[str, Any]]]:
-    data = file.read_bytes()
-    if data.startswith(b"PAR1"):
-        _, parquet = _pyarrow()
-        try:
-            table = parquet.read_table(io.BytesIO(data))
-        except ValueError as error:  # what pyarrow's errors are
-            raise PopsteerError(f"no Parquet file: {error}") from None
-        return (table.schema.metadata or {}).get(_META, b"").decode(), table.to_pylist()
-    text = data.decode("utf-8", "replace")
-    first, _, rest = text.partition("\n")
-    if not first.startswith(_CSV):
-        lines = rest[: rest.rfind("\n") + 1].splitlines()
-        from_text(first)  # refuses what is no sweep before its lines are read
-        return first, [json.loads(line) for line in lines]
-    rows = [{k: _value(v) for k, v in row.items()} for row in csv.DictReader(io.StringIO(rest))]
-    return first.removeprefix(_CSV), rows
+def read_rows(file: Path, job: Job) -> list[dict[str, Any]]:
+    """Read the rows of a sweep that is known; PopsteerError where the file is of another."""
+    with _naming(file):
+        text, rows, whole = _parsed(file)
+    check_same(file, text, job)
+    with _naming(file):
+        _check(job, rows, whole=whole)
+    return [row for _, row in rows]
 
 
-def _value(text: str) -> Any:  # noqa: ANN401 - as the column is
-    if text in ("True", "False"):
-        return text == "True"
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Put the file before the words of an error."""
     try:
-        return int(text)
-    except ValueError:
-        return float(text)
+        yield
+    except PopsteerError as error:
+        raise PopsteerError(f"{file}: {error}") from None
+
+
+def _parsed(file: Path) -> tuple[str, _Rows, bool]:
+    """Give the sweep's text, its rows, each with where it stands, and whether they are all."""
+    data = read_bytes(file)
+    if data.startswith(b"PAR1"):
+        return *_of_parquet(data), True
+    text, _, rest = data.decode("utf-8", "replace").partition("\n")
+    if text.startswith(_CSV):
+        return text.removeprefix(_CSV), _of_csv(rest), True
+    document_of(text)  # refuses what is no sweep before its lines are read
+    return text, _journalled(rest[: rest.rfind("\n") + 1]), False
+
+
+def _of_parquet(data: bytes) -> tuple[str, _Rows]:
+    _, parquet = _pyarrow()
+    try:
+        file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
+        # The seeds of the runs cannot be compressed: what unpacks to more is none of ours.
+        known = file.metadata
+        if 8 * known.num_rows > len(data) or known.num_columns > _MOST_COLUMNS:
+            raise ValueError(f"{known.num_rows} rows of {known.num_columns} columns")  # noqa: TRY301
+        table = file.read()
+        text = (table.schema.metadata or {}).get(_META, b"").decode()
+        rows = [(f"row {k}", row) for k, row in enumerate(table.to_pylist(), start=1)]
+    except Exception as error:  # a damaged file may break pyarrow anywhere
+        raise PopsteerError(f"no Parquet file of a sweep: {error}") from error
+    return text, rows
+
+
+def _of_csv(text: str) -> _Rows:
+    rows: _Rows = []
+    lines = csv.reader(io.StringIO(text, newline=""))
+    try:
+        names = next(lines, [])
+        for cells in lines:
+            where = f"line {lines.line_num + 1}"
+            if len(cells) != len(names):
+                raise PopsteerError(f"{where} has {len(cells)} entries for {len(names)} columns")
+            row = zip(names, cells, strict=True)
+            rows.append((where, {name: _value(where, name, cell) for name, cell in row}))
+    except csv.Error as error:
+        raise PopsteerError(f"line {lines.line_num + 1}: {error}") from None
+    return rows
+
+
+def _value(where: str, name: str, text: str) -> Any:  # noqa: ANN401 - as the column is
+    kind = _KINDS_OF.get(name, float)
+    try:
+        return {"True": True, "False": False}[text] if kind is bool else kind(text)
+    except (KeyError, ValueError):
+        raise _no_value(where, name, text) from None
+
+
+def _no_value(where: str, name: str, value: object) -> PopsteerError:
+    kind = {bool: "True or False", int: "a whole number"}.get(_KINDS_OF.get(name, float))
+    return PopsteerError(f"{where}: {ConfigError(name, value, kind or 'a number')}")
+
+
+def _journalled(text: str) -> _Rows:
+    rows: _Rows = []
+    for number, line in enumerate(text.split("\n")[:-1], start=2):
+        try:
+            row = json.loads(line)
+        except (ValueError, RecursionError):
+            row = None
+        if not isinstance(row, dict):
+            raise PopsteerError(f"line {number} is no row of a sweep")
+        rows.append((f"line {number}", row))
+    return rows
+
+
+def _check(job: Job, rows: _Rows, *, whole: bool = False) -> None:
+    """Refuse rows that are not of this sweep, or, of a `whole` file, are not all there."""
+    names = ["run", "seed", "success", *job.vary, *_FIGURES]
+    seen: set[int] = set()
+    for due, (where, row) in enumerate(rows):
+        if list(row) != names:
+            other = next((a for a, b in zip(names, row, strict=False) if a != b), names[-1])
+            raise PopsteerError(f"{where}: the columns are not those of its sweep, at {other!r}")
+        for name, value in row.items():
+            if type(value) is not _KINDS_OF.get(name, float):
+                raise _no_value(where, name, value)
+        run = row["run"]
+        if not 0 <= run < job.runs or run in seen or (whole and run != due):
+            wanted = due if whole else f"one of {job.runs}, and only once"
+            raise PopsteerError(f"{where}: {ConfigError('run', run, str(wanted))}")
+        seen.add(run)
+    if whole and len(rows) < job.runs:
+        raise PopsteerError(f"{job.runs - len(rows)} of {job.runs} runs are missing at its end")
+    for where, row in rows:
+        for name, value in {"seed": job.seed_of(row["run"]), **job.drawn(row["run"])}.items():
+            if row[name] != value:
+                raise PopsteerError(
+                    f"{where}: {ConfigError(name, row[name], f'{value}, as drawn')}"
+                )
 
 
 def check_same(file: Path, text: str, job: Job) -> None:
     """Refuse to go on with the rows of another sweep, by saying in what they differ."""
     if text == job.text:
         return
-    try:
-        other = json.loads(from_text(text).text)
-    except PopsteerError as error:
-        raise PopsteerError(f"{file}: {error}") from None
+    with _naming(file):
+        other = document_of(text)
     mine = json.loads(job.text)
-    differs = ", ".join(name for name in mine if mine[name] != other.get(name))
+    differs = ", ".join(k for k in {**mine, **other} if mine.get(k) != other.get(k)) or "spelling"
     raise PopsteerError(f"{file}: holds another sweep, which differs in {differs}")
 
 

@@ -24,7 +24,7 @@ from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.lab.sweep.job import Job, drive, drive_text
-from popsteer.lab.sweep.rows import Journal, check_same, journal_of, read, write
+from popsteer.lab.sweep.rows import Journal, journal_of, read_rows, write
 from popsteer.ranges import check_count
 from popsteer.sim import plant_name
 
@@ -112,7 +112,8 @@ def on_dask(
         except (OSError, ValueError) as error:
             raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
         _check_versions(client, where)
-        for file in own.files(job.controller, plant_name(job.whole)):
+        of_controller = own.files("controller", job.controller)
+        for file in {*of_controller, *own.files("plant", plant_name(job.whole))}:
             client.upload_file(str(file))
         workers = max(len(client.nthreads()), 1)
         text = client.scatter(job.text, broadcast=True)
@@ -274,9 +275,7 @@ def run(
         return _driven(job, {}, dask, workers, progress, lambda _: None)
     part = journal_of(out)
     if out.exists():
-        other, rows = read(out)
-        check_same(out, other.text, job)
-        return rows
+        return read_rows(out, job)
     with Journal(part, job) as journal:
         rows = _driven(job, journal.rows, dask, workers, progress, journal.add)
         write(out, job, rows)
@@ -301,9 +300,11 @@ def _driven(
         if progress is not None:
             progress(f"{int(before + done)} of {job.runs} runs", (before + done) / job.runs)
 
-    if remaining and job.is_of_core:
-        for k in remaining:
-            job.made(k)  # refuses a draw that is out of range before anything is driven
+    # Refuses a draw that is out of range before anything is driven. Ranges have no gaps, so that
+    # of plants in Python, which take longer to make, the least and the greatest draws tell.
+    ends = {int(end) for each in job.draws.values() for end in (each.argmin(), each.argmax())}
+    for k in remaining if job.is_of_core else sorted(ends.intersection(remaining)):
+        job.made(k)
     driven: Iterator[Rows] = iter(())
     if remaining and dask is not None:
         driven = on_dask(job, remaining, dask, advance)

@@ -204,7 +204,7 @@ class Problem(Experiment):
         paths = json.dumps(document["paths"], sort_keys=True).encode()
         waypoints = hashlib.sha256(paths).hexdigest()
         document["paths"] = {**dict.fromkeys(self.paths), "waypoints": waypoints}
-        return {"schema": SCHEMA, "version": __version__, **document}
+        return {"schema": SCHEMA, "version": __version__, **document, **self.code}
 
 
 def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:

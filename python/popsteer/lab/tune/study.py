@@ -7,6 +7,7 @@ import os
 import time
 import warnings
 from dataclasses import dataclass
+from json import JSONDecodeError
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +18,7 @@ from popsteer.extras import require
 from popsteer.ranges import check_count, check_in_range
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from popsteer.controllers import Params
     from popsteer.lab.tune.problem import Problem, Score
@@ -240,6 +241,8 @@ def _study(
 ) -> Any:  # noqa: ANN401
     """Open the study, or refuse one of something else."""
     kept: Any = None
+    where = f"{storage}"
+    backend: Any = None
     try:
         if isinstance(storage, str) and "://" in storage:
             kept = storage
@@ -250,7 +253,7 @@ def _study(
             journal = optuna.storages.journal
             lock = journal.JournalFileOpenLock(str(file)) if os.name == "nt" else _Lock(file)
             _mend(file, lock)
-            backend = journal.JournalFileBackend(str(file), lock_obj=lock)
+            backend = _backend(journal, file, lock, problem)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
             study_name=_NAME,
@@ -263,14 +266,16 @@ def _study(
     except Exception as error:
         # A storage raises the errors of its database.
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise PopsteerError(f"{storage}: no study can be opened there: {said}") from error
+        where += "" if backend is None else f", line {backend.line}"
+        raise PopsteerError(f"{where}: no study can be opened there: {said}") from error
     known = study.user_attrs.get("popsteer")
     if known is None:
         if study.trials:
             raise PopsteerError(f"{storage}: holds a study that is not popsteer's")
         study.set_user_attr("popsteer", problem.document)
     elif known != problem.document:
-        differs = [k for k, v in problem.document.items() if known.get(k) != v]
+        mine = problem.document
+        differs = [k for k in {**mine, **known} if mine.get(k) != known.get(k)]
         raise PopsteerError(
             f"{storage}: holds another study, which differs in {', '.join(differs)}"
         )
@@ -287,6 +292,62 @@ def _study(
             constraints_func=lambda trial: (trial.user_attrs.get("ratio", 0.0) - effort_limit,),
         )
     return study
+
+
+class _Trials:
+    """What the lines of a journal say of trials, so that one that does not fit is refused.
+
+    Optuna itself passes over such lines, as of a trial without its beginning.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._bounds = {name: each.bounds for name, each in problem.search.items()}
+        self._bounds |= dict.fromkeys(("mean", "worst", "ratio"), (0.0, math.inf))
+        self._known: dict[int, dict[str, Any]] = {}
+
+    def add(self, entry: dict[str, Any]) -> None:
+        what = entry["op_code"]
+        if what == _CREATE:
+            self._known[len(self._known)] = {}
+        elif what > _CREATE:
+            has = self._known[entry["trial_id"]]
+            if what == _PARAM:
+                has[entry["param_name"]] = entry["param_value_internal"]
+            elif what == _ATTRIBUTE:
+                has |= entry["user_attr"]
+            elif what == _STATE and entry["state"] == _COMPLETE:
+                _, _ = map(float, entry["values"])
+                for name, (low, high) in self._bounds.items():
+                    check_in_range(name, has[name], low, high)
+
+
+# What a line does, and how a trial ended, as Optuna numbers them.
+_CREATE, _PARAM, _STATE, _ATTRIBUTE, _COMPLETE = 4, 5, 6, 8, 1
+
+
+def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:  # noqa: ANN401
+    """Let Optuna read a journal, and refuse by its line what this search did not write."""
+    trials = _Trials(problem)
+
+    class Backend(journal.JournalFileBackend):  # type: ignore[misc]
+        line = 0
+
+        def read_logs(self, log_number_from: int) -> Iterator[dict[str, Any]]:
+            found = super().read_logs(log_number_from)
+            self.line = log_number_from
+            try:
+                for entry in found:
+                    self.line += 1
+                    trials.add(entry)
+                    yield entry
+            except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+                self.line += isinstance(error, JSONDecodeError)
+                said = (
+                    f"{type(error).__name__} {error}" if isinstance(error, LookupError) else error
+                )
+                raise PopsteerError(f"{file}, line {self.line}: {said}") from error
+
+    return Backend(str(file), lock_obj=lock)
 
 
 class _Lock:
