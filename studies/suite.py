@@ -16,7 +16,7 @@ from popsteer.lab.common.names import title_of
 from popsteer.lab.suite import Cell, Suite
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.scenarios import SCENARIOS
-from popsteer.lab.suite.table import losses, suite_lines
+from popsteer.lab.suite.table import losses, sentences, suite_lines
 from studies.layout import ROOT, line, write_blocks
 
 OURS = "preview-pop"
@@ -54,7 +54,8 @@ def loss_lines(found: Suite) -> list[str]:
 def update(folder: Path, root: Path) -> None:
     """Rewrite the blocks and the figures of a checkout."""
     found = read(folder)
-    blocks = {"suite": suite_lines(found), "losses": loss_lines(found)}
+    said = [f"- {each}" for each in sentences(found)]
+    blocks = {"said": said, "suite": suite_lines(found), "losses": loss_lines(found)}
     texts = {name: "\n".join(lines) for name, lines in blocks.items()}
     write_blocks(root / "docs" / "results.md", texts)
     for name in FIGURES:

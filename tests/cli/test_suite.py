@@ -18,7 +18,7 @@ from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, drive
 from popsteer.lab.suite.runs import Cell, _cell, leaders, mean_error, rows
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
-from popsteer.lab.suite.table import losses, suite_lines, worded
+from popsteer.lab.suite.table import losses, sentences, suite_lines, worded
 from tests.cli import command
 from tests.helpers import ROOT, looped
 
@@ -205,6 +205,21 @@ def cell(controller: str, error: float, *, success: bool = True, condition: str 
     return Cell(
         "slalom", condition, "car", controller, error, 2.0 * error, 0.0, 0.1, 1.0, 0.0, success, ""
     )
+
+
+def test_sentences_are_of_the_rows_beside_them() -> None:
+    found = lab.suite.Suite("standard-2", [cell("mine", 0.02)], {"mine": 1e-6}, [])
+    assert sentences(found) == []
+    cells = [cell("mine", 0.02), cell("theirs", 0.01), cell("fast", 0.03)]
+    cells += [cell(name, 0.01, condition="play") for name in ("mine", "theirs")]
+    cells.append(cell("fast", 0.05, condition="play"))
+    best = "The least error over all runs is that of theirs, 0.0100 m"
+    assert sentences(lab.suite.Suite("standard-2", cells, {}, [])) == [
+        f"{best}, the next that of mine, 0.0141 m: a tie.",
+        "theirs alone has the least: Noise of 5 cm and 0.01 rad.",
+        "Ties for the least: Slalom (mine, theirs); Play of 1° (mine, theirs).",
+        "Behind the least in every row: fast.",
+    ]
 
 
 def test_losses_are_to_the_best_that_succeeded() -> None:

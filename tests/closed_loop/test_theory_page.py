@@ -17,6 +17,7 @@ from popsteer.lab.stability import carrot_offset, margins
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.runs import Cell, mean_error
 from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.table import spoken
 from studies.front import HEADING, STEER_RATE, front_line
 from studies.layout import DOCS, table
 from studies.suite import FIGURES, loss_lines, read, update
@@ -129,6 +130,16 @@ def test_page_has_every_scenario_and_condition() -> None:
     assert set(titles) <= set(rows)
 
 
+def test_page_says_what_its_table_shows() -> None:
+    block = RESULTS.partition("<!-- suite: begin")[2].partition("<!-- suite: end")[0]
+    lines = [line.strip("| ").split(" | ") for line in block.split("\n") if line.startswith("| ")]
+    names = lines[0]  # the cell above the titles is empty
+    titled = {line[0]: dict(zip(names, line[1:], strict=True)) for line in lines[2:]}
+    upto = [*titled].index("All") + 1
+    said = RESULTS.partition("<!-- said: begin")[2].partition("<!-- said: end")[0].split("\n")[1:-1]
+    assert said == [f"- {each}" for each in spoken(dict(list(titled.items())[:upto]))]
+
+
 def test_row_of_the_hairpin_is_what_is_driven() -> None:
     heads, rows = shown()
     found = lab.suite.run(controllers.names(), scenarios=["hairpin"])
@@ -164,6 +175,8 @@ def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:
     text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert "| Slalom | 0.0200 | **0.0100** |" in text
     assert "Of 1 cells it loses 1." in text
+    assert "- Stanley alone has the least: Slalom; Noise of 5 cm and 0.01 rad.\n" in text
+    assert "- Behind the least in every row: Preview POP.\n" in text
     assert "| suite-car | 0.0200 | Stanley | 0.0100 | 2.00 |" in text
     assert text.count("<!-- losses") == 2
     assert (tmp_path / "docs" / "figures" / FIGURES[0]).read_bytes() == FIGURES[0].encode()

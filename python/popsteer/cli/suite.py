@@ -71,6 +71,7 @@ def suite(
         content = {} if out is None else lab.suite.table.suite_files(found)
     said = outputs.write(content, out, "--out DIR writes the table, all cells and a figure.")
     table = lab.suite.table
-    outputs.show(table.suite_caption(found), table.suite_tables(found), said=said)
+    shown = table.suite_caption(found), table.suite_tables(found), table.sentences(found)
+    outputs.show(*shown, said=said)
     for trace in found.tracebacks:
         print(trace, file=sys.stderr)

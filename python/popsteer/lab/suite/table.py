@@ -23,7 +23,7 @@ from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import Cell, Suite, grouped, leaders, mean_error, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rich.table import Table
 
@@ -112,6 +112,37 @@ def suite_caption(found: Suite) -> str:
         " |cross-track error| of the rear axle [m], in brackets how many runs failed; = tie for the"
         " least (bootstrap over the cells of the row, 95 %)"
     )
+
+
+def sentences(found: Suite) -> list[str]:
+    """Say what the rows of the table show: who has the least error where."""
+    return spoken(
+        {
+            title: {title_of(name): word for name, word in _marked(cells, "**").items()}
+            for title, cells in rows(found)
+        }
+    )
+
+
+def spoken(shown: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Say what rows of `suite_lines` show, given by their titles and the controllers'."""
+    parts, whole = {k: v for k, v in shown.items() if k != "All"}, shown["All"]
+    if len(whole) < 2:
+        return []
+    error = {name: word.strip("*= ").partition(" ")[0].strip("*") for name, word in whole.items()}
+    first, second = sorted(whole, key=lambda name: float(error[name]))[:2]
+    tie = ": a tie" if whole[second].startswith("=") else ""
+    best = f"The least error over all runs is that of {first}, {error[first]} m"
+    said = [f"{best}, the next that of {second}, {error[second]} m{tie}."]
+    alone = {name: [k for k, row in parts.items() if row[name][0] == "*"] for name in whole}
+    said += [f"{k} alone has the least: {'; '.join(where)}." for k, where in alone.items() if where]
+    tied = {k: [name for name, word in row.items() if word[0] == "="] for k, row in parts.items()}
+    if ties := [f"{title} ({', '.join(names)})" for title, names in tied.items() if names]:
+        said.append(f"Ties for the least: {'; '.join(ties)}.")
+    behind = [name for name in whole if all(row[name][0] not in "*=" for row in parts.values())]
+    if behind:
+        said.append(f"Behind the least in every row: {', '.join(behind)}.")
+    return said
 
 
 def suite_files(found: Suite) -> dict[str, bytes]:
