@@ -173,3 +173,25 @@ def test_plan_of_a_path_too_short_or_without_an_extra_says_so(
     outcome = command.call(capsys, "plan", str(tmp_path / "short.csv"))
     assert (outcome.status, outcome.out) == (2, "")
     assert "too short to start and stop" in outcome.err
+
+
+def test_speed_limit_crosses_the_seam_of_a_lap(
+    tmp_path: FilePath, capsys: pytest.CaptureFixture[str]
+) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 101)[:-1]
+    x, y = 50.0 * np.cos(turn), 50.0 * np.sin(turn)
+    file, out = tmp_path / "lap.csv", tmp_path / "out.csv"
+    file.write_text("x,y\n" + "".join(f"{a},{b}\n" for a, b in zip(x, y, strict=True)))
+    length = 100 * 2.0 * 50.0 * np.sin(np.pi / 100)
+    speeds = []
+    for text in (f"{length - 60}:{length + 40}:3", f"{length - 60}:40:3"):
+        words = ["plan", str(file), "--closed", "--speed-limit", text, "--out", str(out)]
+        assert command.call(capsys, *words).status == 0
+        speeds.append(np.asarray(Path.from_csv(out, closed=True).speed))
+    assert (speeds[0] == speeds[1]).all()
+    assert (speeds[0][:13] <= 3.0).all()  # 40 m of waypoints 3.14 m apart
+    assert (speeds[0][-20:] <= 3.0).all()
+    assert (speeds[0][16:-22] > 3.0).all()
+    for text in ("60:40:3", f"{length - 10}:{length + 10}:3"):
+        done = command.call(capsys, "plan", str(file), "--speed-limit", text)
+        assert (done.status == 2) == (text == "60:40:3")

@@ -63,7 +63,9 @@ def plan(
     ] = None,
     speed_limit: Annotated[
         list[str] | None,
-        optional("FROM:TO:SPEED", "Speed limit [m/s] between two distances [m]."),
+        optional(
+            "FROM:TO:SPEED", "Speed limit [m/s] between two distances [m], over a lap's seam too."
+        ),
     ] = None,
     keep_speeds: Annotated[
         bool, flag("--keep-speeds", "The speeds of WAYPOINTS are limits too.")
@@ -143,20 +145,29 @@ def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | 
         bounds = np.abs(path.speed)
         if not path.closed:  # at its ends --set start_speed and end_speed say how fast
             bounds[[0, -1]] = np.where(bounds[[0, -1]] > 0.0, bounds[[0, -1]], 1e4)
+    s = np.concatenate((path.s, path.s + path.length)) if path.closed else path.s
     for text in texts:
-        try:
-            first, last, speed = (float(part) for part in text.split(":"))
-        except ValueError:
-            raise ConfigError("--speed-limit", text, "written FROM:TO:SPEED") from None
-        if not 0.0 <= first < last:
-            raise ConfigError("--speed-limit", text, "from a distance to one farther on")
-        if not 1e-3 <= speed <= 1e4:
-            raise ConfigError("--speed-limit", text, "a speed in [0.001, 10000]")
-        if first >= path.length:
-            raise ConfigError("--speed-limit", text, f"within the path, {path.length:.1f} m long")
+        first, last, speed = _limit(path, text)
         # With the waypoints on both sides: between them the speed is between theirs.
-        begin = int(np.searchsorted(path.s, first, side="right")) - 1
-        inside = np.arange(begin, int(np.searchsorted(path.s, last)) + 1)
+        begin = int(np.searchsorted(s, first, side="right")) - 1
+        inside = np.arange(begin, int(np.searchsorted(s, last)) + 1)
         inside = inside % len(path) if path.closed else inside[inside < len(path)]
         bounds[inside] = np.minimum(bounds[inside], speed)
     return bounds
+
+
+def _limit(path: Path, text: str) -> tuple[float, float, float]:
+    """Read a limit: from where to where along the path [m], over its seam if closed, and [m/s]."""
+    try:
+        first, last, speed = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise ConfigError("--speed-limit", text, "written FROM:TO:SPEED") from None
+    if path.closed and last < first:
+        last += path.length  # across the seam of a lap
+    if not 0.0 <= first < last:
+        raise ConfigError("--speed-limit", text, "from a distance to one farther on")
+    if not 1e-3 <= speed <= 1e4:
+        raise ConfigError("--speed-limit", text, "a speed in [0.001, 10000]")
+    if first >= path.length:
+        raise ConfigError("--speed-limit", text, f"within the path, {path.length:.1f} m long")
+    return first, last, speed
