@@ -246,3 +246,34 @@ def test_run_of_the_library_raises_unless_asked_to_keep_going(here: Path) -> Non
     assert run.ending == "raised RuntimeError: tired of steering"
     assert run.traceback.splitlines()[-1] == "RuntimeError: tired of steering"
     assert len(run.records["x"]) == run.metrics.steps == 20
+
+
+ANY = """
+class Any:
+    steer, tracked_point, params, name = 0.1, "front", {"as_dict": 1}, ["mine"]
+    vehicle, status, target = "a car", "fine", None
+
+    def __init__(self, path, vehicle):
+        self.path = [1, 2]
+
+    def reset(self, pose):
+        raise RuntimeError("reset")
+
+    def step(self, x, y, yaw, speed, dt, *, reverse):
+        return 0.05
+"""
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_own_controller_may_have_any_attribute(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "any.py").write_text(ANY)
+    line = "compare --controllers any.py:Any,pop --track circle --constant-speed 6 --step-time"
+    done = call(capsys, *line.split(), "--out", "out", "--report", "page.html")
+    assert done.status == 0, done.err
+    found = json.loads(Path("out/metrics.json").read_text())["controllers"]["any.py:Any"]
+    assert found["step_time"] > 0.0
+    assert found["params"] == {}
+    log = "replay out/runs/pop.csv --controllers any.py:Any --vehicle carla-identified"
+    assert call(capsys, *log.split()).status == 0

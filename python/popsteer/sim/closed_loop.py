@@ -6,6 +6,7 @@ import math
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +31,7 @@ from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.geometry import Plant, Pose, StartAt, object_of, pose_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
-from popsteer.sim.steering import OwnController, believed, informed
+from popsteer.sim.steering import OwnController, believed, informed, told
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -277,7 +278,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     >>> result.law, bool(abs(result.records["y"][-1]) < 0.05)
     ('TowardsZero', True)
     """
-    path = path if path is not None else getattr(controller, "path", None)
+    path = path if path is not None else told(controller, "path", Path)
     if path is None:
         raise TypeError("the controller carries no path: give one as path=...")
     given = path
@@ -299,7 +300,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     else:
         start = pose_of(start, start_at, vehicle)
     begun = start_speed(path, constant_speed, plant) if speed is None else speed
-    tracked = getattr(controller, "tracked_point", None)
+    tracked = told(controller, "tracked_point", Real)
     simulation = Simulation(
         path, plant, start=start, speed=begun, tracked_point=tracked, settings=settings
     )
@@ -374,13 +375,15 @@ def _starts_backwards(path: Path) -> bool:
 def _name(controller: controllers.Controller | OwnController) -> str:
     if isinstance(controller, controllers.CONTROLLERS):
         return controllers.name_of(type(controller))
-    return str(getattr(controller, "name", type(controller).__name__))
+    return told(controller, "name", str) or type(controller).__name__
 
 
 def _params(controller: controllers.Controller | OwnController) -> dict[str, Any]:
     """Give the parameters of a controller, with those that scale with its vehicle filled in."""
     params: Any = getattr(controller, "params", None)
     vehicle = believed(controller)
+    if isinstance(params, type) or not callable(getattr(params, "as_dict", None)):
+        return {}  # an attribute of one's own that has this name
     if vehicle is not None and hasattr(params, "resolved"):
         params = params.resolved(vehicle)
-    return params.as_dict() if hasattr(params, "as_dict") else {}
+    return dict(params.as_dict())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from functools import partial
 from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
 from popsteer import controllers
@@ -80,7 +82,22 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     return controller
 
 
+def told(controller: object, name: str, kind: type) -> Any:  # noqa: ANN401 - of the kind
+    """Give what a controller says of itself; None where an attribute of this name is another's."""
+    value = getattr(controller, name, None)
+    return value if isinstance(value, kind) and not isinstance(value, bool) else None
+
+
+def step_of(controller: Any) -> Any:  # noqa: ANN401 - of your own
+    """Give the step of your own controller where all driving is forward: one may ask which way."""
+    try:
+        inspect.signature(controller.step).bind_partial(reverse=False)
+    except (TypeError, ValueError):
+        return controller.step
+    return partial(controller.step, reverse=False)
+
+
 def believed(controller: controllers.Controller | OwnController) -> Vehicle | None:
     """Tell which vehicle a controller believes to steer; None where your own does not say."""
-    given = getattr(controller, "vehicle", None)
-    return given if isinstance(given, Vehicle) else None
+    given: Vehicle | None = told(controller, "vehicle", Vehicle)
+    return given

@@ -18,6 +18,7 @@ from popsteer.lab.common.longitudinal import beginning, made, usual
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.timing import Drive, Driver, time_calls
 from popsteer.sim import Plant, Run, plant_name, vehicle_of
+from popsteer.sim.steering import step_of
 
 if TYPE_CHECKING:
     from popsteer.controllers import Params
@@ -331,7 +332,7 @@ def time_steps(
 
 
 def _nothing(*_: object) -> None:
-    """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
+    """Stand for a `progress` that is not given, or for the `reset` of one's own controller."""
 
 
 def _step_time(
@@ -350,8 +351,10 @@ def _step_time(
 
     def driver() -> Driver:
         made = make()
+        if run.law not in controller_names():
+            return Driver(step_of(made), _nothing)  # what else one's own has is its own
         # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
-        return Driver(getattr(made, "steer", made.step), getattr(made, "reset", _nothing))
+        return Driver(made.steer, made.reset)
 
     measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
     percentiles = measured.percentiles[run.law]

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.logs import Log, LogError
 from popsteer.own import OwnCodeError
+from popsteer.sim.steering import step_of, told
 from popsteer.state import State
 from popsteer.status import Status
 
@@ -52,7 +54,9 @@ class Watching:
         params = found.params() if params is None else params
         self._name, self._path = name, path
         self._own: Any = found.controller(path, vehicle, params)
-        self.tracked_point = getattr(self._own, "tracked_point", vehicle.front_axle)
+        self._step = step_of(self._own)
+        tracked: float | None = told(self._own, "tracked_point", Real)
+        self.tracked_point = vehicle.front_axle if tracked is None else tracked
         self.segment: int | None = None
         # As the controllers of popsteer search, of two wheelbases and the distance travelled.
         self._reach = 2.0 * vehicle.wheelbase
@@ -70,7 +74,7 @@ class Watching:
     ) -> Watched:
         """Answer a row of the log; OwnCodeError, with its traceback, if the controller raises."""
         try:
-            command = self._own.step(x, y, yaw, speed, dt)
+            command = self._step(x, y, yaw, speed, dt)
             steer = float(getattr(command, "steer", command))
         except Exception as error:
             raise OwnCodeError(self._name, error) from error
