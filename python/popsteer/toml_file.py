@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import textwrap
@@ -50,8 +51,8 @@ def check(
             what = f"key of [{of}]" if of else "key"
             raise in_file(file, ConfigError.unknown(what, key, defaults))
         kind: Any = type(defaults[key])
-        wanted = {bool: "true or false", int: "a whole number"}.get(kind, "a number")
-        fits = isinstance(value, kind if kind in (bool, int) else int | float)
+        wanted = {bool: "true or false", int: "a whole number", str: "text"}.get(kind, "a number")
+        fits = isinstance(value, kind if kind in (bool, int, str) else int | float)
         if not fits or (isinstance(value, bool) and kind is not bool):
             raise in_file(file, ConfigError(f"{of}.{key}" if of else key, value, wanted))
 
@@ -93,5 +94,19 @@ def keys(
         else:
             stands = key not in unknown if said is None else key in said
             comment = "" if stands or value != defaults[key] else "# "
-            lines.append(f"{comment}{key} = {repr(value).lower()}")
+            lines.append(f"{comment}{key} = {worded(value)}")
     return lines
+
+
+def worded(value: bool | float | str) -> str:  # noqa: FBT001 - a value, no switch
+    r"""Word a value as TOML.
+
+    Examples
+    --------
+    >>> print(worded(True), worded(float("inf")), worded('a "b"'))
+    true inf "a \"b\""
+    """
+    if isinstance(value, str):
+        # Strings are JSON's, but for the one control character that JSON lets stand.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value).lower()

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ import popsteer
 from popsteer import own, plants, sim
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.params_file import load_all
 from tests.cli.command import call
 from tests.helpers import ROOT
 
@@ -277,3 +279,62 @@ def test_own_controller_may_have_any_attribute(
     assert found["params"] == {}
     log = "replay out/runs/pop.csv --controllers any.py:Any --vehicle carla-identified"
     assert call(capsys, *log.split()).status == 0
+
+
+KINDS = """
+from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Params:
+    gain: float = 0.2
+    damped: bool = True
+    limit: float | None = None
+    note: str = 'say "a\\nb", \\x7f [c]'
+    weights: tuple[float, ...] = (1.0, 2.0)
+    k_ψ: int = 2
+    RANGES = {"gain": (0.01, 0.5)}
+
+class Kinds:
+    Params = Params
+
+    def __init__(self, path, vehicle, params):
+        self.path, self.params = path, params
+
+    def step(self, x, y, yaw, speed, dt):
+        return 0.1 * self.params.gain * (1.0 - abs(yaw))
+"""
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_tuned_parameters_of_all_kinds_are_read_by_every_command(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / 'a,"b.py').write_text(KINDS)
+    name = 'a,"b.py:Kinds'
+    line = ["tune", "--controller", name, "--tracks", "circle", "--constant-speed", "6"]
+    line += ["--cars", "1", "--trials", "2", "--set", "damped=false", "--out", "tuned.toml"]
+    done = call(capsys, *line)
+    assert done.status == 0, done.err
+    found: Any = load_all("tuned.toml", [name])[name]
+    base: Any = own.params_of(own.load("controller", name))()
+    assert (found.damped, found.limit, found.weights) == (False, None, (1.0, 2.0))
+    assert found.note == base.note == 'say "a\nb", \x7f [c]'
+    assert found.replace(gain=0.2, damped=True).as_dict() == base.as_dict()
+    # Before and after: each command reads it.
+    short = ["--controller", name, "--params", "tuned.toml", "--constant-speed", "6"]
+    assert call(capsys, *line[:-1], "again.toml", "--params", "tuned.toml").status == 0
+    swept = ["sweep", *short, "--track", "circle", "--runs", "1", "--workers", "1"]
+    assert call(capsys, *swept, "--out", "s.csv").status == 0
+    assert "to the last bit" in call(capsys, "sweep", "--run", "s.csv:0", *short[:2]).out
+    (here / "kinds.py").write_text(KINDS)
+    text = Path("tuned.toml").read_text().replace('a,\\"b.py', "kinds.py")
+    Path("kinds.toml").write_text(text)
+    line = ["--controllers", "kinds.py:Kinds", "--params", "kinds.toml", "--constant-speed", "6"]
+    assert call(capsys, "compare", *line, "--track", "circle").status == 0
+    assert (
+        call(capsys, "matrix", *line, "--tracks", "circle", "--plants", "carla-identified").status
+        == 0
+    )
+    Path("bad.toml").write_text(text.replace("damped = false", 'damped = "no"'))
+    done = call(capsys, "compare", *line[:3], "bad.toml", "--track", "circle")
+    assert done.err.startswith("popsteer: bad.toml: kinds.py:Kinds.damped must be true or false")

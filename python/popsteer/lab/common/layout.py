@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
 from typing import TYPE_CHECKING, Any
@@ -48,9 +50,12 @@ def add_numbers(table: Table, *heads: str) -> None:
 
 def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """Write a table as CSV: comments such as the units, the names of the columns, and the rows."""
-    lines = [f"# {comment}" for comment in comments]
-    lines += [",".join(cells) for cells in (names, *rows)]
-    return "\n".join(lines) + "\n"
+    text = io.StringIO(newline="")
+    text.writelines(f"# {' '.join(comment.split())}\n" for comment in comments)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 def figure_name(stem: str, theme: str, kind: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -332,7 +333,17 @@ def time_steps(
 
 
 def _nothing(*_: object) -> None:
-    """Stand for a `progress` that is not given, or for the `reset` of one's own controller."""
+    """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
+
+
+def _reset_of(made: Any) -> Callable[..., object]:  # noqa: ANN401 - of one's own
+    """Give the `reset` of one's own controller, if it can be called as this would call it."""
+    reset: Any = getattr(made, "reset", None)
+    try:
+        inspect.signature(reset).bind()
+    except (TypeError, ValueError):
+        return _nothing
+    return cast("Callable[..., object]", reset)
 
 
 def _step_time(
@@ -352,7 +363,7 @@ def _step_time(
     def driver() -> Driver:
         made = make()
         if run.law not in controller_names():
-            return Driver(step_of(made), _nothing)  # what else one's own has is its own
+            return Driver(step_of(made), _reset_of(made))
         # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
         return Driver(made.steer, made.reset)
 

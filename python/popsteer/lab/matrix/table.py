@@ -134,7 +134,6 @@ def _csv(found: Matrix) -> str:
     lines = []
     for row in rows(found):
         numbers = (*(getattr(row.metrics, column) for column in _COLUMNS), row.step_time)
-        ending = row.ending.replace('"', '""')
         lines.append(
             [
                 row.plant,
@@ -143,7 +142,7 @@ def _csv(found: Matrix) -> str:
                 row.tuning,
                 row.point,
                 *map(repr, numbers),
-                f'"{ending}"',
+                row.ending,
             ]
         )
     names = ("plant", "track", "law", "tuning", "errors_at", *_COLUMNS, "step_time", "ending")

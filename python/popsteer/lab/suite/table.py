@@ -152,7 +152,7 @@ def suite_files(found: Suite) -> dict[str, bytes]:
 
     content = files_of({"suite": partial(suite_figure, found)})
     names = [field.name for field in fields(Cell)]
-    cells = [[_csv(value) for value in asdict(each).values()] for each in found.cells]
+    cells = [list(map(str, asdict(each).values())) for each in found.cells]
     units = "errors of the rear axle in m, steer_rate in rad/s, lateral_jerk in m/s³"
     content["suite.csv"] = csv_text([f"{found.name}: {units}"], names, cells).encode()
     document: dict[str, Any] = {
@@ -186,7 +186,3 @@ def _head(name: str) -> str:
     if len(title) > 10 and folded != title:
         return folded
     return title.replace(" ", "\n").replace("-", "-\n")
-
-
-def _csv(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) and "," in value else str(value)
