@@ -336,14 +336,14 @@ def _nothing(*_: object) -> None:
     """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
 
 
-def _reset_of(made: Any) -> Callable[..., object]:  # noqa: ANN401 - of one's own
+def _reset_of(made: Any) -> Callable[[], None]:  # noqa: ANN401 - of one's own
     """Give the `reset` of one's own controller, if it can be called as this would call it."""
     reset: Any = getattr(made, "reset", None)
     try:
         inspect.signature(reset).bind()
     except (TypeError, ValueError):
         return _nothing
-    return cast("Callable[..., object]", reset)
+    return cast("Callable[[], None]", reset)
 
 
 def _step_time(
