@@ -135,7 +135,7 @@ def test_own_controller_with_the_title_of_a_shipped_one_is_told_from_it(
     (here / "other.py").write_text(MINE.replace("class BangBang", "class Stanley"))
     line = "compare --controllers stanley,other.py:Stanley,mine.py:BangBang --track slalom"
     done = call(capsys, *line.split(), "--constant-speed", "6")
-    rows = [row.split()[0] for row in done.out.splitlines() if row.endswith(("yes", "no"))]
+    rows = [row.split()[0] for row in done.out.splitlines() if " default " in row]
     assert rows == ["Stanley", "other.py:Stanley", "BangBang"]
 
 

@@ -39,10 +39,18 @@ COMMANDS = {
     "tracks": ("tracks",),
 }
 # Measured anew each time.
-_TIMES = re.compile(r"(?<= )\d+\.\d\d(?= +(?:yes|no)\b)")
+_TIMES = re.compile(r"(?<= )\d+\.\d\d(?= *$)", re.MULTILINE)
+
+
+SHORT = ("--set-run", "time_limit=6", "--set", "deviation_limit=0.01")
 
 
 def _on_terminal(arguments: tuple[str, ...], columns: int) -> str:
+    """What a terminal of so many columns shows."""
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", _sent(arguments, columns))
+
+
+def _sent(arguments: tuple[str, ...], columns: int) -> str:
     """What a terminal of so many columns is sent."""
     reading, writing = os.openpty()
     environment = {**os.environ, "COLUMNS": str(columns), "LINES": "40", "TERM": "xterm"}
@@ -56,8 +64,7 @@ def _on_terminal(arguments: tuple[str, ...], columns: int) -> str:
         sent = command.read_terminal(reading)
     os.close(reading)
     assert process.returncode == 0
-    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", sent)
-    return plain.decode().replace("\r\n", "\n")
+    return sent.decode().replace("\r\n", "\n")
 
 
 def _words(text: str) -> list[str]:
@@ -113,3 +120,19 @@ def test_table_that_is_cut_is_found(cut: str) -> None:
         _check("planted", cut, "0.1234")
     with pytest.raises(AssertionError):
         _check("planted", "a 0.12", "a 0.1234")
+
+
+def test_fault_and_unfinished_run_are_told_first_in_red_with_a_sign() -> None:
+    sent = _sent(("compare", "--track", "slalom", "--controllers", "pop,stanley", *SHORT), 120)
+    row, note = (
+        f"\x1b[1;31m{each}" for each in ("✗ unfinished, deviating", "✗ POP came to an end")
+    )
+    assert row in sent
+    assert note in sent
+    assert sent.index(note) < sent.index("Starts with")
+
+
+@pytest.mark.parametrize(("columns", "tables"), [(80, 2), (120, 1)])
+def test_table_is_split_only_where_it_does_not_fit(columns: int, tables: int) -> None:
+    sent = _on_terminal(("compare", "--track", "slalom", "--controllers", "pop,stanley"), columns)
+    assert len(re.findall("^controller ", sent, re.MULTILINE)) == tables

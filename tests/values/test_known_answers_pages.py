@@ -55,17 +55,22 @@ def test_percentiles_of_steps_are_of_each_controllers_own_times() -> None:
     assert times.latency_figure(SimpleNamespace(latencies={})) == []  # type: ignore[arg-type]
 
 
-def _run(error: float, finished: bool = True) -> Any:
-    metrics = SimpleNamespace(settled_mean_abs_cross_track_error=error, finished=finished)
+def _run(error: float, finished: bool = True, faults: int = 0) -> Any:
+    metrics = SimpleNamespace(
+        settled_mean_abs_cross_track_error=error, finished=finished, faults=faults
+    )
     return SimpleNamespace(metrics=metrics, settings=sim.Settings(settling_time=4.0))
 
 
 def test_table_of_a_comparison_marks_the_best_of_those_that_finished() -> None:
-    comparison: Any = SimpleNamespace(
-        runs={"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
-    )
+    runs = {"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
+    comparison: Any = SimpleNamespace(runs={**runs, "mpc": _run(0.01, faults=1)})
     column = compare_table._Column("", lambda run: _settled(run.metrics), ".2f", ranked=True)
-    assert compare_table._best(comparison, column) == 0.02
+    best = compare_table._best(comparison, column)
+    assert best == 0.02
+    assert not compare_table._equal(comparison, column, best)
+    comparison.runs["tied"] = _run(0.0204)
+    assert compare_table._equal(comparison, column, best)
 
 
 def _settled(metrics: Any) -> float:

@@ -58,8 +58,8 @@ def test_worst_runs_are_named_in_their_order_with_their_own_error() -> None:
     shown = cells(summary.tables(job(), ROWS)[1])
     plain = [line[:4] for line in shown[1:]]
     assert plain[:3] == [
-        ["9", "no", "–", "3.000"],
-        ["8", "yes", "yes", "0.200"],
+        ["9", "✗ no", "–", "3.000"],
+        ["8", "yes", "✗ yes", "0.200"],
         ["7", "yes", "–", "0.080"],
     ]
     assert len(plain) == 5
@@ -82,9 +82,8 @@ def test_caption_and_notes_count_what_the_rows_say() -> None:
     assert said.startswith("pop on slalom, car: 8 of 10 runs succeeded, 80")
     assert (round(100 * rate.low, 2), round(100 * rate.high, 2)) == (49.02, 94.33)
     notes = summary.notes(job(deviation=0.25, settings=sim.Settings(settling_time=3.0)), ROWS)
-    assert "within 0.25 m after the first 3 s" in notes[0]
-    assert "1 did not finish." in notes
-    assert any(note.startswith("1 said a fault: deviating") for note in notes)
+    assert notes[:2] == ["✗ 1 did not finish.", "✗ 1 said a fault: deviating."]
+    assert "within 0.25 m after the first 3 s" in notes[2]
     assert any("seed 3: steer_lag uniform(0.0,1.0)" in note for note in notes), notes
 
 

@@ -17,7 +17,7 @@ from rich.text import Text
 from popsteer import files, lab
 from popsteer._core import build_profile
 from popsteer.errors import ConfigError, printable
-from popsteer.lab.common.layout import figure_names
+from popsteer.lab.common.layout import BAD, SIGN, WIDE, figure_names
 from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
@@ -84,7 +84,6 @@ def kept_in(where: object) -> Iterator[None]:
         raise
 
 
-_PIPED = 160
 _KINDS = (".html", ".htm")
 
 
@@ -108,7 +107,7 @@ def draw_figures(
 def console() -> Console:
     """Give the standard output, as wide as the terminal; a file has room for all columns."""
     found = Console()
-    return found if found.is_terminal else Console(width=_PIPED)
+    return found if found.is_terminal else Console(width=WIDE)
 
 
 def say(text: str, style: str = "") -> None:
@@ -139,7 +138,7 @@ def show(
     for index, note in enumerate(below):
         if index == 0:
             at.print()
-        say(note, "dim")
+        say(note, BAD if note.startswith(SIGN) else "dim")
     for line in said.splitlines():
         print(printable(line))
     if page is not None:

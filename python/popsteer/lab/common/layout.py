@@ -12,9 +12,16 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from rich.table import Table
+    from rich.text import Text
 
-WIDE = 118
-"""Characters that all columns need side by side."""
+    from popsteer.status import Status
+
+WIDE = 160
+"""Characters of a line where no terminal says how many it has."""
+SIGN = "✗"
+"""What stands before a fault, and before a run that did not finish."""
+BAD = "bold red"
+"""The style of these."""
 FIGURE_KINDS = ("png", "svg")
 """What each figure is written as."""
 _LONG = 20  # characters of a name that every table has room for
@@ -46,6 +53,21 @@ def add_numbers(table: Table, *heads: str) -> None:
 
     for head in heads:
         table.add_column(Text(head), justify="right", no_wrap=True)
+
+
+def outcome(faults: Status, *, finished: bool) -> Text:
+    """Word how a run came out; what is wrong with a sign and in red."""
+    from rich.text import Text
+
+    wrong = [*([] if finished else ["unfinished"]), *faults.names]
+    return Text(f"{SIGN} {', '.join(wrong)}", BAD) if wrong else Text("finished")
+
+
+def fits(table: Table, width: int) -> bool:
+    """Whether a table needs no more than so many characters."""
+    from rich.console import Console
+
+    return Console(width=10_000).measure(table).maximum <= width
 
 
 def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer.lab.common.layout import WIDE, add_names, add_numbers, blank_table
+from popsteer.lab.common.layout import (
+    SIGN,
+    WIDE,
+    add_names,
+    add_numbers,
+    blank_table,
+    fits,
+    outcome,
+)
 from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 
@@ -37,17 +45,18 @@ def notes(comparison: Comparison) -> list[str]:
         "Errors are measured at the point that each controller tracks, as the paper did, and at the"
         " rear axle, one point for all."
     )
-    said = [each for each in (comparison.begins, where) if each]
-    said += [
-        f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
+    said = [
+        f"{SIGN} {title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
         for name, run in comparison.runs.items()
         if not run.metrics.finished
     ]
     said += [
-        f"Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}{_while_faulty(run)}."
+        f"{SIGN} Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}"
+        f"{_while_faulty(run)}."
         for name, run in comparison.runs.items()
         if run.metrics.faults
     ]
+    said += [each for each in (comparison.begins, where) if each]
     if "pid" in comparison.runs and is_authors_path(comparison.path):
         said.append(
             "The paper's PID row could not be reproduced; with the gains of its table and Δt in the"
@@ -68,15 +77,21 @@ def _while_faulty(run: Run) -> str:
 
 
 def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
-    """Set out the figures of a comparison, the best of a column bold; two tables if not `width`."""
+    """Set out the figures of a comparison, the best of a column bold; two tables if one is wider.
+
+    Where several are equal to the last digit shown, none is the best.
+    """
     more = _more(comparison.first.settings.settling_time)
     if comparison.step_times:
         more.append(_step_time(comparison.step_times))
     # On another track the paper's figures would be no target.
     there = is_authors_path(comparison.path)
     against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
-    groups = [against_paper + more] if width >= WIDE else [against_paper, more]
-    return [_table(comparison, columns, told=each == 0) for each, columns in enumerate(groups)]
+    whole = _table(comparison, against_paper + more, told=True)
+    if fits(whole, width):
+        return [whole]
+    parts = enumerate((against_paper, more))
+    return [_table(comparison, columns, told=place == 0) for place, columns in parts]
 
 
 def _table(comparison: Comparison, columns: list[_Column], *, told: bool) -> Table:
@@ -87,15 +102,21 @@ def _table(comparison: Comparison, columns: list[_Column], *, told: bool) -> Tab
 
     table = blank_table(1)
     add_names(table, "controller", map(title_of, comparison.runs))
+    if told:
+        table.add_column("outcome", overflow="fold")
     for head, names in said:
         add_names(table, head, (names[name] for name in comparison.runs))
     add_numbers(table, *(column.head for column in columns))
     best = [_best(comparison, column) for column in columns]
+    equal = [_equal(comparison, *each) for each in zip(columns, best, strict=True)]
     for name, run in comparison.runs.items():
-        cells = [Text(title_of(name)), *(Text(names[name]) for _, names in said)]
-        for column, least in zip(columns, best, strict=True):
+        cells = [Text(title_of(name))]
+        if told:
+            cells.append(outcome(run.metrics.faults, finished=run.metrics.finished))
+        cells += [Text(names[name]) for _, names in said]
+        for column, least, tied in zip(columns, best, equal, strict=True):
             value = column.value(run)
-            style = "bold" if value is not None and value == least else ""
+            style = "bold" if value is not None and value == least and not tied else ""
             cells.append(Text(column.show(run), style=style))
         table.add_row(*cells)
     return table
@@ -117,15 +138,28 @@ class _Column(NamedTuple):
         value = self.value(run)
         if value is None or not math.isfinite(value):
             return "–"
-        return format(value, self.form) if self.form else ("yes" if value else "no")
+        return format(value, self.form)
 
 
 def _best(comparison: Comparison, column: _Column) -> float | None:
-    """Find the least figure among the runs that finished, where a column has a best at all."""
+    """Find the least figure of the runs without a fault that finished, if a column has a best."""
     if not column.ranked or len(comparison.runs) < 2:
         return None
-    values = [column.value(run) for run in comparison.runs.values() if run.metrics.finished]
+    values = [column.value(run) for run in _sound(comparison)]
     return min((value for value in values if value is not None), default=None)
+
+
+def _equal(comparison: Comparison, column: _Column, best: float | None) -> bool:
+    """Whether several of these runs show the best figure of a column."""
+    shown = [(column.value(run) == best, column.show(run)) for run in _sound(comparison)]
+    least = [said for is_best, said in shown if is_best and best is not None]
+    return bool(least) and [said for _, said in shown].count(least[0]) > 1
+
+
+def _sound(comparison: Comparison) -> list[Run]:
+    """Give the runs that reached the end without a fault."""
+    runs = comparison.runs.values()
+    return [run for run in runs if run.metrics.finished and not run.metrics.faults]
 
 
 def _metric(head: str, name: str, form: str, scale: float = 1.0) -> _Column:
@@ -168,5 +202,4 @@ def _more(settling_time: float) -> list[_Column]:
         _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", degrees),
         _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", degrees),
         _Column("time\n\n[s]", lambda r: r.metrics.time, ".1f"),
-        _Column("fin-\nished\n", lambda r: float(r.metrics.finished), ""),
     ]

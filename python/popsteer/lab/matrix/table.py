@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
 from popsteer.lab.common.layout import (
+    SIGN,
     WIDE,
     add_names,
     add_numbers,
     blank_table,
     csv_text,
     figure_names,
+    fits,
     json_text,
+    outcome,
 )
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
@@ -54,8 +57,9 @@ def matrix_caption(found: Matrix) -> str:
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
     """Set out a row for each combination, in one table of `width` or else one a plant and track."""
     shown = list(rows(found))
-    if width >= WIDE:
-        return [_table(shown)]
+    whole = _table(shown)
+    if fits(whole, width):
+        return [whole]
     courses = dict.fromkeys((row.plant, row.track) for row in shown)
     return [
         _table([row for row in shown if (row.plant, row.track) == course], course)
@@ -73,6 +77,7 @@ def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table
         table.title = "plant {} | track {}".format(*course)
         table.title_justify, table.title_style = "left", "bold"
     add_names(table, "controller", (title_of(row.law) for row in shown))
+    table.add_column("outcome", overflow="fold")
     add_names(table, "tuning", (row.tuning for row in shown))
     add_names(table, "errors\nat", (row.point for row in shown))
     heads = (
@@ -81,7 +86,6 @@ def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table
         "max\nafter\n[m]",
         "rear\naxle\n[m]",
         "step\n[µs]",
-        "fin-\nished",
     )
     add_numbers(table, *heads)
     for row in shown:
@@ -89,6 +93,7 @@ def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table
         table.add_row(
             *((row.plant, row.track) if course is None else ()),
             title_of(row.law),
+            outcome(figures.faults, finished=figures.finished),
             row.tuning,
             row.point,
             f"{figures.mean_abs_cross_track_error:.4f}",
@@ -96,19 +101,18 @@ def _table(shown: Sequence[Row], course: tuple[str, str] | None = None) -> Table
             f"{figures.settled_max_abs_cross_track_error:.3f}",
             f"{getattr(figures, _REAR):.4f}",
             f"{1e6 * row.step_time:.2f}",
-            "yes" if figures.finished else "no",
         )
     return table
 
 
 def matrix_notes(found: Matrix) -> list[str]:
     """Say where the runs start, and of each that did not reach the end why."""
-    return [*dict.fromkeys(each.begins for each in found.comparisons)] + [
-        f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
+    return [
+        f"{SIGN} {title_of(row.law)} on {row.plant}, {row.track}, ended after"
         f" {row.metrics.time:.1f} s: {row.ending}."
         for row in rows(found)
         if not row.metrics.finished
-    ]
+    ] + [*dict.fromkeys(each.begins for each in found.comparisons)]
 
 
 def matrix_files(found: Matrix) -> dict[str, bytes]:

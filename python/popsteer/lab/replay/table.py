@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, figure_names
+from popsteer.lab.common.layout import BAD, add_numbers, blank_table, csv_text, figure_names
 from popsteer.lab.common.names import title_of
 from popsteer.status import Status
 
@@ -38,6 +38,8 @@ def caption(found: Replay) -> str:
 
 def replay_table(found: Replay) -> Table:
     """Set out what the controllers would have done, a row for each."""
+    from rich.text import Text
+
     table = blank_table()
     table.add_column("", no_wrap=True)
     add_numbers(table, "differs\n[deg]", "max\n[deg]", "rate\n[deg/s]", "error\n[m]", "max\n[m]")
@@ -47,11 +49,15 @@ def replay_table(found: Replay) -> Table:
     )
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
-        cells = (f"{figures[key]:.{places}f}" for key, places in _SHOWN.items())
+        cells = (
+            Text(f"{figures[key]:.{places}f}", _COLOURS.get(key, "") if figures[key] else "")
+            for key, places in _SHOWN.items()
+        )
         table.add_row(title_of(shadow.name), *cells)
     return table
 
 
+_COLOURS = {"degraded_percent": "yellow", "fault_percent": BAD}
 _SHOWN = {
     "mean_abs_difference_deg": 2,
     "max_abs_difference_deg": 2,

@@ -7,6 +7,8 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+from popsteer.lab.common.layout import BAD
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -78,8 +80,10 @@ def html_table(
 
 
 def _cell(cell: Any) -> str:  # noqa: ANN401 - rich takes anything that it can show
-    text = escape(str(cell))
-    return f"<strong>{text}</strong>" if "bold" in str(getattr(cell, "style", "")) else text
+    text, style = escape(str(cell)), str(getattr(cell, "style", ""))
+    if "bold" not in style:
+        return text
+    return f'<strong class="bad">{text}</strong>' if style == BAD else f"<strong>{text}</strong>"
 
 
 def paragraphs(lines: Iterable[str]) -> str:

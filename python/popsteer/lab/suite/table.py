@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.lab.common.layout import (
+    BAD,
+    SIGN,
     add_names,
     add_numbers,
     blank_table,
@@ -100,7 +102,11 @@ def suite_tables(found: Suite) -> list[Table]:
     add_names(table, "", (title for title, _ in lines))
     add_numbers(table, *map(_head, names))
     for title, cells in lines:
-        table.add_row(Text(title), *(cells[name] for name in names))
+        said = (cells[name] for name in names)
+        table.add_row(
+            Text(title),
+            *(Text(each.replace("(", f"({SIGN} "), BAD if "(" in each else "") for each in said),
+        )
     return [table]
 
 

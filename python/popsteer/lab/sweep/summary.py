@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from popsteer.lab.common.layout import add_numbers, blank_table
+from popsteer.lab.common.layout import BAD, SIGN, add_numbers, blank_table
 from popsteer.lab.common.names import counted
 from popsteer.sim import plant_name
 from popsteer.status import Status
@@ -210,7 +210,12 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
         f" {job.deviation:g} m after the first {settled:g} s. The errors are those after that."
     )
-    said = [success]
+    said = []
+    if stopped := sum(not row["finished"] for row in rows):
+        said.append(f"{SIGN} {stopped} did not finish.")
+    faulty, names = faults_of(rows)
+    said += [f"{SIGN} {faulty} said a fault: {names}."] if faulty else []
+    said.append(success)
     if short := sum(row["steps"] < 2 for row in rows):
         said.append(
             f"{counted(short, 'run')} lasted less than two control periods: the start projects onto"
@@ -221,10 +226,6 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
             f"{counted(early, 'run')} lasted no longer than the first {settled:g} s, and settled"
             " nothing: no success without evidence."
         )
-    if stopped := sum(not row["finished"] for row in rows):
-        said.append(f"{stopped} did not finish.")
-    faulty, names = faults_of(rows)
-    said += [f"{faulty} said a fault: {names}."] if faulty else []
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
@@ -258,8 +259,8 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
     for row in worst(rows):
         bad.add_row(
             str(row["run"]),
-            "yes" if row["finished"] else "no",
-            "yes" if row["faults"] else "–",
+            Text("yes") if row["finished"] else Text(f"{SIGN} no", BAD),
+            Text(f"{SIGN} yes", BAD) if row["faults"] else Text("–"),
             f"{error_of(row):.3f}",
             *(f"{row[name]:.4g}" for name in chief),
         )
