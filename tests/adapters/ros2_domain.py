@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import popsteer
 from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2.commands import signed_speed
 from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.node import Node, Options
 from tests.adapters.ros2_plant import CAR
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 _NUMBERS = itertools.count()
 _BLOCK = 9
 PERIOD = 20_000_000
+SLOW = CAR.replace(max_speed=4.0)
 START = 1_700_000_000 * 10**9
 
 
@@ -81,12 +83,15 @@ class Client:
 
 
 class Bench:
-    """A node, its surroundings in the same process, and a clock that the test moves."""
+    """A node, its surroundings in the same process, and a clock that the test moves.
+
+    Its car drives at the speed that is commanded, at 4 m/s before the first.
+    """
 
     def __init__(self, make: Any = None, **options: Any) -> None:
         self.member = Participant(domain(), local=True)
         self.lines: list[str] = []
-        made = make or (lambda path: popsteer.Stanley(path, CAR))
+        made = make or (lambda path: popsteer.Driver(path, SLOW, popsteer.StanleyParams()))
         self.node = Node(self.member, made, Options(**options), say=self.lines.append)
         topics = self.node.options.topics
         self.odometry = self.member.writer(topics.odometry, messages.ODOMETRY)
@@ -94,7 +99,7 @@ class Bench:
         self.drive = self.member.reader(topics.command, topics.command_type, reliable=True)
         self.reports = self.member.reader(topics.diagnostics, messages.DIAGNOSTICS, reliable=True)
         self.now = START
-        self.x = 0.0
+        self.x, self.speed = 0.0, 4.0
 
     def send(self, writer: Any, message: Any) -> None:
         writer.write(messages.encode(message))
@@ -107,20 +112,23 @@ class Bench:
         self.send(self.path, message)
 
     def send_pose(
-        self, speed: float = 4.0, frame: str = "map", at: int | None = None, y: float = 0.1
+        self, speed: float | None = None, frame: str = "map", at: int | None = None, y: float = 0.1
     ) -> None:
-        stamp = self.now if at is None else at
+        stamp, speed = self.now if at is None else at, self.speed if speed is None else speed
         self.send(self.odometry, ros2.odometry_message(self.x, y, 0.0, speed, stamp, frame))
 
-    def cycle(self) -> ros2.DriveCommand | None:
+    def cycle(self) -> popsteer.Drive | None:
         self.now += PERIOD
-        return self.node.cycle(self.now, 0.02)
+        drive = self.node.cycle(self.now, 0.02)
+        if drive is not None:
+            self.speed = signed_speed(drive)
+            self.x += 0.02 * self.speed
+        return drive
 
     def until(self, wanted: Callable[[], bool], at: int | None = None) -> bool:
         """Send poses and cycle until something holds: what is sent takes a moment."""
         until = time.monotonic() + 5.0
         while time.monotonic() < until:
-            self.x += 0.08 if at is None else 0.0
             self.send_pose(at=at)
             self.cycle()
             if wanted():
@@ -129,9 +137,12 @@ class Bench:
         return False
 
     def begin(self) -> None:
-        """DriveCommand."""
-        self.send_pose()
+        """Send a path, and drive."""
         self.send_path()
+        self.begin_on()
+
+    def begin_on(self) -> None:
+        """Drive along a path that has been sent."""
         for _ in range(100):
             self.send_pose()
             if self.cycle() is not None and self.state == "driving":
@@ -139,19 +150,18 @@ class Bench:
         raise AssertionError(self.lines)
 
     def run(self, cycles: int, **pose: Any) -> None:
-        """DriveCommand on, with odometry."""
+        """Drive on, with odometry."""
         for _ in range(cycles):
-            self.x += 0.02 * pose.get("speed", 4.0)
             self.send_pose(**pose)
             self.cycle()
 
     @property
     def state(self) -> str:
-        return "waiting" if self.node.pilot is None else self.node.pilot.state.value
+        return self.node.state
 
     @property
     def reason(self) -> str:
-        return self.node.waits if self.node.pilot is None else self.node.pilot.reason
+        return self.node.reason
 
     def report(self) -> dict[str, Any]:
         """The last diagnostics: statuses by name, and all values."""

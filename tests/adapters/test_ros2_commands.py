@@ -220,7 +220,7 @@ def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
     number = int(_number())
     from cyclonedds.pub import DataWriter
 
-    from popsteer import Stanley
+    from popsteer import Driver
     from popsteer.adapters.ros2 import messages
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.node import Node
@@ -231,7 +231,7 @@ def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
         kind: DataWriter(ros._participant, ros._topic(name, kind), qos=qos)
         for name, kind in (("/odom", messages.ODOMETRY), ("/path", messages.PATH))
     }
-    node = Node(Participant(number, local=True), Stanley)
+    node = Node(Participant(number, local=True), Driver)
     wanted = (1, int(reliable))
     readers = [node.odometry_reader, node.path_reader]
     assert _within(lambda: tuple(reader.peers for reader in readers) == wanted)
@@ -244,7 +244,7 @@ def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
 
 def test_path_published_before_the_node_is_there_is_heard_once() -> None:
     pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
-    from popsteer import Stanley
+    from popsteer import Driver
     from popsteer.adapters import ros2
     from popsteer.adapters.ros2 import messages
     from popsteer.adapters.ros2.dds import Participant
@@ -253,7 +253,7 @@ def test_path_published_before_the_node_is_there_is_heard_once() -> None:
     member = Participant(int(_number()), local=True)
     writer = member.writer("/path", messages.PATH, latched=True)
     writer.write(messages.encode(ros2.path_message([0.0, 9.0], [0.0, 0.0], [0.0, 0.0], 1, "map")))
-    node = Node(member, Stanley)
+    node = Node(member, Driver)
     at = iter(range(10**9, 10**12, 10**8))
 
     def heard(count: int) -> bool:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,7 +154,7 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     assert told == sorted(told)
     assert "driving" in lines[: told[0]]
     assert "driving" in lines[told[-1] :]
-    # Held, then less and less, at the vehicle's deceleration, with the wheels as they were.
+    # Less and less, at the vehicle's deceleration, and steering on, as far as the wheels turn.
     speeds = [message.longitudinal.velocity for message in stopped]
     assert speeds[0] > 1.0
     assert speeds[-1] == 0.0
@@ -161,10 +162,10 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     assert speeds == sorted(speeds, reverse=True)
     moving = speeds.index(0.0)
     slope = (speeds[0] - speeds[moving - 1]) / (times[moving - 1] - times[0])
-    assert slope == pytest.approx(5.0, rel=0.05)
-    assert {message.lateral.steering_tire_angle for message in stopped[1:]} == {
-        stopped[-1].lateral.steering_tire_angle
-    }
+    assert slope == pytest.approx(5.0, rel=0.1)
+    angles = [message.lateral.steering_tire_angle for message in stopped]
+    for turned, passed in zip(pairwise(angles), pairwise(times), strict=True):
+        assert abs(turned[1] - turned[0]) < 0.5 * (passed[1] - passed[0]) + 0.005
     assert f"Written to {file}" in tapped
     _check_cycles(file)
 
@@ -206,7 +207,7 @@ def _until_stand(reader: Any) -> list[Any]:
     until = time.monotonic() + 30.0
     while time.monotonic() < until:
         found += [messages.decode(messages.CONTROL, data) for data in reader.take()]
-        held = [message for message in found if message.longitudinal.acceleration == -5.0]
+        held = [message for message in found if message.longitudinal.acceleration < -4.5]
         if held and held[-1].longitudinal.velocity == 0.0:
             return held
         time.sleep(0.01)

@@ -98,7 +98,7 @@ def test_node_is_announced_with_its_readers_and_writers(
     number = domain()
     info = Info(Participant(number, local=True, node="other"), size)
     member = Participant(number, local=True, node="steer", namespace="/car")
-    node = Node(member, popsteer.Stanley)
+    node = Node(member, popsteer.Driver)
     assert until(lambda: len(announced(info, "steer")[4]) == 4)
     who, namespace, _, readers, writers = announced(info, "steer")
     assert namespace == "/car"
@@ -140,7 +140,7 @@ def test_every_endpoint_tells_its_type_hash_and_the_participant_its_enclave() ->
 
     number = domain()
     other = Participant(number, local=True)._participant
-    node = Node(Participant(number, local=True), popsteer.Stanley)
+    node = Node(Participant(number, local=True), popsteer.Driver)
     own = node._participant._participant.guid
     endpoints = [
         BuiltinDataReader(other, BuiltinTopicDcpsPublication),
@@ -176,7 +176,7 @@ def test_path_reader_fits_planners_that_keep_their_paths_and_those_that_do_not(
     planner = Participant(number, local=True).writer("/path", messages.PATH, latched=latched)
     first = ros2.path_message([0.0, 5.0], [0.0, 0.0], [0.0, 0.0], 1, "map")
     planner.write(messages.encode(first))
-    node = Node(Participant(number, local=True), popsteer.Stanley)
+    node = Node(Participant(number, local=True), popsteer.Driver)
     at = iter(range(10**9, 10**12, 10**8))
 
     def newest() -> float:
@@ -319,7 +319,7 @@ def test_path_of_1300_points_takes_less_than_two_milliseconds() -> None:
 def test_command_comes_soon_after_the_odometry_whatever_the_rate() -> None:
     number = domain()
     member = Participant(number, local=True)
-    node = Node(Participant(number, local=True), popsteer.Stanley, Options(rate=50.0))
+    node = Node(Participant(number, local=True), popsteer.Driver, Options(rate=50.0))
     ended = threading.Event()
     thread = threading.Thread(target=spin, args=(node, node._participant, ended.is_set))
     odometry = member.writer("/odom", messages.ODOMETRY)

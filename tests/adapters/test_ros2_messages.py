@@ -192,7 +192,7 @@ def test_module_gives_its_errors_as_those_of_popsteer() -> None:
 def test_twist_turns_by_the_turning_wheelbase_and_understeer() -> None:
     car = CAR.replace(turning_wheelbase=3.0, understeer=0.01, steer_offset=0.02)
     topics = replace(Topics(command="/cmd_vel"), command_type=messages.TWIST_STAMPED)
-    bench = Bench(lambda path: popsteer.Stanley(path, car), topics=topics)
+    bench = Bench(lambda path: popsteer.Driver(path, car), topics=topics)
     bench.begin()
     bench.run(5)
     drive = bench.cycle()

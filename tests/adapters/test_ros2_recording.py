@@ -35,7 +35,7 @@ class Taken(list[bytes]):
 def test_recording_that_is_played_gives_the_recorded_commands(tmp_path: Path) -> None:
     file, dts = tmp_path / "drive.mcap", itertools.cycle([0.09, 0.02, 0.015, 0.023, 0.0202])
     with ros2.Recording(file) as recording:
-        bench = Bench(lambda path: popsteer.PreviewPop(path, CAR))
+        bench = Bench(lambda path: popsteer.Driver(path, CAR))
         bench.node._recording = recording
         bench.send_pose(0.0)
         bench.send_path()
@@ -48,7 +48,7 @@ def test_recording_that_is_played_gives_the_recorded_commands(tmp_path: Path) ->
             bench.send_pose(speed, y=0.3)
             if k % 5 == 0:
                 bench.send_path(y=0.001 * k)
-    again = Bench(lambda path: popsteer.PreviewPop(path, CAR)).node
+    again = Bench(lambda path: popsteer.Driver(path, CAR)).node
     readers = {"/odom": Taken(), "/path": Taken()}
     again.odometry_reader, again.path_reader = readers["/odom"], readers["/path"]  # type: ignore[assignment]
     before, commanded = 0, 0

@@ -1,4 +1,4 @@
-"""What the ROS 2 pilot, its intake and its loop do next: after a path, a jump, a stop, a report."""
+"""What the ROS 2 node, its intake and its loop do next: after a path, a jump, a stop, a report."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
 from popsteer.adapters.ros2 import conversions, diagnostics, messages
+from popsteer.adapters.ros2.commands import signed_speed
 from popsteer.adapters.ros2.intake import Intake
 from tests.adapters.ros2_domain import Bench
 
@@ -32,8 +33,8 @@ def _path(shift: float = 0.0) -> popsteer.Path:
 
 
 def _drive(events: dict[int, Any], steps: int = 400) -> np.ndarray:
-    """Commands of a pilot whose car obeys; at some steps something happens before."""
-    pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
+    """Commands of a driver whose car obeys; at some steps something happens before."""
+    driver = popsteer.Driver(_path(), CAR)
     plant = popsteer.sim.Simulation(
         _path(),
         popsteer.sim.KinematicBicycle(CAR),
@@ -44,9 +45,9 @@ def _drive(events: dict[int, Any], steps: int = 400) -> np.ndarray:
     found, pedals = [], popsteer.SpeedPid()
     for k in range(steps):
         if k in events:
-            events[k](pilot)
+            events[k](driver)
         x, y, yaw, speed = plant.state
-        drive = pilot.step(ros2.Measured(x, y, yaw, speed, 0, "map", "base_link"), 0.0, DT)
+        drive = driver.step(x, y, yaw, speed, DT)
         found.append((drive.steer, drive.speed, drive.acceleration, speed))
         plant.step(drive.steer, *pedals.step(speed, drive.speed, DT))
     return np.array(found)
@@ -54,13 +55,13 @@ def _drive(events: dict[int, Any], steps: int = 400) -> np.ndarray:
 
 def test_path_sent_again_changes_no_command() -> None:
     plain = _drive({})
-    again = _drive({k: lambda pilot: pilot.set_path(_path()) for k in (100, 150, 200, 201)})
+    again = _drive({k: lambda driver: driver.set_path(_path()) for k in (100, 150, 200, 201)})
     assert np.abs(plain[100:, 0]).max() > 0.02
     assert again == pytest.approx(plain, abs=1e-3)
 
 
 def test_other_path_is_gone_over_to_without_a_jump_of_the_command() -> None:
-    found = _drive({200: lambda pilot: pilot.set_path(_path(0.5))})
+    found = _drive({200: lambda driver: driver.set_path(_path(0.5))})
     plain = _drive({})
     usual = np.abs(np.diff(plain[:200, 0])).max()
     assert abs(found[200, 0] - found[199, 0]) < usual + 0.03
@@ -68,40 +69,39 @@ def test_other_path_is_gone_over_to_without_a_jump_of_the_command() -> None:
     assert np.abs(found[205:260, 0] - plain[205:260, 0]).max() > 0.01
 
 
-def test_reset_goes_on_from_the_angle_and_the_speed_that_there_are() -> None:
-    found = _drive({200: lambda pilot: pilot.reset()})
-    plain = _drive({})
-    # The speed goes on from the measured one, a step's acceleration farther, within the plan's 6.
-    within = min(found[200, 3] + found[200, 2] * DT, 6.0)
-    assert found[200, 1] == pytest.approx(within, abs=1e-6)
-    assert np.abs(np.diff(found[200:, 1])).max() < 2.9 * DT
-    assert found[300:, 3] == pytest.approx(plain[300:, 3], abs=0.1)
-    assert found[200, 0] == pytest.approx(plain[200, 0], abs=0.02)
+def test_jump_of_time_goes_on_from_the_angle_and_the_speed_that_there_are() -> None:
+    bench = Bench()
+    bench.begin()
+    bench.run(15, y=0.6)
+    before = bench.node.drive
+    assert before is not None
+    assert before.steer < -0.05
+    bench.node.jumped(-3.0)
+    bench.now -= 3 * 10**9
+    bench.run(1, y=0.6)
+    drive = bench.node.drive
+    assert drive is not None
+    assert drive.steer == pytest.approx(before.steer, abs=0.5 * DT + 1e-6)
+    assert drive.speed == pytest.approx(before.speed, abs=0.1)
+    assert bench.state == "driving"
 
 
 def test_each_interruption_is_held_for_the_whole_time_and_no_longer() -> None:
-    path = popsteer.Path([(float(x), 0.0) for x in range(200)], speed=[6.0] * 200)
-    pilot = ros2.Pilot(popsteer.Stanley(path, CAR), hold=0.11)
-    # The car obeys, and drives on meanwhile: a place that stays where it is would not be believed.
-    x, speed = 0.0, 6.0
-
-    def moved() -> ros2.Measured:
-        nonlocal x
-        x += speed * DT
-        return ros2.Measured(x, 0.0, 0.0, speed, 0, "map", "base_link")
-
-    for _ in range(150):  # until it knows the scale of the car's speed
-        speed = pilot.step(moved(), 0.0, DT).speed
-    for is_known in (True, False, True):
-        for _ in range(2):
-            speed = pilot.step(moved(), 0.0, DT).speed
-            assert speed == pytest.approx(6.0, abs=0.1)
+    bench = Bench(stale=0.03, hold=0.11)
+    bench.begin()
+    bench.run(60, y=0.0)
+    for _ in range(3):
+        bench.run(2, y=0.0)
+        speed = bench.speed
         for _ in range(5):
-            here = moved()
-            held = pilot.step(here if is_known else None, 0.0, DT, "no path")
-            assert (pilot.state, held.speed) == (ros2.State.HOLDING, speed)
-    assert pilot.step(None, 0.0, DT, "no path").speed < speed
-    assert pilot.state is ros2.State.BRAKING
+            bench.cycle()
+            assert bench.state == "holding"
+            assert bench.speed == pytest.approx(speed, abs=0.05)
+        bench.run(1, y=0.0)
+        assert bench.state == "driving"
+    for _ in range(6):
+        bench.cycle()
+    assert bench.state == "braking"
 
 
 def test_commanded_speed_is_within_the_plan_and_what_the_car_can_reach() -> None:
@@ -111,40 +111,11 @@ def test_commanded_speed_is_within_the_plan_and_what_the_car_can_reach() -> None
         # A car that rolls on at 8 m/s is told the plan's speed; one that stands still, what its
         # acceleration of 1 m/s² gives in the drive's delay of 0.1 s and half a second.
         for measured, wanted in ((8.0, 4.0), (0.0, 0.6)):
-            pilot = ros2.Pilot(popsteer.Stanley(path, CAR))
+            driver = popsteer.Driver(path, CAR, popsteer.StanleyParams())
             for k in range(100):
                 place = sign * measured * DT * k
-                here = ros2.Measured(place, 0.0, 0.0, sign * measured, 0, "map", "base_link")
-                drive = pilot.step(here, 0.0, DT)
-            assert drive.speed == pytest.approx(sign * wanted), (sign, measured)
-
-
-def test_place_on_another_leg_or_lap_is_told_from_the_same_one_moved() -> None:
-    from popsteer.adapters.ros2.pilot import _is_on_another_leg
-
-    x = np.append(np.arange(0.0, 30.0), np.arange(30.0, 0.0, -1.0))
-    xy = np.column_stack((x, np.append(0.0 * x[:30], 0.1 + 0.0 * x[30:])))
-    back = np.arange(60) >= 30
-    turning = popsteer.Path(xy, reverse=back)
-    lap = popsteer.Path(xy, mend=False)
-    moved = popsteer.Path(xy + np.array((0.29, 0.0)), reverse=back)
-    away = popsteer.Path(xy + np.array((0.31, 0.0)), reverse=back)
-    for new, was, now, other in (
-        (turning, 20, 39, True),
-        (turning, 39, 20, True),
-        (turning, 20, 21, False),
-        (turning, 20, 20, False),
-        (turning, None, 39, False),
-        (turning, 20, None, False),
-        (moved, 20, 39, True),
-        (away, 20, 39, False),
-        (lap, 20, 39, False),
-        (popsteer.Path(xy[:21]), 20, 3, False),
-    ):
-        assert _is_on_another_leg(turning, was, new, now) == other, (was, now)
-    # Laps that lie on each other in one direction: farther along than 20 m.
-    for now, other in ((20, False), (25, False), (26, True)):
-        assert _is_on_another_leg(lap, 5, lap, now) == other, now
+                drive = driver.step(place, 0.0, 0.0, sign * measured, DT)
+            assert signed_speed(drive) == pytest.approx(sign * wanted), (sign, measured)
 
 
 def test_intake_takes_stamps_in_order_and_the_same_one_twice() -> None:
@@ -210,30 +181,31 @@ def test_refused_messages_warn_in_the_next_report_and_no_longer() -> None:
 
 
 def test_diagnostics_say_what_the_command_says_in_its_units() -> None:
-    pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
+    driver = popsteer.Driver(_path(), CAR)
     intake, loop = Intake(messages.PATH, stale=0.3), diagnostics.Loop(0.02)
     data = conversions.odometry_message(0.5, 0.3, 0.5, 5.0, 10**9, "map")
     assert intake.take_odometry(messages.encode(data), 1.0)
-    drive = pilot.step(intake.measured, 0.0, DT)
+    assert intake.measured is not None
+    drive = driver.step(*intake.measured[:4], DT)
     loop.count(0.03, 0.004, 2)
     known: dict[str, Any] = {
-        "waits": "",
+        "state": "driving",
+        "reason": "",
         "deviation": 0.75,
         "path_jump": 4.0,
         "nanoseconds": 1_250_000_000,
     }
     around: dict[str, Any] = {"command": "/drive", "listeners": 3, "rivals": 1, "clocks": 2}
-    made = diagnostics.message(loop, intake, pilot, drive, **known, **around)
-    command, estimate = pilot.command, pilot.controller.estimate
-    assert command is not None
-    assert abs(command.heading_error) > 0.2
+    made = diagnostics.message(loop, intake, driver, drive, **known, **around)
+    estimate = driver.estimate
+    assert abs(drive.heading_error) > 0.2
     expected = {
-        "cross_track_error_m": command.cross_track_error,
-        "heading_error_rad": command.heading_error,
-        "predicted_cross_track_error_m": command.predicted_cross_track_error,
-        "predicted_heading_error_rad": command.predicted_heading_error,
+        "cross_track_error_m": drive.cross_track_error,
+        "heading_error_rad": drive.heading_error,
+        "predicted_cross_track_error_m": drive.predicted_cross_track_error,
+        "predicted_heading_error_rad": drive.predicted_heading_error,
         "deviation_m": 0.75,
-        "distance_to_stop_m": command.distance_to_stop,
+        "distance_to_stop_m": drive.distance_to_stop,
         "steer_rad": drive.steer,
         "speed_mps": drive.speed,
         "estimated_dead_time_s": estimate.dead_time,
@@ -330,48 +302,3 @@ def test_recording_keeps_what_came_before_an_exception(tmp_path: Path) -> None:
     log = logs.read(tmp_path / "5.mcap")
     assert log.x.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert log.steer == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
-
-
-def test_gap_counts_as_one_long_step_up_to_a_second_and_then_begins_anew() -> None:
-    here = ros2.Measured(3.0, 1.0, 0.3, 6.0, 0, "map", "base_link")
-    later = ros2.Measured(4.5, 1.2, 0.28, 6.0, 0, "map", "base_link")
-    # Steps of a quarter of a second, which add up exactly: at 1 s it goes on, beyond it does not.
-    for missed, passed in ((0, 0.25), (1, 0.5), (3, 1.0), (4, None), (9, None)):
-        pilot, plain = (ros2.Pilot(popsteer.PreviewPop(_path(), CAR)) for _ in range(2))
-        first = pilot.step(here, 0.0, 0.25)
-        for _ in range(missed):
-            pilot.step(None, 0.0, 0.25, "no odometry")
-        pilot.step(later, 0.0, 0.25)
-        twin = plain.controller
-        assert twin.step(*here[:4], 0.02).steer == first.steer
-        if passed is None:
-            twin.reset(steer=first.steer)
-        assert pilot.command == twin.step(*later[:4], passed or 0.25), missed
-    # A first step has none before it.
-    pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
-    pilot.step(here, 0.0, 3.0)
-    assert pilot.command == popsteer.PreviewPop(_path(), CAR).step(*here[:4], 0.02)
-
-
-def test_reset_forgets_the_time_that_has_passed_and_a_refused_pose_does_not() -> None:
-    here = ros2.Measured(3.0, 1.0, 0.3, 6.0, 0, "map", "base_link")
-    later = ros2.Measured(4.5, 1.2, 0.28, 6.0, 0, "map", "base_link")
-    wrong = ros2.Measured(math.nan, 1.2, 0.28, 6.0, 0, "map", "base_link")
-    for again, passed in ((True, 0.02), (False, 0.52)):
-        pilot = ros2.Pilot(popsteer.PreviewPop(_path(), CAR))
-        first = pilot.step(here, 0.0, DT)
-        for _ in range(25):
-            pilot.step(wrong, 0.0, DT)
-        if again:
-            pilot.reset()
-        pilot.step(later, 0.0, DT)
-        twin = popsteer.PreviewPop(_path(), CAR)
-        twin.step(*here[:4], DT)
-        if again:
-            twin.reset(steer=first.steer)
-        command, wanted = pilot.command, twin.step(*later[:4], passed)
-        assert command is not None
-        assert command.steer == pytest.approx(wanted.steer, abs=1e-12), again
-        assert command.predicted_cross_track_error == pytest.approx(
-            wanted.predicted_cross_track_error, abs=1e-12
-        )

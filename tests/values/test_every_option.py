@@ -329,9 +329,9 @@ def _participant(domain: int | None, **named: Any) -> Any:
 
 
 def _node(participant: Any, make: Any, options: Any, **_: Any) -> None:
-    """Keep how the node runs, and the controller that it would make of a path."""
+    """Keep how the node runs, and the driver that it would make of a path."""
     made = make(popsteer.Path([(0.0, 0.0), (9.0, 0.0)]))
-    CALLED.update(options=options, controller=type(made).__name__, params=made.params)
+    CALLED.update(options=options, params=made.controller)
     CALLED.update(vehicle=made.vehicle, adapt=made.adapt, monitor=made.monitor)
 
 

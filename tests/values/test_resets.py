@@ -161,7 +161,6 @@ NEEDED = {
 ELSEWHERE = {
     "Opponent": "its controllers",
     "Problem": "tests/closed_loop/test_mpc.py",  # as `Mpc` of the baselines: osqp's step adapts
-    "Pilot": "tests/values/test_events_ros2.py: it goes on from where it is",
     "_EmptyCall": "does nothing",
     "TrackVecEnv": "tests/adapters/test_gymnasium.py",
 }

@@ -6,8 +6,7 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Annotated, Any
 
-from popsteer import controllers
-from popsteer._core import Vehicle
+from popsteer._core import Driver, Vehicle
 from popsteer.cli import inputs, options, ros2_options
 from popsteer.cli.options import flag, valued
 from popsteer.ranges import check_in_range
@@ -54,7 +53,7 @@ def ros2(
     stale: Annotated[float, valued("SECONDS", "Odometry older than this is not steered by.")] = 0.3,
     hold: Annotated[
         float,
-        valued("SECONDS", "Then, hold the command so long, and brake."),
+        valued("SECONDS", "Then, drive on so long by dead reckoning, and brake."),
     ] = 0.2,
     keep_path: Annotated[
         float,
@@ -112,10 +111,9 @@ def ros2(
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
     printed = ros2_options.says(log_level)
     say: Any = partial(print, flush=True) if printed else lambda _: None
-    law: Any = controllers.get(controller).controller
-    car, chosen_params = _limited(given, max_speed), tuning.params[controller]
+    car, law = _limited(given, max_speed), tuning.params[controller]
     how: Any = {"adapt": tuning.adapt, "monitor": tuning.monitor}
-    make = partial(law, vehicle=car, params=chosen_params, **how)
+    make: Any = partial(Driver, vehicle=car, controller=law, **how)
     stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.

@@ -10,7 +10,7 @@ from nav2_msgs.action import FollowPath
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 
-from popsteer.adapters.ros2 import MessageError, State
+from popsteer.adapters.ros2 import MessageError
 from popsteer.adapters.ros2.paths import inverse, placed, points_of_poses
 
 from .goals import light, poses_of
@@ -111,7 +111,6 @@ class Follow:
         if self._goal is None:
             return
         core, now = self.core, 1e-9 * self._host.now()
-        pilot, measured = core.pilot, core.intake.measured
         if self._goal.is_cancel_requested:
             core.rest("the goal is cancelled")
             if core.stands:
@@ -119,21 +118,22 @@ class Follow:
         elif core.waits:
             if now - self._begun > core.options.timeout:
                 self._end("TF_ERROR", core.waits)
-        elif pilot.state is State.DRIVING:
-            self._tell(now, pilot.command, measured)
+        elif core.state == "driving":
+            self._tell(now, core.drive, core.intake.measured)
         # In other states what it knew of its place may be of another path.
-        elif pilot.state is State.STANDING and now - self._begun > core.options.hold:
-            lost = "odometry" in pilot.reason
-            self._end("TF_ERROR" if lost else "NO_VALID_CONTROL", pilot.reason)
+        elif core.state == "standing" and now - self._begun > core.options.hold:
+            lost = "odometry" in core.reason
+            self._end("TF_ERROR" if lost else "NO_VALID_CONTROL", core.reason)
 
-    def _tell(self, now: float, command: Any, measured: Any) -> None:
+    def _tell(self, now: float, drive: Any, measured: Any) -> None:
         """Give feedback, and look whether the goal is reached or no more come nearer to."""
-        remaining, value = command.distance_to_stop, self._host.value
+        (remaining, segment), value = self._remaining(drive), self._host.value
         feedback = self._action.Feedback()
         told = getattr(feedback, "tracking_feedback", feedback)
         told.distance_to_goal, told.speed = remaining, measured.speed
         if told is not feedback:  # from Nav2 1.5 on
-            self._track(told, command, measured)
+            self._track(told, drive, measured)
+            told.remaining_path_length, told.current_path_index = remaining, segment
         self._goal.publish_feedback(feedback)
         self._nearer += 0.0 if math.isnan(self._last) else self._last - remaining
         self._last = remaining
@@ -144,16 +144,29 @@ class Follow:
         elif now - self._since > value("progress_time"):
             self._end("FAILED_TO_MAKE_PROGRESS", "no progress along the path")
 
-    def _track(self, told: Any, command: Any, measured: Any) -> None:
+    def _remaining(self, drive: Any) -> tuple[float, int]:
+        """Give how far the goal is, beyond cusps, too [m], and the path's segment."""
+        driver = self.core.driver
+        path, at, remaining = (
+            driver.path,
+            driver.state.tracker.place.segment,
+            drive.distance_to_stop,
+        )
+        if path.reverse is not None:
+            # Where it changes its gear, the place is on the next leg already, the distance not.
+            at -= bool(path.reverse[at] != drive.reverse)
+            cusps = [k for k in np.flatnonzero(np.diff(path.reverse)) + 1 if k > at]
+            remaining += path.length - path.s[cusps[0]] if cusps else 0.0
+        return remaining, at
+
+    def _track(self, told: Any, drive: Any, measured: Any) -> None:
         """Give a message of tracking errors what is known, in the frame of the path."""
         intake, pose = self.core.intake, told.robot_pose.pose
         told.header.frame_id = told.robot_pose.header.frame_id = intake.course.frame
         told.header.stamp.sec, told.header.stamp.nanosec = divmod(self._host.now(), 10**9)
         told.robot_pose.header.stamp = told.header.stamp
-        told.position_tracking_error = command.cross_track_error
-        told.heading_tracking_error = command.heading_error
-        told.remaining_path_length = command.distance_to_stop
-        told.current_path_index = self.core.pilot.controller.state.waypoint or 0
+        told.position_tracking_error = drive.cross_track_error
+        told.heading_tracking_error = drive.heading_error
         back = inverse(intake.seen_from or (0.0, 0.0, 0.0))
         pose.position.x, pose.position.y, yaw = placed(back, measured[:3])
         pose.orientation.z, pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)

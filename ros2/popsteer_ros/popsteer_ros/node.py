@@ -19,7 +19,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 
-from popsteer import ConfigError, Path, PopsteerError, Vehicle, controllers, vehicles
+from popsteer import ConfigError, Driver, Path, PopsteerError, Vehicle, controllers, vehicles
 from popsteer.adapters.ros2 import Node, Options, Recording, Topics
 from popsteer.adapters.ros2.node import RANGES
 from popsteer.adapters.ros2.pacing import Pace
@@ -33,7 +33,7 @@ from .transport import Transport
 PARAMETERS: dict[str, tuple[Any, ...]] = {
     "rate": (Options.rate, "steps a second at most, and where no odometry comes [Hz]"),
     "stale": (Options.stale, "odometry older than this is not steered by [s]"),
-    "hold": (Options.hold, "how long the last command is held before it brakes [s]"),
+    "hold": (Options.hold, "how long it drives on without what is missing before it brakes [s]"),
     "keep_path": (Options.keep_path, "how long a path stays where later ones are refused [s]"),
     "timeout": (Options.timeout, "how long a goal waits for odometry and transforms [s]"),
     "tf_stale": (1.0, "a moving transform older than this is not used [s]", 0.01, 1e6),
@@ -233,13 +233,11 @@ class Track(LifecycleNode):
             )
         except (PopsteerError, OSError) as error:
             return str(error)
-        chosen = {"params": tuning.params[kind], "adapt": tuning.adapt}
-        if not given["monitor"]:
-            chosen["monitor"] = None
-        law = controllers.get(kind).controller
+        monitor = tuning.monitor if given["monitor"] else None
+        chosen = {"controller": tuning.params[kind], "adapt": tuning.adapt, "monitor": monitor}
 
         # What tf knows of the vehicle is not there before the first path.
-        self._named = lambda path: law(path, car.replace(**self.frames.known), **chosen), path
+        self._named = lambda path: Driver(path, car.replace(**self.frames.known), **chosen), path
         return ""
 
     def _tick(self, *, came: bool = False) -> None:

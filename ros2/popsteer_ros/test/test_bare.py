@@ -34,7 +34,7 @@ class Bare:
         self.member = ros2.Participant(number, local=True)
         car = popsteer.Vehicle(wheelbase=2.7, max_speed=4.0)
         self.node = ros2.Node(
-            self.member, lambda found: popsteer.Stanley(found, car), ros2.Options(**options)
+            self.member, lambda found: popsteer.Driver(found, car), ros2.Options(**options)
         )
         self.ros = rclpy.create_node("car")
         self.odometry = self.ros.create_publisher(Odometry, "odom", 1)
@@ -71,7 +71,7 @@ class Bare:
 
     @property
     def state(self) -> str:
-        return "" if self.node.pilot is None else self.node.pilot.state.value
+        return self.node.state
 
     def begin(self) -> None:
         heard = (self.odometry, self.paths)
@@ -95,11 +95,11 @@ def test_fault_is_released_by_a_message_of_any_middleware(bare: Bare) -> None:
     assert bare.until(lambda: release.get_subscription_count() > 0)
     bare.y = 9.0  # the localisation is elsewhere
     assert bare.until(lambda: bare.state == "standing")
-    assert bare.node.pilot is not None
-    assert bare.node.pilot.fault
+    assert bare.node.driver is not None
+    assert bare.node.driver.fault
     bare.y = 0.0
-    pilot: Any = bare.node.pilot
-    assert bare.until(lambda: pilot.command.status.level != "fault")  # it is believed again
+    node: Any = bare.node
+    assert bare.until(lambda: node.drive.status.level != "fault")  # it is believed again
     assert not bare.until(lambda: bare.state == "driving", 1.0)
     release.publish(Empty())
     assert bare.until(lambda: bare.state == "driving")

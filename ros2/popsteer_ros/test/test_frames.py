@@ -29,7 +29,7 @@ def test_paths_that_change_their_frame_a_hundred_times_are_driven_as_one(
         intake = car.track.core.intake
         assert car.until(lambda i=intake, f=frame: i.course.frame == f)
         car.rest(0.06)
-        statuses |= {car.state, str(car.track.core.pilot.command.status)}
+        statuses |= {car.state, str(car.track.core.drive.status)}
     assert statuses == {"driving", "ok"}
     assert car.speed > 4.0
     assert car.farthest < 0.01
@@ -64,7 +64,7 @@ def test_localisation_that_dies_is_stopped_for_though_its_stamps_are_ahead(*, st
     assert car.until(lambda: car.speed > 2.0)
     car.localised = False
     assert car.until(lambda: car.state == "braking", 2.0)
-    assert "transform from 'odom' to 'map' is" in car.track.core.pilot.reason
+    assert "transform from 'odom' to 'map' is" in car.track.core.reason
     car.localised = True
     assert car.until(lambda: car.state == "driving")
     car.close()
@@ -97,4 +97,4 @@ def test_transforms_of_a_time_that_is_over_are_forgotten_with_it() -> None:
 
 
 def said(car: Any) -> str:
-    return str(car.track.core.pilot.reason)
+    return str(car.track.core.reason)

@@ -83,10 +83,9 @@ def test_activation_that_fails_says_why_and_can_be_tried_again(
 def test_controller_preset_parameters_adaptation_and_monitor_are_parameters(tmp_path: Any) -> None:
     file = tmp_path / "tuned.toml"
     car = Car(controller="stanley", set=["cross_track_gain=1.7"], adapt=False, monitor=False)
-    controller = car.drive().track.core.pilot.controller
-    assert isinstance(controller, popsteer.Stanley)
-    assert controller.params.cross_track_gain == 1.7
-    assert (controller.adapt, controller.monitor) == (None, None)
+    driver = car.drive().track.core.driver
+    assert driver.controller == popsteer.StanleyParams(cross_track_gain=1.7)
+    assert (driver.adapt, driver.monitor) == (None, None)
     car.track.trigger_deactivate()
     changed = car.track.set_parameters([Parameter("set", value=["no_gain=1.0"])])[0]
     assert "no_gain" in changed.reason
@@ -195,8 +194,8 @@ def test_localisation_that_dies_is_stopped_for_and_gone_on_with() -> None:
     car.paths.publish(path(0.0, 200.0))
     assert car.until(lambda: car.speed > 1.0)
     car.localised = False  # odometry goes on
-    assert car.until(lambda: car.track.core.pilot.state.value == "standing")
-    assert "transform from 'odom' to 'map' is" in car.track.core.pilot.reason
+    assert car.until(lambda: car.track.core.state == "standing")
+    assert "transform from 'odom' to 'map' is" in car.track.core.reason
     car.localised = True
     assert car.until(lambda: car.speed > 1.0)
     car.close()
@@ -222,7 +221,7 @@ def test_rear_axle_is_where_tf_has_it_and_is_waited_for() -> None:
     assert car.speed == 0.0
     broadcaster.sendTransform(tell("chassis", "wheels", 0.2))
     assert car.until(lambda: car.speed > 1.0)
-    assert car.track.core.pilot.vehicle.rear_axle == pytest.approx(-2.7)
+    assert car.track.core.driver.vehicle.rear_axle == pytest.approx(-2.7)
     assert car.track.core.intake.measured.x == pytest.approx(car.x + 2.4, abs=0.3)
     car.close()
 
@@ -252,10 +251,10 @@ def test_last_path_stays_for_a_time_where_those_after_it_are_refused() -> None:
     core = car.track.core
     assert car.until(lambda: core.intake.course_refused != "")
     since = time.monotonic()
-    assert car.until(lambda: core.pilot.state.value == "holding")
+    assert car.until(lambda: core.state == "holding")
     assert 2.5 < time.monotonic() - since < 4.0
-    assert car.until(lambda: core.pilot.state.value == "standing")
-    assert "refused" in core.pilot.reason
+    assert car.until(lambda: core.state == "standing")
+    assert "refused" in core.reason
     car.paths.publish(path(car.x, 200.0))
     assert car.until(lambda: car.speed > 1.0)
     car.close()
@@ -269,8 +268,8 @@ def test_goal_in_a_map_that_odometry_drifts_in_is_reached() -> None:
     assert car.farthest < 0.1
     assert abs(car.x - 12.0) < 0.4
     assert [each.distance_to_goal for each in car.feedback][-1] < 0.5
-    assert car.until(lambda: car.track.core.pilot.state.value == "standing")
-    assert car.track.core.pilot.reason == "the goal has ended"
+    assert car.until(lambda: car.track.core.state == "standing")
+    assert car.track.core.reason == "the goal has ended"
     car.close()
 
 
@@ -353,7 +352,7 @@ def test_twist_turns_by_the_wheelbase() -> None:
     assert car.until(lambda: len(twists) > 3)
     drive, twist = car.track.core.drive, twists[-1]
     assert twist.header.frame_id == "base_link"
-    wheelbase = car.track.core.pilot.vehicle.wheelbase
+    wheelbase = car.track.core.driver.vehicle.wheelbase
     rate = twist.twist.linear.x * math.tan(drive.steer) / wheelbase
     assert rate < 0.0
     assert twist.twist.angular.z == pytest.approx(rate, rel=0.05)
@@ -382,7 +381,7 @@ def test_simulated_time_gives_the_periods_and_one_that_begins_anew_is_driven_on(
     assert car.until(lambda: car.speed > 0.5)
     assert car.track.core.loop.mean_period < 0.2
     assert car.until(lambda: car.track.core.loop.jumps > 0)
-    assert car.until(lambda: car.track.core.pilot.state.value == "driving")
+    assert car.until(lambda: car.track.core.state == "driving")
     car.close()
 
 

@@ -142,7 +142,7 @@ class Car:
     @property
     def state(self) -> str:
         """What the node does."""
-        return str(self.track.core.pilot.state.value)
+        return str(self.track.core.state)
 
     def rest(self, seconds: float) -> None:
         """Let time pass."""

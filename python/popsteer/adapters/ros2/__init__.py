@@ -29,22 +29,18 @@ from popsteer.adapters.ros2.messages import decode, encode, make
 from popsteer.adapters.ros2.node import Node, Options
 from popsteer.adapters.ros2.pacing import spin
 from popsteer.adapters.ros2.paths import path_of
-from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.recording import Recording, record_run
 from popsteer.adapters.ros2.topics import Topics
 
 __all__ = [
-    "DriveCommand",
     "Intake",
     "Measured",
     "MessageError",
     "Node",
     "Options",
     "Participant",
-    "Pilot",
     "Reader",
     "Recording",
-    "State",
     "Topics",
     "Writer",
     "ackermann_message",

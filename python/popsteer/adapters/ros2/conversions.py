@@ -17,11 +17,15 @@ from popsteer.adapters.ros2.messages import make
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from popsteer import Vehicle
+
 _SECOND = 10**9
 # Names of frames are repeated in commands and diagnostics; ROS's own names are no longer.
 _LONGEST = 255
 # A quaternion has norm 1, but for rounding; all zeros is one that nobody has set.
 _NORM = (0.9, 1.1)
+# Below so many wheelbases a second a yaw rate's noise of 0.02 rad/s is that of 0.04 rad and more.
+_SLOW = 0.5
 
 
 class MessageError(PopsteerError, ValueError):
@@ -130,6 +134,14 @@ def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
         if not math.isfinite(value):
             raise MessageError(f"{name} is {value}")
     return found
+
+
+def shown_steer(car: Vehicle, measured: Measured) -> float:
+    """Give the wheels' angle that the yaw rate shows [rad]; 0 where the vehicle is too slow to."""
+    rate, speed = measured.yaw_rate, measured.speed
+    if rate == 0.0 or abs(speed) < _SLOW * car.wheelbase:
+        return 0.0
+    return math.atan(rate * car.turning_length(speed) / speed) - car.steer_offset
 
 
 def odometry_message(

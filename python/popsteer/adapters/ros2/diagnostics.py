@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Status
+from popsteer.adapters.ros2.commands import signed_speed
 from popsteer.adapters.ros2.conversions import time_message
 from popsteer.adapters.ros2.messages import DIAGNOSTICS, make
-from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from popsteer import Drive, Driver
     from popsteer.adapters.ros2.intake import Course, Intake
 
 OK, WARN, ERROR = 0, 1, 2
@@ -61,10 +62,11 @@ class Loop:
 def message(  # noqa: PLR0913 - each is one thing that it tells of
     loop: Loop,
     intake: Intake,
-    pilot: Pilot | None,
-    drive: DriveCommand | None,
+    driver: Driver | None,
+    drive: Drive | None,
     *,
-    waits: str,
+    state: str,
+    reason: str,
     deviation: float,
     path_jump: float,
     command: str,
@@ -75,6 +77,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
 ) -> Any:  # noqa: ANN401
     """Make four statuses: steering, inputs, outputs, loop.
 
+    `state` and `reason` say what the node does and why, as its attributes.
     `deviation` from the path and `path_jump`, from one path to the next beside the vehicle, are the
     largest since the last message [m]. `listeners` hear `command`, `rivals` publish on it too, and
     `clocks` publish a simulated time.
@@ -111,7 +114,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
     late = [f"{loop.missed_lately} cycles missed"] if loop.missed_lately else []
     outputs = {"command_subscribers": listeners, "other_publishers": rivals}
     statuses = [
-        _steering(pilot, drive, waits, deviation, intake.course),
+        _steering(driver, drive, state, reason, deviation, intake.course),
         _warning("inputs", troubles, "all messages used", inputs),
         _warning("outputs", heard, "heard", outputs),
         _warning("loop", late, "on time", times),
@@ -132,39 +135,41 @@ def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN
 
 
 def _steering(
-    pilot: Pilot | None,
-    drive: DriveCommand | None,
-    waits: str,
+    driver: Driver | None,
+    drive: Drive | None,
+    state: str,
+    reason: str,
     deviation: float,
     course: Course | None,
 ) -> Any:  # noqa: ANN401
-    if pilot is None or pilot.command is None or drive is None:
-        return _status(WARN, "steering", f"waiting: {waits}", {"state": "waiting"})
-    command, estimate = pilot.command, pilot.controller.estimate
+    said = f"{state}: {reason}" if reason else state
+    if driver is None or drive is None:
+        return _status(WARN, "steering", said, {"state": state})
+    estimate, status = driver.estimate, str(drive.status)
     values = {
-        "state": pilot.state.value,
-        "reason": pilot.reason,
-        "status": str(command.status),
-        "cross_track_error_m": command.cross_track_error,
-        "heading_error_rad": command.heading_error,
-        "predicted_cross_track_error_m": command.predicted_cross_track_error,
-        "predicted_heading_error_rad": command.predicted_heading_error,
+        "state": state,
+        "reason": reason,
+        "status": status,
+        "cross_track_error_m": drive.cross_track_error,
+        "heading_error_rad": drive.heading_error,
+        "predicted_cross_track_error_m": drive.predicted_cross_track_error,
+        "predicted_heading_error_rad": drive.predicted_heading_error,
         "deviation_m": deviation,
-        "distance_to_stop_m": command.distance_to_stop,
+        "distance_to_stop_m": drive.distance_to_stop,
         "steer_rad": drive.steer,
-        "speed_mps": drive.speed,
+        "speed_mps": signed_speed(drive),
         "estimated_dead_time_s": estimate.dead_time,
         "estimated_steer_offset_rad": estimate.steer_offset,
         "estimated_gain": estimate.gain,
         "estimated_slip_rad": estimate.slip,
     }
-    if pilot.state is State.DRIVING:
-        level, said = _LEVELS[command.status.level], str(command.status)
-        return _status(level, "steering", "driving" if said == "ok" else said, values)
-    level = WARN if pilot.state is State.HOLDING else ERROR
-    if course is not None and pilot.reason == course.stands and not pilot.fault:
+    if state == "driving":
+        level, said = _LEVELS[drive.status.level], state if status == "ok" else status
+    elif course is not None and reason == course.stands and drive.fault is None:
         level = OK  # it is told to stand
-    return _status(level, "steering", f"{pilot.state.value}: {pilot.reason}", values)
+    else:
+        level = WARN if state == "holding" else ERROR
+    return _status(level, "steering", said, values)
 
 
 def _warning(name: str, troubles: list[str], fine: str, values: Mapping[str, object]) -> Any:  # noqa: ANN401

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
+from popsteer import Driver, DriverParams
 from popsteer.adapters.ros2 import conversions, diagnostics, messages
+from popsteer.adapters.ros2.commands import command_message, predicted_message
 from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.names import expanded
-from popsteer.adapters.ros2.paths import inverse, placed
-from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.errors import InputError, PopsteerError
 from popsteer.logs.messages import STEERING
@@ -23,16 +23,14 @@ from popsteer.ranges import check_in_range
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer import Path
+    from popsteer import Drive, Path
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
-    from popsteer.controllers import Controller
 
 _SECOND = 10**9
-_AHEAD = 2.0  # the intended trajectory's length [s] ...
-_POSES = 40  # ... and its poses at most
-_STANDING = 0.05  # a vehicle slower than this stands [m/s]
+_FIRST = 0.02  # what the first step of a drive counts [s], which has none before it
+_AHEAD = 2.0  # the intended trajectory's length [s]
 
 RANGES = {
     "rate": (1.0, 1000.0),
@@ -68,7 +66,7 @@ class Options:
     stale: float = 0.3
     """Odometry older than this is not steered by [s]."""
     hold: float = 0.2
-    """How long the last command is held before the node brakes [s]."""
+    """How long it drives on without what is missing before it brakes [s]."""
     keep_path: float = 1.0
     """How long the last path stays in force where those after it are refused [s]."""
     timeout: float = 10.0
@@ -93,14 +91,14 @@ class Options:
 
 
 class Node:
-    """Steers a vehicle over the topics of a DDS domain.
+    """Drives a vehicle over the topics of a DDS domain.
 
     Parameters
     ----------
     participant : Participant
         The member of the domain.
-    make_controller : callable
-        Makes the controller of the first path.
+    make_driver : callable
+        Makes the driver of a path that begins a drive.
     options : Options, optional
         How it runs.
     recording : Recording, optional
@@ -108,11 +106,25 @@ class Node:
     say : callable, optional
         Called with a line for each change.
 
+    Attributes
+    ----------
+    driver : Driver or None
+        What drives; None before there is odometry and a path.
+    drive : Drive or None
+        What it answered last.
+    state : str
+        What the node does: "waiting", "driving", "holding" (something is missing, and it drives on
+        for a moment), "braking" or "standing" (for a fault, or for something that is missing).
+    reason : str
+        Why it does not drive.
+    waits : str
+        What a path that is to begin waits for.
+
     Examples
     --------
-    >>> from popsteer import Stanley
+    >>> from popsteer import Driver
     >>> from popsteer.adapters.ros2.dds import Participant
-    >>> node = Node(Participant(79, local=True), Stanley)
+    >>> node = Node(Participant(79, local=True), Driver)
     >>> node.cycle(1_000_000_000, 0.02), node.waits
     (None, 'no odometry on /odom')
     """
@@ -120,7 +132,7 @@ class Node:
     def __init__(
         self,
         participant: Participant,
-        make_controller: Callable[[Path], Controller],
+        make_driver: Callable[[Path], Driver],
         options: Options | None = None,
         *,
         recording: Recording | None = None,
@@ -129,11 +141,11 @@ class Node:
         self.options = options = Options() if options is None else options
         self.intake = Intake(options.topics.path_type, options.stale, closed=options.closed)
         self.loop = diagnostics.Loop(options.period)
-        self.pilot: Pilot | None = None
-        self.drive: DriveCommand | None = None
-        self.waits = ""
+        self.driver: Driver | None = None
+        self.drive: Drive | None = None
+        self.state, self.reason, self.waits = "waiting", "", ""
         self._participant = participant
-        self._make = make_controller
+        self._make = make_driver
         self._recording = recording
         self._say = say or (lambda _: None)
         topics = options.topics
@@ -161,9 +173,11 @@ class Node:
             topics.diagnostics: writer(topics.diagnostics, messages.DIAGNOSTICS, depth=10),
         }
         self._course_number = 0
-        self._most = math.inf
+        self._most = self._top = math.inf
         self._said_limit: Any = None
         self._rests = self._silent = False
+        # At the next odometry: whether the fault is forgotten, and whether the drive begins anew.
+        self._released = self._moved = False
         self._jump = ""
         self._last = 0.0, 0
         self._path_jump = 0.0
@@ -176,32 +190,41 @@ class Node:
         self.loop.jumps += 1
         self._jump = f"time jumped by {seconds:+.2f} s"
         self._reported = 0
+        self._moved = True  # a simulation that begins anew has the vehicle elsewhere
         self.intake.forget_odometry()
-        if self.pilot is not None:
-            self.pilot.reset()
 
     def change(self, **options: float) -> None:
         """Change `stale`, `hold` or `keep_path` of the options while it runs."""
         self.options = replace(self.options, **options)  # type: ignore[arg-type]
         self.intake.stale = self.options.stale
-        if self.pilot is not None:
-            self.pilot.hold = self.options.hold
+        self._limit()
 
     def limit_speed(self, most: float) -> None:
         """Drive no faster than this from now on [m/s], whatever the vehicle and the path allow."""
         self._most = most
-        self._apply_limit()
+        self._limit()
 
-    def _apply_limit(self) -> None:
-        """Apply the lowest of what the vehicle, the user and the topic say of the speed."""
-        if self.pilot is None:
+    def _limit(self) -> None:
+        """Apply `hold`, and the lowest of the speeds that vehicle, user and topic allow.
+
+        The drive goes on with a driver of the same state.
+        """
+        if (old := self.driver) is None:
             return
-        most = min(self._most, self.pilot.vehicle.max_speed or math.inf)
+        most = min(self._most, self._top)
         if (said := self._said_limit) is not None and said.speed_limit > 0.0:
-            most = min(
-                most, 0.01 * said.speed_limit * most if said.percentage else said.speed_limit
-            )
-        self.pilot.limit_speed(most)
+            limit = said.speed_limit
+            most = min(most, 0.01 * limit * most if said.percentage else limit)
+        self.driver = Driver(
+            old.path,
+            old.vehicle.replace(max_speed=most if most < math.inf else None),
+            old.controller,
+            speed=old.speed,
+            params=DriverParams(hold_time=self.options.hold),
+            adapt=old.adapt,
+            monitor=old.monitor,
+        )
+        self.driver.state = old.state
 
     def rest(self, why: str) -> None:
         """Brake to a standstill, and command nothing after that until there is another path."""
@@ -211,17 +234,16 @@ class Node:
 
     @property
     def stands(self) -> bool:
-        """Whether there is nothing to brake: command and speed, if that is known, are 0."""
-        measured = self.intake.measured
-        still = measured is None or abs(measured.speed) < _STANDING
-        return self.drive is None or (self.drive.speed == 0.0 and still)
+        """Whether there is nothing to brake: the vehicle is held, and the commanded speed is 0."""
+        return self.drive is None or (self.drive.hold and self.drive.speed == 0.0)
 
     def release(self) -> str:
-        """Forget the fault that it brakes for; says what it was."""
-        fault = self.pilot.release() if self.pilot is not None else ""
+        """Forget the fault that it brakes for, once there is odometry; says what it was."""
+        fault = self.driver.fault if self.driver is not None else None
+        self._released = fault is not None
         return f"released: {fault}" if fault else "there is no fault"
 
-    def cycle(self, now: int, dt: float, missed: int = 0) -> DriveCommand | None:
+    def cycle(self, now: int, dt: float, missed: int = 0) -> Drive | None:
         """Do one cycle: take, steer, publish.
 
         `now` is the time of the node's clock [ns], `dt` the measured time since the last cycle [s],
@@ -230,13 +252,15 @@ class Node:
         """
         began = time.perf_counter()
         self._take(now)
-        self._renew()
-        self.drive = self._steer(now, dt)
-        if self.drive is not None and not self._silent:
-            self._publish_drive(self.drive, now)
+        measured = self.intake.measured
+        if 1e-9 * now - self.intake.measured_at > self.options.stale:
+            measured = None
+        begins = self._renew(measured, 1e-9 * now)
+        self._step(measured, 1e-9 * now, _FIRST if begins else dt)
+        self._publish_drive(now)
         # Once it stands: what moves the vehicle then is another's business.
         self._silent = self._silent or (self._rests and self.stands)
-        changed = self._tell()
+        changed = self.note(f"{self.state}: {self.reason}" if self.reason else self.state)
         self.loop.count(dt, time.perf_counter() - began, missed)
         if changed or now - self._reported >= _SECOND / self.options.report_rate:
             self._report(now)
@@ -244,16 +268,14 @@ class Node:
 
     def finish(self, now: int) -> None:
         """Command a speed of 0, as the last command, at `now` of the node's clock [ns]."""
-        if self.drive is not None and not self._silent:
-            limit = abs(self.drive.limit)
-            self._publish_drive(DriveCommand(self.drive.steer, 0.0, -limit, limit), now)
+        self._publish_drive(now, ends=True)
 
     def check_silence(self, waited: float) -> None:
         """Give up where nothing has come in for `waited` seconds.
 
         Raises PopsteerError where the time-out has passed; says what is missing and why.
         """
-        if self.pilot is not None or waited < self.options.timeout:
+        if self.driver is not None or waited < self.options.timeout:
             return
         topics, intake, participant = self.options.topics, self.intake, self._participant
         if intake.measured is None:
@@ -296,7 +318,7 @@ class Node:
         if topic == topics.speed_limit:
             before, self._said_limit = self._said_limit, message
             if before is None or before.speed_limit != message.speed_limit:
-                self._apply_limit()
+                self._limit()
             return
         if topic == topics.steering:
             angle = float(reduce(getattr, STEERING[kind].angle, message))
@@ -314,92 +336,112 @@ class Node:
         if engaged and not was:
             self.release()
 
-    def _renew(self) -> None:
-        """Go over to the path that came last."""
-        course, measured = self.intake.course, self.intake.measured
-        if course is None or self._course_number == self.intake.course_number:
-            return
-        if self.pilot is None or course.anew or self._rests:
+    def _renew(self, measured: Measured | None, now: float) -> bool:
+        """Go over to the path that came last; says whether a drive begins with it."""
+        course = self.intake.course
+        if course is None or not self._waits:
+            return False
+        begins = self.driver is None or course.anew or self._rests
+        if self.driver is None or begins:
             if measured is None:
-                return
-            controller = self._make(course.path)
-            if self.pilot is None:
-                self.pilot = Pilot(controller, hold=self.options.hold)
-            else:
-                self.pilot.begin(controller)
-            self._apply_limit()
-            self._rests = self._silent = False
-            self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
+                return False
+            self._begin(course.path, measured, now)
         else:
             if measured is not None:
-                with suppress(InputError):  # of a pose that the controller refuses, too
-                    paths = self.pilot.controller.path, course.path
-                    was, now = (path.project(*measured[:2]).cross_track_error for path in paths)
-                    self._path_jump = max(self._path_jump, abs(now - was))
-            self.pilot.set_path(course.path)
+                with suppress(InputError):  # of a pose that cannot be, too
+                    paths = self.driver.path, course.path
+                    was, to = (path.project(*measured[:2]).cross_track_error for path in paths)
+                    self._path_jump = max(self._path_jump, abs(to - was))
+            self.driver.set_path(course.path)
         self._course_number = self.intake.course_number
+        return begins
 
-    def _concern(self, now: int) -> tuple[str, Measured | None]:
-        """Say what is missing, and what can be steered by all the same."""
-        intake, topics = self.intake, self.options.topics
-        measured, course = intake.measured, intake.course
-        if measured is None or 1e-9 * now - intake.measured_at > self.options.stale:
-            since = "" if measured is None else f" for {self.options.stale:g} s"
-            missing = self._jump or f"no odometry on {topics.odometry}{since}"
-            return f"{missing}{_because(intake.odometry_refused)}", None
-        self._jump = ""
-        if course is None:
-            return f"no path on {topics.path}{_because(intake.course_refused)}", None
-        waited = 1e-9 * now - intake.course_refused_at
-        if intake.course_refused and waited > self.options.keep_path:
-            return f"path on {topics.path} refused: {intake.course_refused}", measured
-        return course.stands, measured
+    def _begin(self, path: Path, measured: Measured, now: float) -> None:
+        """Start along a path; nothing of the drive before counts, nor a fault.
 
-    def _steer(self, now: int, dt: float) -> DriveCommand | None:
-        concern, measured = self._concern(now)
-        if self.pilot is None:
-            self.waits = concern
+        The angle goes on from that of the wheels: as a sensor measures it, or as the odometry's yaw
+        rate shows it.
+        """
+        self.driver = self._make(path)
+        car = self.driver.vehicle
+        self._top = car.max_speed or math.inf
+        self._limit()
+        at = self._measured_steer(now)
+        at = conversions.shown_steer(car, measured) if at is None else at
+        if at:
+            self.driver.reset(steer=max(-car.max_steer, min(at, car.max_steer)))
+        self._rests = self._silent = self._released = self._moved = False
+        self._say(f"path of {len(path)} points, {path.length:.1f} m")
+
+    def _measured_steer(self, now: float) -> float | None:
+        if self._wheel is None or now - self._wheel[1] > self.options.stale:
             return None
-        age = 1e-9 * now - self.intake.measured_at
-        wheel = self._wheel
-        if wheel is not None and 1e-9 * now - wheel[1] > self.options.stale:
-            wheel = None
-        drive = self.pilot.step(measured, age, dt, concern, wheel and wheel[0])
-        if self.pilot.command is None:  # it has not driven yet, so there is nothing to hold
-            self.waits = concern
-            return None
+        return self._wheel[0]
+
+    @property
+    def _waits(self) -> bool:
+        """Whether a path is to begin, and has not yet."""
+        return self._course_number != self.intake.course_number
+
+    def _concern(self, measured: Measured | None, now: float) -> tuple[str, bool]:
+        """Say what is missing, and whether the vehicle is to stand though odometry comes."""
+        intake, topics, options = self.intake, self.options.topics, self.options
+        waited = now - intake.course_refused_at - options.keep_path
+        waited = waited if intake.course_refused else 0.0
+        stands = "" if intake.course is None else intake.course.stands
         # A path that is to begin waits for odometry, while the one before is braked on.
-        self.waits = concern if self._course_number != self.intake.course_number else ""
-        self._deviation = max(self._deviation, abs(self.pilot.command.cross_track_error))
-        return drive
+        halts = bool(stands) or waited > options.hold or self._waits
+        if measured is None:
+            since = "" if intake.measured is None else f" for {options.stale:g} s"
+            missing = self._jump or f"no odometry on {topics.odometry}{since}"
+            return f"{missing}{_because(intake.odometry_refused)}", halts
+        self._jump = ""
+        if intake.course is None:
+            return f"no path on {topics.path}{_because(intake.course_refused)}", halts
+        if waited > 0.0:
+            return f"path on {topics.path} refused: {intake.course_refused}", halts
+        return stands, halts
 
-    def _publish_drive(self, drive: DriveCommand, now: int) -> None:
+    def _step(self, measured: Measured | None, now: float, dt: float) -> None:
+        """Take the driver's step."""
+        concern, halts = self._concern(measured, now)
+        if (driver := self.driver) is None:
+            self.reason = self.waits = concern
+            return
+        if measured is not None:
+            # What was missing is back: it drives again by itself, but for another fault does not.
+            if self._released or driver.fault == "input":
+                driver.release()
+            if self._moved and driver.fault is None and self.drive is not None:
+                driver.reset(steer=self.drive.steer)
+            self._released = self._moved = False
+        (driver.hold if halts else driver.go)()
+        x, y, yaw, speed = 4 * (math.nan,) if measured is None else measured[:4]
+        age = 0.0 if measured is None else max(now - self.intake.measured_at, 0.0)
+        wheel = self._measured_steer(now)
+        drive = driver.step(x, y, yaw, speed, dt, pose_age=age, measured_steer=wheel)
+        self.drive = drive
+        self.reason = drive.fault if drive.fault not in (None, "input") else concern
+        if drive.fault or halts:
+            self.state = "standing" if drive.hold else "braking"
+        else:
+            self.state = "holding" if concern else "driving"
+        self.waits = concern if self._waits else ""
+        self._deviation = max(self._deviation, abs(drive.cross_track_error))
+
+    def _publish_drive(self, now: int, *, ends: bool = False) -> None:
+        drive, driver = self.drive, self.driver
+        if drive is None or driver is None or self._silent:
+            return
         topics, measured = self.options.topics, self.intake.measured
         frame = "base_link" if measured is None else measured.child_frame
-        kind, steer, speed = topics.command_type, drive.steer, drive.speed
-        message: Any
-        if kind == messages.CONTROL:
-            before, self._last = self._last, (steer, now)
-            passed = 1e-9 * (now - before[1])
-            rate = (steer - before[0]) / passed if 0.0 < passed < 1.0 else 0.0
-            message = conversions.control_message(
-                steer, speed, drive.acceleration, now, steer_rate=rate
-            )
-        elif kind in (messages.TWIST, messages.TWIST_STAMPED) and self.pilot is not None:
-            message = conversions.twist_message(speed, self.pilot.yaw_rate(drive))
-            if kind == messages.TWIST_STAMPED:
-                message = conversions.twist_stamped_message(message, now, frame)
-        else:
-            message = conversions.ackermann_message(steer, speed, drive.limit, now, frame)
+        before, self._last = self._last, (drive.steer, now)
+        passed = 1e-9 * (now - before[1])
+        rate = (drive.steer - before[0]) / passed if 0.0 < passed < 1.0 else 0.0
+        message = command_message(
+            topics.command_type, driver, drive, now, frame, steer_rate=rate, ends=ends
+        )
         self._publish(topics.command, message, now)
-
-    def _tell(self) -> bool:
-        """Say what has changed."""
-        if self.pilot is None or self.drive is None:
-            return self.note(f"waiting: {self.waits}")
-        if self.pilot.state is State.DRIVING:
-            return self.note("driving")
-        return self.note(f"{self.pilot.state.value}: {self.pilot.reason}")
 
     def note(self, told: str) -> bool:
         """Say what goes on, where that is news: more than another number in the same words."""
@@ -417,9 +459,10 @@ class Node:
         report = diagnostics.message(
             self.loop,
             self.intake,
-            self.pilot,
+            self.driver,
             self.drive,
-            waits=self.waits,
+            state=self.state,
+            reason=self.reason,
             deviation=self._deviation,
             path_jump=self._path_jump,
             command=topics.command,
@@ -433,21 +476,12 @@ class Node:
         self.intake.odometry.lately = self.intake.courses.lately = 0
         self._reported, self._deviation, self._path_jump = now, 0.0, 0.0
         heard = self._recording is not None or self._writers[topics.predicted].peers > 0
-        pilot, course = self.pilot, self.intake.course
-        if not heard or pilot is None or pilot.state is not State.DRIVING or course is None:
-            return
-        try:
-            ahead = pilot.controller.predict(_AHEAD, self.options.period)
-        except InputError:
-            return
-        every = -(-len(ahead.time) // _POSES)
-        columns = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
-        # The message is in the frame of the path.
-        back = inverse(self.intake.seen_from or (0.0, 0.0, 0.0))
-        poses = [placed(back, pose) for pose in zip(*columns, strict=True)]
-        x, y, yaw = zip(*poses, strict=True)
-        message = conversions.path_message(x, y, yaw, now, course.frame)
-        self._publish(topics.predicted, message, now)
+        driver, course = self.driver, self.intake.course
+        if heard and driver is not None and self.state == "driving" and course is not None:
+            with suppress(InputError):
+                ahead = driver.predict(_AHEAD, self.options.period)
+                message = predicted_message(ahead, self.intake.seen_from, now, course.frame)
+                self._publish(topics.predicted, message, now)
 
     def _publish(self, topic: str, message: Any, now: int) -> None:  # noqa: ANN401
         data = messages.encode(message)
