@@ -63,7 +63,10 @@ sys.exit(any(name.startswith(parts) for name in sys.modules))
     [
         (["--domain", "233"], "domain must be a whole number from 0 to 232, got '233'"),
         (["--topic", "odometry"], "--topic must be written NAME=VALUE, got 'odometry'"),
-        (["--topic", "odom=/odom"], "unknown topic 'odom'; known: odometry, path, command"),
+        (
+            ["--topic", "odom=/odom"],
+            "unknown topic 'odom', did you mean odometry? Known: odometry, path, command",
+        ),
         (["--topic", "odometry=/my odom"], "topic odometry must be words of letters, digits and _"),
         (["--topic", "path=/a//b"], "topic path must be words of letters"),
         (["--topic", "path=/1abc"], "topic path must be words of letters"),
