@@ -76,7 +76,7 @@ sys.exit(any(name.startswith(parts) for name in sys.modules))
         (["--ros-args", "-r", "odom"], "--remap must be written NAME:=VALUE, got 'odom'"),
         (["--ros-args", "-r", "__node:=my node"], "node name must be letters, digits"),
         (["--ros-args", "-r", "__ns:=car"], "namespace must be words of letters"),
-        (["--ros-args", "-p", "rates:=3"], "unknown parameter 'rates'; known: rate"),
+        (["--ros-args", "-p", "rates:=3"], "unknown parameter 'rates', did you mean rate? Known"),
         (["--ros-args", "-p", "rate:=fast"], "parameter rate must be a number, got 'fast'"),
         (["--ros-args", "-p", "rate:=0"], "rate must be in [1, 1000], got 0"),
         (["--path-type", "points"], "unknown --path-type 'points'; known: path, trajectory"),
