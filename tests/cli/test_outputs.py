@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from popsteer import lab
+from popsteer.cli import outputs
+from popsteer.errors import PopsteerError
 from popsteer.lab.bench import latency
 from popsteer.lab.stability import carrot, figures
 from tests.cli import command
@@ -185,3 +187,84 @@ def test_each_name_that_is_written_was_checked(
     written = {file.relative_to(out).as_posix() for file in out.rglob("*") if file.is_file()}
     # Which figures of stability there are depends on the controllers; this time all.
     assert written == set(checked)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+REPORTED = {
+    "compare": ("of_comparison", "results.png", ["--controllers", "pop", "--out", "out"]),
+    "matrix": (
+        "of_matrix",
+        "matrix.csv",
+        ["--controllers", "pop", "--plants", "kinematic-bicycle"],
+    ),
+    "sweep": ("of_sweep", "", ["--controller", "pop", "--runs", "2", "--out", "s.csv"]),
+}
+
+
+@pytest.mark.usefixtures("_blank_figures")
+@pytest.mark.parametrize("name", REPORTED)
+def test_report_that_fails_loses_neither_files_nor_table(
+    capsys: pytest.CaptureFixture[str], here: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def fail(*_: object) -> NoReturn:
+        raise PopsteerError("a report of 9 bytes")
+
+    report, file, options = REPORTED[name]
+    monkeypatch.setattr(lab.report, report, fail)
+    options += ["--out", "out"] if "--out" not in options else []
+    options += ["--tracks" if name == "matrix" else "--track", "circle", "--constant-speed", "6"]
+    done = command.call(capsys, name, *options, "--report", "page.html")
+    assert (done.status, done.err) == (2, "popsteer: a report of 9 bytes\n")
+    assert "circle" in done.out
+    assert "Written to" in done.out
+    assert "page.html" not in done.out
+    assert (here / "out" / file if file else here / "s.csv").exists()
+    assert not (here / "page.html").exists()
+
+
+def test_page_is_written_where_nobody_reads_the_table(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> NoReturn:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(outputs, "_print", gone)
+    with pytest.raises(BrokenPipeError):
+        outputs.show("head", [], page=here / "page.html", draw=lambda _: b"page")
+    assert (here / "page.html").read_bytes() == b"page"
+
+
+def test_records_of_two_controllers_never_share_a_file() -> None:
+    names = ["a.py:B", "a.py-B", "A.py:B", "pop", "a.py-B-2"]
+    found = lab.compare.files.file_names(names)[: len(names)]
+    assert found[0] == "runs/a.py-B.csv"
+    assert len({each.lower() for each in found}) == len(names)
+
+
+def test_record_is_whole_or_what_was_there(
+    capsys: pytest.CaptureFixture[str], here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = pytest.importorskip("popsteer.adapters.ros2.recording")
+    pytest.importorskip("rosbags")
+    (here / "drive.mcap").write_text("mine")
+    add, count = recording.Recording.add, iter(range(100))
+
+    def full(*given: object) -> None:
+        if next(count) > 50:
+            raise OSError(28, "No space left on device")
+        add(*given)
+
+    line = ["compare", "--controllers", "pop", "--track", "circle", "--constant-speed", "6"]
+    with monkeypatch.context() as patch:
+        patch.setattr(recording.Recording, "add", full)
+        done = command.call(capsys, *line, "--record", "drive.mcap")
+    assert done.status == 2
+    assert [file.name for file in here.iterdir()] == ["drive.mcap"]
+    assert (here / "drive.mcap").read_text() == "mine"
+    assert command.call(capsys, *line, "--record", "drive.mcap").status == 0
+    assert (here / "drive.mcap").read_bytes().startswith(b"\x89MCAP")

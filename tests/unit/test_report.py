@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from popsteer.lab.report.colours import log_axis, style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
 from popsteer.lab.report.page import Page
-from popsteer.lab.report.scene import Pack, deflated, distances
+from popsteer.lab.report.scene import Pack, _path, deflated, distances
 from popsteer.logs import Log
 from popsteer.status import Status
 from tests.pages_of_html import Html, columns
@@ -123,6 +124,54 @@ def test_page_that_cannot_be_small_enough_is_refused(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(page_module, "LARGEST", 1000)
     with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 1000"):
         Page("t", "l", "", "", []).content()
+
+
+@pytest.mark.usefixtures("library")
+def test_page_leaves_out_runs_then_figures_and_says_so(
+    comparison: compare.Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(comparison)
+    # Each starts elsewhere, so that no two have a column in common.
+    scenes = [
+        replace(
+            scene,
+            actors=[
+                replace(actor, columns={**actor.columns, "x": np.asarray(actor.columns["x"]) + k})
+                for actor in scene.actors
+            ],
+        )
+        for k in range(8)
+    ]
+    figure = {"title": "noise", "traces": np.random.default_rng(0).random(3000).tolist()}
+    page = Page("t", "l", "", "", scenes, [figure])
+    thin = page_module._STRIDES[-1:]
+    monkeypatch.setattr(page_module, "_STRIDES", thin)
+    sizes = [len(replace(page, scenes=scenes[:k]).content()) for k in (2, 4, 8)]
+    assert sizes == sorted(sizes)
+    monkeypatch.setattr(page_module, "_STRIDES", tuple(2**k for k in range(16)))
+    monkeypatch.setattr(page_module, "LARGEST", sizes[1] - 1)
+    found = Html(page.content().decode())
+    assert len(found.document()["scenes"]) == 2
+    said = "Left out, so that the page fits, are the last 6 of 8 drives."
+    assert any(said in text for text in found.texts["p"])
+    monkeypatch.setattr(page_module, "LARGEST", sizes[0] - 20_000)
+    found = Html(page.content().decode())
+    assert found.document()["figures"] == []
+    assert any("Left out are the figures." in text for text in found.texts["p"])
+
+
+def test_path_of_half_a_million_waypoints_is_drawn_by_fewer() -> None:
+    turn = np.linspace(0.0, 1.5 * np.pi, 500_000)
+    circle = np.column_stack((900.0 * np.cos(turn), 900.0 * np.sin(turn)))
+    for closed in (False, True):
+        path = popsteer.Path(circle, closed=closed)
+        pack = Pack()
+        x, y = _path(path, pack)
+        drawn = _read(pack, [x, y])
+        assert len(drawn[0]) <= 20_001
+        assert np.hypot(*drawn) == pytest.approx(np.full(len(drawn[0]), 900.0), abs=0.002)
+        end = circle[0 if closed else -1]
+        assert (drawn[0][-1], drawn[1][-1]) == pytest.approx(tuple(end), abs=0.002)
 
 
 @pytest.mark.usefixtures("library")

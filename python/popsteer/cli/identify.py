@@ -91,13 +91,19 @@ def identify(
         content = {} if out is None else _files(found, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)
-    if report is not None:
-        made_by = lab.report.Origin(outputs.command_line(context))
-        content[report] = lab.report.of_identification(found, given, made_by)
     write_files_atomic(content)
     below = (found.verdict, found.driven, *(f"- {note}" for note in found.notes))
     tables = [identified_table(found, given)]
-    outputs.show(caption(found), tables, below, said, report, [drive.source])
+    made_by = lab.report.Origin(outputs.command_line(context))
+    outputs.show(
+        caption(found),
+        tables,
+        below,
+        said,
+        report,
+        [drive.source],
+        lambda _: lab.report.of_identification(found, given, made_by),
+    )
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:

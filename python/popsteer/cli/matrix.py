@@ -7,7 +7,6 @@ import typer
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.outputs import Progress
-from popsteer.files import write_bytes_atomic
 from popsteer.lab.common.names import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings, vehicle_of
@@ -84,22 +83,19 @@ def matrix(
             progress=progress.update,
         )
         content = {} if out is None else lab.matrix.table.matrix_files(found)
-        made_by = lab.report.Origin(
-            outputs.command_line(context),
-            tuning.params,
-            tuning.adapt,
-            movers,
-            tuning.monitor,
-        )
-        page = b"" if report is None else lab.report.of_matrix(found, made_by)
+    line = outputs.command_line(context)
+    made_by = lab.report.Origin(line, tuning.params, tuning.adapt, movers, tuning.monitor)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
-    if report is not None:
-        write_bytes_atomic(report, page)
     notes = lab.matrix.table.matrix_notes(found)
     for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):
             notes.append(f"{name}{otherwise}")
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
     read = [course.path.source for course in courses]
-    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes, said, report, read)
+    caption = lab.matrix.table.matrix_caption(found)
+
+    def draw(_: object) -> bytes:
+        return lab.report.of_matrix(found, made_by)
+
+    outputs.show(caption, tables, notes, said, report, read, draw)
     outputs.say_raised(run for each in found.comparisons for run in each.runs.values())

@@ -7,6 +7,7 @@ import shlex
 import sys
 import threading
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -123,11 +124,31 @@ def show(
     said: str = "",
     page: Path | None = None,
     read: Iterable[str | None] = (),
+    draw: Callable[[Progress], bytes] = lambda _: b"",
 ) -> None:
-    """Print tables with a heading above, notes below, and what was written last: `said`, a page.
+    """Print tables with a heading above, notes below, and what was written: `said`, a page.
 
-    `read` are the sources of the files that were read; each is said in a line first.
+    `read` are the sources of the files that were read; each is said in a line first. The page is
+    made last, by `draw`: if it fails, or nobody reads the table, nothing else is lost.
     """
+    try:
+        _print(head, tables, below, said, read)
+    finally:
+        if page is not None and not isinstance(sys.exc_info()[1], KeyboardInterrupt):
+            with Progress() as progress:
+                progress.update("report", 0.0)
+                files.write_bytes_atomic(page, draw(progress))
+    if page is not None:
+        print(f"Written to {printable(str(page))}")
+
+
+def _print(
+    head: str,
+    tables: Iterable[Table],
+    below: Iterable[str],
+    said: str,
+    read: Iterable[str | None],
+) -> None:
     at = console()
     for source in filter(None, read):
         say(f"Read {source}.", "dim")
@@ -141,8 +162,6 @@ def show(
         say(note, BAD if note.startswith(SIGN) else "dim")
     for line in said.splitlines():
         print(printable(line))
-    if page is not None:
-        print(f"Written to {printable(str(page))}")
 
 
 def deliver(
@@ -166,12 +185,11 @@ def deliver(
         records = [name for name in content if name.startswith("runs/")]
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
-    if report is not None:
-        files.write_bytes_atomic(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
     below = (*notes(comparison), *more)
-    show(caption(comparison), tables, below, said, report, read)
+    draw = partial(_page, comparison, origin)
+    show(caption(comparison), tables, below, said, report, read, draw)
     say_raised(comparison.runs.values())
 
 
@@ -184,7 +202,6 @@ def say_raised(runs: Iterable[Run]) -> None:
 
 def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
     """Make the page of a comparison; steps are timed for it where that means something."""
-    progress.update("report", 0.0)
     untimed = not comparison.step_times and build_profile != "debug"
     if untimed and comparison.first.settings.keep_records:
         comparison = lab.compare.time_steps(

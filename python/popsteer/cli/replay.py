@@ -103,17 +103,23 @@ def replay(
     said = "--out DIR writes a row for each row of the log, the table, and a figure."
     if out is not None:
         said = f"Written to {out}: {', '.join(file.name for file in files)}"
-    if report is not None:
-        made_by = lab.report.Origin(
-            outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
-        )
-        files[report] = lab.report.of_replay(found, made_by)
     write_files_atomic(files)
+    made_by = lab.report.Origin(
+        outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
+    )
     fastest = float(np.max(np.abs(drive.speed)))
     hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=False)
     below = (*statuses(found), *drive.remarks, *hangs, NOTE)
     read = [drive.source, None if course is None else course.path.source]
-    outputs.show(caption(found), [replay_table(found)], below, said, report, read)
+    outputs.show(
+        caption(found),
+        [replay_table(found)],
+        below,
+        said,
+        report,
+        read,
+        lambda _: lab.report.of_replay(found, made_by),
+    )
 
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:

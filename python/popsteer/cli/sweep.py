@@ -14,7 +14,7 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.errors import ConfigError, printable
-from popsteer.files import write_bytes_atomic, write_files_atomic
+from popsteer.files import write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
@@ -130,15 +130,6 @@ def sweep(
 
             draw = partial(sweep_figure, job, rows)
             write_files_atomic(outputs.draw_figures(out, draw, progress))
-        if report is not None:
-            page = lab.report.of_sweep(
-                job,
-                rows,
-                "" if out is None else str(out),
-                lab.report.Origin(outputs.command_line(context)),
-                progress.update,
-            )
-            write_bytes_atomic(report, page)
     summary = lab.sweep.summary
     nothing = "--out FILE writes the rows, to repeat any run, and a figure of where it fails."
     said = outputs.written(out, pictures, nothing)
@@ -150,7 +141,13 @@ def sweep(
         said += f"\nThe worst run again: popsteer sweep --run {again}"
     below = summary.notes(job, rows)
     tables, read = summary.tables(job, rows), [course.path.source]
-    outputs.show(summary.caption(job, rows), tables, below, said, report, read)
+
+    def draw_page(progress: Progress) -> bytes:
+        made_by = lab.report.Origin(outputs.command_line(context))
+        named = "" if out is None else str(out)
+        return lab.report.of_sweep(job, rows, named, made_by, progress.update)
+
+    outputs.show(summary.caption(job, rows), tables, below, said, report, read, draw_page)
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])

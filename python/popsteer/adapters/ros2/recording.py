@@ -13,7 +13,7 @@ from popsteer.adapters.ros2.diagnostics import run_message
 from popsteer.adapters.ros2.messages import PATH, TRAJECTORY, encode, store
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.files import check_files
+from popsteer.files import check_files, write_bytes_atomic
 
 if TYPE_CHECKING:
     import os
@@ -150,7 +150,7 @@ class _Folder:
 
 
 def record_run(run: Run, file: str | os.PathLike[str]) -> int:
-    """Write a simulated run as the messages that a node would have exchanged.
+    """Write a simulated run as the messages that a node would have exchanged, whole or not at all.
 
     Odometry, drive commands, diagnostics and the path, with stamps from 1 s on.
 
@@ -190,17 +190,23 @@ def record_run(run: Run, file: str | os.PathLike[str]) -> int:
     x, y = run.path.x, run.path.y
     steps = list(zip(x[:-1], y[:-1], x[1:], y[1:], strict=True))
     headings = [math.atan2(d - b, c - a) for a, b, c, d in steps]
-    with Recording(file) as recording:
-        course = conversions.path_message(x, y, [*headings, headings[-1]], _time(0.0), _FRAME)
-        recording.add(topics.path, course, _time(0.0))
-        for k, time in enumerate(records["time"]):
-            row = {name: values[k] for name, values in records.items()}
-            at = _time(time)
-            pose = row["x"], row["y"], row["yaw"], row["speed"]
-            recording.add(topics.odometry, conversions.odometry_message(*pose, at, _FRAME), at)
-            drive = conversions.ackermann_message(row["steer"], row["speed"], 0.0, at, "base_link")
-            recording.add(topics.command, drive, at)
-            recording.add(topics.diagnostics, run_message(row, at), at)
+    named = Recording(file).file  # refuses what cannot be written
+    with tempfile.TemporaryDirectory() as folder:
+        whole = FilePath(folder) / named.name
+        with Recording(whole) as recording:
+            course = conversions.path_message(x, y, [*headings, headings[-1]], _time(0.0), _FRAME)
+            recording.add(topics.path, course, _time(0.0))
+            for k, time in enumerate(records["time"]):
+                row = {name: values[k] for name, values in records.items()}
+                at = _time(time)
+                pose = row["x"], row["y"], row["yaw"], row["speed"]
+                recording.add(topics.odometry, conversions.odometry_message(*pose, at, _FRAME), at)
+                drive = conversions.ackermann_message(
+                    row["steer"], row["speed"], 0.0, at, "base_link"
+                )
+                recording.add(topics.command, drive, at)
+                recording.add(topics.diagnostics, run_message(row, at), at)
+        write_bytes_atomic(named, whole.read_bytes())
         return recording.count
 
 

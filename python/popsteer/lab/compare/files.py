@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import asdict
 from functools import partial
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +39,8 @@ def files(
 
     if not comparison.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where files are wanted")
-    content = {_record_name(name): run_csv(run).encode() for name, run in comparison.runs.items()}
+    named = zip(_record_names(comparison.runs), comparison.runs.values(), strict=True)
+    content = {name: run_csv(run).encode() for name, run in named}
     figures = zip(_DRAWN, (results_figure, overview_figure), strict=True)
     content |= files_of({name: partial(draw, comparison) for name, draw in figures}, progress)
     # Written last: where it exists, the others do too.
@@ -49,11 +51,18 @@ def files(
 def file_names(laws: Iterable[str]) -> list[str]:
     """Name the files: records of each controller, the figures for both backgrounds, the metrics."""
     figures = [name for figure in _DRAWN for name in figure_names(figure)]
-    return [*map(_record_name, laws), *figures, _METRICS]
+    return [*_record_names(laws), *figures, _METRICS]
 
 
-def _record_name(law: str) -> str:
-    return f"runs/{re.sub(r'[^A-Za-z0-9._-]+', '-', law)}.csv"
+def _record_names(laws: Iterable[str]) -> list[str]:
+    """Name a file for each controller, also where names differ in what no file is called by."""
+    found: dict[str, str] = {}
+    for law in laws:
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", law)
+        others = (f"{stem}-{k}" for k in count(2))
+        name = next(each for each in chain([stem], others) if each.lower() not in found)
+        found[name.lower()] = f"runs/{name}.csv"
+    return list(found.values())
 
 
 _UNITS = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
@@ -68,21 +68,50 @@ class Page:
     """What made it: vehicles, parameters."""
     choice: str = "Run"
     """What the scenes are."""
+    left_out: str = ""
+    """What was left out so that it fits."""
 
     def content(self) -> bytes:
-        """Put the page together, HTML in UTF-8; samples are thinned to fit `LARGEST` bytes."""
+        """Put the page together, HTML in UTF-8, of at most `LARGEST` bytes.
+
+        Samples are thinned to fit; where that is not enough the last runs are left out, then the
+        figures, and the page says so.
+        """
         from plotly.offline import get_plotlyjs
 
         plotly = deflated(str(get_plotlyjs()).encode())
         points = max((scene.points for scene in self.scenes), default=0)
-        for stride in _STRIDES:
-            if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
-                continue
+        fits = [k for k in _STRIDES[:-1] if points <= _MOST_POINTS * k] + [_STRIDES[-1]]
+
+        def made(stride: int) -> bytes:
             # The name of a file may hold bytes that are no text.
-            made = _assembled(self, plotly, stride).encode("utf-8", "replace")
-            if len(made) <= LARGEST:
-                return made
-        raise PopsteerError(f"a report of {len(made)} bytes, where at most {LARGEST} are allowed")
+            return _assembled(self, plotly, stride).encode("utf-8", "replace")
+
+        # A larger stride never makes a page larger.
+        found = made(fits[0])
+        if len(found) <= LARGEST:
+            return found
+        if len(found := made(fits[-1])) <= LARGEST:
+            while len(fits) > 2:
+                middle = len(fits) // 2
+                if len(page := made(fits[middle])) <= LARGEST:
+                    found, fits = page, fits[: middle + 1]
+                else:
+                    fits = fits[middle:]
+            return found
+        fewer = self.scenes[: len(self.scenes) // 2]
+        if fewer or (self.scenes and not self.figures):
+            return replace(self, scenes=fewer, left_out=_without(self, fewer)).content()
+        if self.figures:
+            said = f"{self.left_out} Left out are the figures."
+            return replace(self, figures=(), left_out=said).content()
+        raise PopsteerError(f"a report of {len(found)} bytes, where at most {LARGEST} are allowed")
+
+
+def _without(page: Page, fewer: Sequence[Scene]) -> str:
+    whole = re.search(r"of (\d+) drives", page.left_out)
+    count = int(whole[1]) if whole else len(page.scenes)
+    return f" Left out, so that the page fits, are the last {count - len(fewer)} of {count} drives."
 
 
 def _assembled(page: Page, plotly: str, stride: int) -> str:
@@ -112,7 +141,9 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         else "",
         "results": page.results,
         "choice": _choice(page),
-        "precision": "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°." + kept,
+        "precision": "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°."
+        + kept
+        + page.left_out,
         "below": page.below,
         "sections": "".join(
             f'<section id="{escape(each.name)}"><h2>{escape(each.title)}</h2>{each.body}</section>'

@@ -79,6 +79,7 @@ def deflated(data: bytes) -> str:
 _RESOLUTION = {"time": 1e-4, "distance": 1e-3, "x": 1e-3, "y": 1e-3, "speed": 1e-3, "status": 1.0}
 _OTHERS = 1e-4
 _FINE = 1e-3
+_MOST_OF_PATH = 20_000  # points of a path on the map
 _REACH = 10.0  # m of path, either way, in which the next place is looked for
 _MARGIN = 0.2  # of a car's wheelbase, before and behind the axles
 
@@ -191,9 +192,10 @@ class Scene:
 
 
 def _path(path: Path, pack: Pack) -> list[list[float]]:
-    x, y = np.asarray(path.x), np.asarray(path.y)
-    if path.closed:
-        x, y = np.append(x, x[0]), np.append(y, y[0])
+    # A map has fewer pixels; the last point stays.
+    keep = np.arange(0, len(path), -(-len(path) // _MOST_OF_PATH))
+    keep = np.append(keep, 0 if path.closed else len(path) - 1)
+    x, y = np.asarray(path.x)[keep], np.asarray(path.y)[keep]
     return [pack.add(x, _RESOLUTION["x"]), pack.add(y, _RESOLUTION["y"])]
 
 
