@@ -338,3 +338,19 @@ def test_tuned_parameters_of_all_kinds_are_read_by_every_command(
     Path("bad.toml").write_text(text.replace("damped = false", 'damped = "no"'))
     done = call(capsys, "compare", *line[:3], "bad.toml", "--track", "circle")
     assert done.err.startswith("popsteer: bad.toml: kinds.py:Kinds.damped must be true or false")
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_own_controllers_of_one_class_name_are_told_apart(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "new.py").write_text(MINE.replace("0.122", "0.2"))
+    both = "mine.py:BangBang,new.py:BangBang"
+    line = f"compare --controllers {both} --track circle --constant-speed 6 --out out"
+    done = call(capsys, *line.split())
+    for name in both.split(","):
+        assert re.search(rf"^{name}  ", done.out, re.MULTILINE), done.out
+    found = sorted(file.name for file in (here / "out" / "runs").iterdir())
+    assert found == ["mine.py-BangBang.csv", "new.py-BangBang.csv"]
+    line = "compare --controllers new.py:BangBang,pop --track circle --constant-speed 6"
+    assert re.search(r"^BangBang  ", call(capsys, *line.split()).out, re.MULTILINE)
