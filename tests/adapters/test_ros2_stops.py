@@ -176,7 +176,7 @@ def test_acceleration_of_a_command_is_what_the_vehicle_may(kind: str) -> None:
 
 
 def test_path_that_is_to_begin_waits_for_odometry_in_which_the_one_before_is_not_driven() -> None:
-    bench = Bench()
+    bench = Bench(hold=2.0)
     bench.begin()
     bench.run(20)
     bench.node.rest("the goal has ended")

@@ -165,7 +165,7 @@ def _steering(
     }
     if state == "driving":
         level, said = _LEVELS[drive.status.level], state if status == "ok" else status
-    elif course is not None and reason == course.stands and drive.fault is None:
+    elif course is not None and reason == course.stands:
         level = OK  # it is told to stand
     else:
         level = WARN if state == "holding" else ERROR
