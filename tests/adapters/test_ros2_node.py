@@ -132,6 +132,19 @@ def test_stamp_of_another_clock_is_refused(bench: Bench, seconds: float, said: s
     assert bench.node.intake.odometry.reason == said
 
 
+def test_odometry_slower_than_the_steps_is_no_stale_pose_though_clocks_differ(bench: Bench) -> None:
+    bench.run(10, y=0.0)
+    found = set()
+    for k in range(90):
+        if k % 3 == 0:
+            bench.send_pose(y=0.0)
+        bench.now += (-1) ** k * 300_000  # steps of 20 ms, by a steady clock
+        drive = bench.cycle()
+        assert drive is not None
+        found.add(str(drive.status))
+    assert found == {"ok"}
+
+
 def test_stamps_in_another_order_are_refused(bench: Bench) -> None:
     bench.run(3)
     bench.send_pose(at=bench.now - 2 * PERIOD)

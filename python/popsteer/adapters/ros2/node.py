@@ -180,10 +180,9 @@ class Node:
         self._released = self._moved = False
         self._jump = ""
         self._last = 0.0, 0
-        self._path_jump = 0.0
-        self._deviation = 0.0
-        self._reported = 0
-        self._told = ""
+        self._aged = math.nan, 0.0
+        self._path_jump = self._deviation = 0.0
+        self._reported, self._told = 0, ""
 
     def jumped(self, seconds: float) -> None:
         """Note that the clock has jumped by `seconds`: what was measured before is discarded."""
@@ -417,7 +416,11 @@ class Node:
             self._released = self._moved = False
         (driver.hold if halts else driver.go)()
         x, y, yaw, speed = 4 * (math.nan,) if measured is None else measured[:4]
-        age = 0.0 if measured is None else max(now - self.intake.measured_at, 0.0)
+        # One pose ages by the steps' times: their clock is not quite that of its stamp.
+        at, (before, age) = self.intake.measured_at, self._aged
+        age = age + dt if at == before else max(now - at, 0.0)
+        self._aged = at, age
+        age = 0.0 if measured is None else age
         wheel = self._measured_steer(now)
         drive = driver.step(x, y, yaw, speed, dt, pose_age=age, measured_steer=wheel)
         self.drive = drive
