@@ -151,6 +151,12 @@ def test_pipe_is_read_to_its_end_and_not_waited_for_without_one(
     done = call(capsys, "plan", str(pipe))
     assert done.status == 2
     assert done.err == f"popsteer: {pipe}: cannot be read: nothing is written into it for 0.1 s\n"
+    for kind, words in (("mcap", ["replay", "FILE"]), ("journal", ["tune", "--storage", "FILE"])):
+        other = tmp_path / f"pipe.{kind}"
+        os.mkfifo(other)
+        done = call(capsys, *(word.replace("FILE", str(other)) for word in words))
+        assert done.status == 2
+        assert done.err.startswith(f"popsteer: {other}: ")
     monkeypatch.setattr(files, "_MOST_PIPED", 50_000)
     threading.Thread(target=lambda: _try(lambda: pipe.write_text(text))).start()
     with pytest.raises(OSError, match=r"writes more than 50,000 bytes"):
@@ -325,3 +331,26 @@ def test_study_with_a_damaged_journal_names_the_line(tmp_path: Path) -> None:
         with pytest.raises(PopsteerError, match=rf"t\.journal, line {number}: "):
             tune.run(problem, file, trials=2)
         assert file.read_bytes() == before
+
+
+def test_packed_bag_is_read_and_unpacks_to_no_more_than_it_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    storage = pytest.importorskip("rosbags.rosbag2.storage_mcap")
+    lz4 = pytest.importorskip("lz4.frame")
+    from popsteer import logs
+    from popsteer.logs import bag
+    from tests.bags import write_bag
+
+    t = 0.05 * np.arange(40)
+    columns = {"t": t, "x": 5.0 * t, "y": 0.0 * t, "yaw": 0.0 * t, "v": 5.0 + 0.0 * t}
+    columns["steer"] = 0.1 * np.sin(t)
+    plain = logs.read(write_bag(tmp_path / "plain", columns))
+    file = write_bag(tmp_path / "packed", columns, packed=True)
+    assert (logs.read(file).steer == plain.steer).all()
+    for kind, pack in (("zstd", storage.zstd.compress), ("lz4", lz4.compress)):
+        found = storage.DECOMPRESSORS[kind](pack(bytes(50_000_000)), 1000)
+        assert len(found) == 1001  # one more than was said, which rosbags refuses
+    monkeypatch.setattr(bag, "_MOST_OF_CHUNK", 1000)
+    with pytest.raises(logs.LogError, match=r"a chunk of [0-9,]+ bytes, more than 1,000"):
+        logs.read(file)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 TOPICS = ("odometry", "steer", "pose", "speed")
 """What topics may be asked for."""
 _SHOWN = 12
+_MOST_OF_CHUNK = 1 << 28  # bytes
 
 
 def read_bag(
@@ -73,13 +74,15 @@ def read_bag(
     require("a bag or an MCAP file", "lab", "rosbags")
     from rosbags.highlevel import AnyReader, AnyReaderError
 
+    _bound_chunks()
     path, asked = Path(file), dict(topics or {})
     for key, unit in (units or {}).items():
         factor(key, unit)  # refused before the file is read
     if strange := [key for key in asked if key not in TOPICS]:
         raise LogError(unknown("topic", strange[0], TOPICS))
-    if not path.exists():
-        raise LogError(f"{path}: cannot be read: no such file or folder")
+    if not (path.is_file() or path.is_dir()):  # of a pipe its end would be waited for
+        said = "is neither a file nor a folder" if path.exists() else "no such file or folder"
+        raise LogError(f"{path}: cannot be read: {said}")
     try:
         with AnyReader([path], default_typestore=typestore()) as reader:
             steer = _choose(path, reader.connections, "steer", STEERING, asked)
@@ -104,6 +107,28 @@ def read_bag(
         raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
     said.append(f"steer ({steer[0].topic})")
     return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic, said)
+
+
+def _bound_chunks() -> None:
+    """Let rosbags unpack no chunk of an MCAP file to more than the file says, nor beyond a bound.
+
+    It would unpack whatever there is, and compare the sizes then: 4 MB may become 6 GB.
+    """
+    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+    from rosbags.rosbag2 import storage_mcap
+
+    def bounded(make: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
+        def unpacked(data: bytes, size: int) -> bytes:
+            if size > _MOST_OF_CHUNK:
+                raise ValueError(f"a chunk of {size:,} bytes, more than {_MOST_OF_CHUNK:,}")
+            found: bytes = make().decompress(data, max_length=size + 1)
+            return found
+
+        return unpacked
+
+    zstd: Any = storage_mcap.zstd
+    storage_mcap.DECOMPRESSORS["zstd"] = bounded(zstd.ZstdDecompressor)
+    storage_mcap.DECOMPRESSORS["lz4"] = bounded(LZ4FrameDecompressor)
 
 
 def _choose(

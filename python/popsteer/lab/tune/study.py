@@ -374,6 +374,8 @@ def _mend(file: Path, lock: Any) -> None:  # noqa: ANN401
     """
     if not file.exists():
         return
+    if not file.is_file():  # of a pipe its end would be waited for
+        raise PopsteerError(f"{file}: is no regular file")
     with file.open("rb") as stream:
         first = stream.readline()
     if first and not first.startswith(b'{"op_code"'):
