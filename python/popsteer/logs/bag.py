@@ -81,8 +81,8 @@ def read_bag(
     if strange := [key for key in asked if key not in TOPICS]:
         raise LogError(unknown("topic", strange[0], TOPICS))
     if not (path.is_file() or path.is_dir()):  # of a pipe its end would be waited for
-        said = "is neither a file nor a folder" if path.exists() else "no such file or folder"
-        raise LogError(f"{path}: cannot be read: {said}")
+        there = "is neither a file nor a folder" if path.exists() else "no such file or folder"
+        raise LogError(f"{path}: cannot be read: {there}")
     try:
         with AnyReader([path], default_typestore=typestore()) as reader:
             steer = _choose(path, reader.connections, "steer", STEERING, asked)
