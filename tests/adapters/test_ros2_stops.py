@@ -295,3 +295,20 @@ def test_last_command_is_to_stand_as_hard_as_the_vehicle_may() -> None:
             moves = said.longitudinal
             found = moves.velocity, -moves.acceleration, said.lateral.steering_tire_angle
         assert found == pytest.approx((0.0, 3.4, last.steer), rel=1e-6), kind
+
+
+@pytest.mark.parametrize("limit", [1e-9, 2e4])
+def test_speed_limit_beyond_what_a_vehicle_can_have_is_kept(limit: float) -> None:
+    bench = Bench(lambda path: popsteer.Driver(path, SLOW.replace(max_speed=None)))
+    bench.begin()
+    limits = bench.member.writer("/speed_limit", messages.SPEED_LIMIT)
+    bench.send(limits, messages.make(messages.SPEED_LIMIT, speed_limit=limit))
+    bench.run(150, y=0.0)
+    slow = limit < 1.0
+    assert (bench.speed < 0.05) == slow
+    bench.node.rest("the goal has ended")
+    bench.run(400, y=0.0)
+    bench.send_path(y=0.01, length=900.0)  # which begins with the same limit
+    bench.run(150, y=0.0)
+    assert (bench.speed < 0.05) == slow
+    assert bench.state == "driving"

@@ -216,7 +216,7 @@ class Node:
             most = min(most, 0.01 * limit * most if said.percentage else limit)
         self.driver = Driver(
             old.path,
-            old.vehicle.replace(max_speed=most if most < math.inf else None),
+            old.vehicle.replace(max_speed=max(most, 1e-3) if most < 1e4 else None),  # its range
             old.controller,
             speed=old.speed,
             params=DriverParams(hold_time=self.options.hold),
