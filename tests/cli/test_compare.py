@@ -11,10 +11,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.collections import LineCollection
 
 import popsteer
 from popsteer import lab, sim, tracks
 from popsteer.lab.common.layout import WIDE
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.compare.figures import _LABELS as LABELS
+from popsteer.lab.compare.figures import overview_figure, results_figure
 from tests.cli import command
 from tests.helpers import authors_data
 
@@ -337,6 +341,42 @@ def test_compare_again_in_another_process_writes_the_same_files(demo: tuple[Outc
     comparison = replace(lab.compare.run(path, LAWS), track=track.name)
     for name, data in lab.compare.files.files(comparison).items():
         assert (demo[1] / name).read_bytes() == data, name
+
+
+def test_start_is_faint_and_does_not_own_the_axes() -> None:
+    path = popsteer.Path(tracks.get("slalom").xy)
+    found = lab.compare.run(path, ["pop", "preview-pop", "stanley"], constant_speed=8.0)
+    figure = results_figure(found, THEMES["dark"])
+    rows = [[panel for panel in figure.axes if panel.get_ylabel() == label] for label in LABELS]
+    settled = max(run.metrics.settled_max_abs_cross_track_error for run in found.runs.values())
+    (panel,) = rows[0]
+    assert settled <= panel.get_ylim()[1] < 1.5 * settled < 2.44
+    faint, clear = (
+        line
+        for line in panel.lines
+        if len(line.get_xdata()) > 2  # type: ignore[arg-type]
+    )
+    assert (faint.get_alpha(), clear.get_alpha()) == (0.35, 1.0)
+    assert clear.get_xdata()[0] == pytest.approx(5.0)  # type: ignore[index]
+    # What is beyond is marked at the edge, where it lies.
+    (mark,) = (line for line in panel.lines if line.get_marker() == "v")
+    assert list(mark.get_ydata()) == [panel.get_ylim()[0]]  # type: ignore[arg-type]
+
+
+def test_map_is_coloured_by_the_error_and_lines_differ_by_their_dashes() -> None:
+    found = lab.compare.run(popsteer.Path(tracks.get("slalom").xy), LAWS)
+    figure = results_figure(found, THEMES["light"])
+    shown = [each for panel in figure.axes for each in panel.collections if len(panel.lines) < 4]
+    driven = [each for each in shown if isinstance(each, LineCollection)]
+    for line, run in zip(driven, found.runs.values(), strict=False):
+        errors = np.abs(run.records["cross_track_error"][1:])
+        assert np.array_equal(np.asarray(line.get_array()), errors)
+    assert len(driven) >= len(LAWS)
+    overview = overview_figure(found, THEMES["light"]).axes[0]
+    legend = overview.get_legend()
+    assert legend is not None
+    dashes = {str(line._dash_pattern) for line in legend.get_lines()}  # type: ignore[attr-defined]
+    assert len(dashes) == len(LAWS)
 
 
 @pytest.mark.parametrize("width", [80, WIDE])

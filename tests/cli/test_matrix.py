@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import math
 import platform
 import statistics
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -101,8 +102,35 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     assert grid is not None
     assert grid.get_geometry() == shape
     lowest = panels[-shape[1] :]
-    assert all(panel.get_xlabel() == "step, median [µs]" for panel in lowest)
+    assert all(panel.get_xlabel() == "rate of the command, rms [deg/s]" for panel in lowest)
     assert all(len(panel.lines) == 1 for panel in panels)
+
+
+@looped("spread", [3.0, 6.0, 100.0, 1e5])
+def test_labels_of_the_matrix_figure_do_not_overlap(spread: float) -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(121)])
+    (one,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    run = one.runs["pop"]
+    rate, error = run.metrics.rms_steer_rate, run.metrics.settled_mean_abs_cross_track_error
+    steeper: dict[str, Any] = {
+        "rms_steer_rate": spread * rate,
+        "settled_mean_abs_cross_track_error": 9.0 * error,
+    }
+    other = replace(run, metrics=replace(run.metrics, **steeper))
+    many = [replace(one, plant=str(k), runs={"pop": (run, other)[k % 2]}) for k in range(4)]
+    figure = matrix_figure(lab.matrix.Matrix(many, None), THEMES["light"])
+    figure.draw_without_rendering()
+    for panel in figure.axes[2:]:  # the lower ones
+        low, high = panel.get_xlim()
+        ticks = [*panel.xaxis.get_major_ticks(), *panel.xaxis.get_minor_ticks()]
+        ticks.sort(key=lambda tick: tick.get_loc())
+        labels = [
+            tick.label1.get_window_extent()
+            for tick in ticks
+            if low <= tick.get_loc() <= high and tick.label1.get_text()
+        ]
+        assert len(labels) >= 2
+        assert all(one.x1 < next_.x0 for one, next_ in itertools.pairwise(labels))
 
 
 def test_matrix_figures_are_those_of_compare() -> None:

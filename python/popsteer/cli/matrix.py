@@ -18,7 +18,7 @@ Drive several controllers on several plants along several tracks, and time a ste
 
 The table has the errors, the median time of a step, and whether the run reached the end; a run that
 did not says why. --out also writes the table as matrix.csv and matrix.md, all metrics as
-matrix.json, and a figure of the error over the time of a step.
+matrix.json, and a figure of the error over the effort of steering.
 
 \b
 Examples:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart
 _HEAD = 10.0  # pt
+_MANY = 300.0  # from end to end of an axis, as a ratio
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": None},
@@ -83,26 +84,63 @@ def headline(figure: Figure, text: str, theme: Theme) -> None:
     figure.suptitle(text, fontsize=_HEAD, color=theme.faint, wrap=True)
 
 
+class _Decades(LogLocator):
+    """Ticks at 1, 2 and 5 of each decade; over many decades at 1 alone, for which there is room."""
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:  # noqa: ANN401 - as matplotlib has it
+        self.set_params(subs=(1.0, 2.0, 5.0) if vmax < _MANY * vmin else (1.0,))
+        return super().tick_values(vmin, vmax)
+
+
 def logarithmic(panel: Axes, names: str = "y") -> None:
-    """Make axes logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
+    """Make axes logarithmic, with plain numbers at ticks that have room."""
     for name in names:
         panel.set(**{f"{name}scale": "log"})
         axis = getattr(panel, f"{name}axis")
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_locator(_Decades())
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
 
 
 def limit(run: Run, record: str) -> float:
-    """Bound a record: its largest value after settling, at least a fifth of the largest of all.
+    """Bound a record: its largest value after settling, of a run that is over before of all.
 
     It is 0 for a run that did not finish, which would flatten the others.
     """
     if not run.metrics.finished:
         return 0.0
     values = np.abs(run.records[record])
-    settled = values[run.records["time"] >= run.settings.settling_time]
-    return float(max(settled.max(initial=0.0), 0.2 * values.max(initial=0.0)))
+    settled = values[starting(run) :]
+    return float((settled if len(settled) else values).max(initial=0.0))
+
+
+def starting(run: Run) -> int:
+    """Count the rows of a run's records that are before it settles."""
+    return int(np.searchsorted(run.records["time"], run.settings.settling_time))
+
+
+def plot_settling(
+    panel: Axes,
+    x: NDArray[Any],
+    y: NDArray[Any],
+    first: int,
+    bound: float,
+    **style: Any,  # noqa: ANN401 - as matplotlib takes it
+) -> None:
+    """Draw a line whose `first` points are faint, and mark its peaks beyond ``-bound, bound``."""
+    alpha = style.pop("alpha", 1.0)
+    label = style.pop("label", None)
+    panel.plot(x[: first + 1], y[: first + 1], alpha=0.35 * alpha, **style)
+    panel.plot(x[first:], y[first:], alpha=alpha, label=label, **style)
+    beyond = np.flatnonzero(np.abs(y) > bound)
+    for part in np.split(beyond, np.flatnonzero(np.diff(beyond) > 1) + 1):
+        if len(part):
+            peak = part[np.argmax(np.abs(y[part]))]
+            up = y[peak] > 0.0
+            mark = "^" if up else "v"
+            place = [x[peak]], [bound if up else -bound]
+            look = {"markersize": 5.0, "color": style["color"], "clip_on": False, "zorder": 5.0}
+            panel.plot(*place, mark, **look)
 
 
 def nice_limit(limits: Iterable[float]) -> float:

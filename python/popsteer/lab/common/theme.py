@@ -35,6 +35,12 @@ class Theme(NamedTuple):
         others = cycle(self.others)
         return {name: self.laws[name] if name in self.laws else next(others) for name in names}
 
+    def styles(self, names: Iterable[str]) -> dict[str, Any]:
+        """Give each controller a style of its line, so that not its colour alone tells it."""
+        known = dict(zip(self.laws, _DASHES, strict=True))
+        others = cycle(_DASHES)
+        return {name: known[name] if name in known else next(others) for name in names}
+
     @property
     def settings(self) -> Any:  # noqa: ANN401 - matplotlib lists the keys, which change with it
         """Settings of matplotlib that go with the theme, for ``matplotlib.rc_context``."""
@@ -78,6 +84,11 @@ _LAW_COLOURS = {
     "preview-pop": ("#111111", "#ffffff"),
     "mpc": ("#5b21e6", "#8163ff"),
 }
+# Dashes in the order of these, as matplotlib takes them.
+_DASHES: tuple[Any, ...] = (
+    *("--", "-.", (0, (1.0, 1.2)), "-"),
+    *((0, (7.0, 1.5)), (0, (4.0, 1.0, 1.0, 1.0, 1.0, 1.0))),
+)
 _LIGHT, _DARK = ({name: each[k] for name, each in _LAW_COLOURS.items()} for k in (0, 1))
 
 THEMES: Mapping[str, Theme] = MappingProxyType(

@@ -6,12 +6,15 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import headline, limit, nice_limit
+from popsteer.lab.common.draw import headline, limit, nice_limit, plot_settling, starting
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import caption, notes
@@ -69,16 +72,21 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
     ratios = [track_row, *[_ROW] * len(_SERIES)]
     axes = figure.subplots(len(ratios), len(runs), squeeze=False, height_ratios=ratios)
     colours = theme.colours(runs)
+    bounds = {
+        each.record: nice_limit([limit(run, each.record) * each.scale for run in runs.values()])
+        for each in _SERIES
+    }
+    error = ScalarMappable(Normalize(0.0, bounds["cross_track_error"]), _errors(theme))
     end = max(run.metrics.time for run in runs.values())
     for column, (name, run) in enumerate(runs.items()):
         track, *panels = axes[:, column]
-        _draw_track(track, run, extent, colours[name], theme)
+        _draw_track(track, run, extent, error, theme)
         track.set_title(title_of(name), color=colours[name], pad=10)
         track.set_xlabel("x [m]")
         for panel, series in zip(panels, _SERIES, strict=True):
-            _draw_series(panel, run, series, colours[name], theme)
-            bounds = [limit(other, series.record) * series.scale for other in runs.values()]
-            panel.set(xlim=(0.0, end), ylim=(-nice_limit(bounds), nice_limit(bounds)))
+            bound = bounds[series.record]
+            _draw_series(panel, run, series, colours[name], bound, theme)
+            panel.set(xlim=(0.0, end), ylim=(-bound, bound))
             panel.tick_params(labelbottom=panel is panels[-1])
         panels[-1].set_xlabel("time [s]")
         for panel, label in zip(axes[:, column], ("y [m]", *_LABELS), strict=True):
@@ -86,6 +94,9 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
                 panel.set_ylabel(label)
             else:
                 panel.tick_params(labelleft=False)
+    bar = figure.colorbar(error, ax=axes[0, -1], location="right", fraction=0.05, extend="max")
+    bar.set_label("|cross-track error| [m]", fontsize=8.5)
+    bar.outline.set_visible(False)
     figure.align_ylabels(list(axes[:, 0]))
     headline(figure, caption(comparison), theme)
     return figure
@@ -107,31 +118,46 @@ def _track_height(extent: NDArray[np.float64]) -> float:
     return float(min(0.5 + 0.9 * _COLUMN * slope, 1.35 * _COLUMN))
 
 
+def _errors(theme: Theme) -> LinearSegmentedColormap:
+    """Give the colours of errors: from that of the path to a red that the eye goes to."""
+    return LinearSegmentedColormap.from_list("errors", [theme.path, theme.laws["pid"]])
+
+
 def _draw_track(
-    panel: Axes, run: Run, extent: NDArray[np.float64], colour: str, theme: Theme
+    panel: Axes, run: Run, extent: NDArray[np.float64], error: ScalarMappable, theme: Theme
 ) -> None:
+    """Draw the path, and where it was driven: coloured by the error there."""
     path = run.path
     x, y = path.x, path.y
     if path.closed:
         x, y = np.append(x, x[0]), np.append(y, y[0])
-    panel.plot(x, y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="path")
-    driven_x, driven_y = run.records["reference_x"], run.records["reference_y"]
-    panel.plot(driven_x, driven_y, color=colour, linewidth=1.4, label="driven")
-    edge: dict[str, Any] = {"markeredgecolor": colour, "markeredgewidth": 1.6}
-    start = driven_x[:1], driven_y[:1], "o"
-    panel.plot(*start, markersize=6, color=theme.background, label="start", **edge)
+    panel.plot(x, y, color=theme.faint, linewidth=0.7, linestyle=":")
+    driven = np.column_stack((run.records["reference_x"], run.records["reference_y"]))
+    line = LineCollection(
+        list(np.stack((driven[:-1], driven[1:]), axis=1)),
+        cmap=error.cmap,
+        norm=error.norm,
+        linewidths=3.0,
+        capstyle="round",
+    )
+    line.set_array(np.abs(run.records["cross_track_error"][1:]))
+    panel.add_collection(line)
+    edge: dict[str, Any] = {"markeredgecolor": theme.text, "markeredgewidth": 1.3}
+    panel.plot(*driven[:1].T, "o", markersize=6, color=theme.background, zorder=3, **edge)
     panel.update_datalim(extent)  # the same limits for all controllers
     panel.margins(_MARGIN)
     panel.set_aspect("equal", adjustable="datalim")
     panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    panel.legend(loc="best", fontsize=8.5, handlelength=1.6)
 
 
-def _draw_series(panel: Axes, run: Run, series: _Series, colour: str, theme: Theme) -> None:
+def _draw_series(
+    panel: Axes, run: Run, series: _Series, colour: str, bound: float, theme: Theme
+) -> None:
     values: NDArray[np.float64] = run.records[series.record] * series.scale
     panel.axhline(0.0, color=theme.path, linewidth=0.9)
-    panel.plot(run.records["time"], values, color=colour, linewidth=1.1)
+    time, first = run.records["time"], starting(run)
+    plot_settling(panel, time, values, first, bound, color=colour, linewidth=1.1)
     note = run.ending  # where code of one's own raised in its first step
     if len(values):
         note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
@@ -155,7 +181,7 @@ _BAR = 0.42  # of the distance between controllers
 
 def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
     """Draw the cross-track errors of all along the path, and mean errors beside the paper's."""
-    figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
+    figure = Figure(figsize=(13.4, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
     colours = theme.colours(comparison.runs)
     _draw_all(panels["all"], comparison, colours, theme)
@@ -173,22 +199,27 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
 
 def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], theme: Theme) -> None:
     panel.axhline(0.0, color=theme.path, linewidth=0.9)
+    bound = nice_limit([limit(run, "cross_track_error") for run in comparison.runs.values()])
+    styles = theme.styles(comparison.runs)
     for name, run in comparison.runs.items():
-        panel.plot(
+        plot_settling(
+            panel,
             _distance(run),
             run.records["cross_track_error"],
+            starting(run),
+            bound,
             color=colours[name],
+            linestyle=styles[name],
             linewidth=1.8 if name == "pop" else 1.2,
             # A run that left the road is drawn behind those that can be compared.
             alpha=1.0 if run.metrics.finished else 0.4,
             zorder=2.0 if run.metrics.finished else 1.5,
             label=title_of(name),
         )
-    bound = nice_limit([limit(run, "cross_track_error") for run in comparison.runs.values()])
     panel.set(xlim=(0.0, comparison.path.length), ylim=(-bound, bound))
     panel.set(xlabel="distance along the path [m]", ylabel="cross-track error [m]")
     panel.set_title("cross-track error at each controller's tracked point", fontsize=10.5)
-    panel.legend(loc="upper right", ncols=len(comparison.runs), fontsize=9, handlelength=1.6)
+    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, handlelength=3.2)
 
 
 def _distance(run: Run) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The figure of a matrix: tracking error against the time of a control step."""
+"""The figure of a matrix: tracking error against the effort of steering."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import title_of
 from popsteer.lab.matrix.runs import Matrix, rows
 
@@ -40,15 +41,14 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
             if not row.metrics.finished:
                 inside, edge = edge, inside
             look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
-            panel.plot(1e6 * row.step_time, error, markers[row.track], markersize=8.5, **look)
-        panel.set(xscale="log", yscale="log")
+            effort = math.degrees(row.metrics.rms_steer_rate)
+            panel.plot(effort, error, markers[row.track], markersize=8.5, **look)
+        logarithmic(panel, "xy")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
-        panel.xaxis.set_major_formatter("{x:g}")
-        panel.yaxis.set_major_formatter("{x:g}")
     for panel in grid.flat[max(len(plants) - across, 0) : len(plants)]:
         panel.tick_params(labelbottom=True)
-        panel.set_xlabel("step, median [µs]")
+        panel.set_xlabel("rate of the command, rms [deg/s]")
     for panel in grid[:, 0]:
         panel.set_ylabel("mean |cross-track error|\nafter 5 s [m]")
     handles = [
@@ -66,6 +66,6 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
     speed = found.constant_speed
     pedals = "the paper's pedals" if speed is None else f"constant {speed:g} m/s"
     figure.suptitle(
-        f"Tracking error against the time of a control step, {pedals}", fontsize=11, wrap=True
+        f"Tracking error against the effort of steering, {pedals}", fontsize=11, wrap=True
     )
     return figure
