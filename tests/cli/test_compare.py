@@ -379,6 +379,18 @@ def test_map_is_coloured_by_the_error_and_lines_differ_by_their_dashes() -> None
     assert len(dashes) == len(LAWS)
 
 
+def test_faults_stand_below_the_picture_of_the_papers_track(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = popsteer.Path(tracks.get("slalom").xy)
+    strict = popsteer.MonitorParams(deviation_limit=0.05)
+    found = lab.compare.run(path, ["pop"], constant_speed=8.0, monitor=strict)
+    monkeypatch.setattr("popsteer.lab.compare.figures.is_authors_path", lambda _: True)
+    figure = overview_figure(found, THEMES["light"])
+    assert figure.get_supxlabel().startswith("✗ Fault of POP: deviating")
+    assert "\n" not in figure.get_supxlabel()
+
+
 @pytest.mark.parametrize("width", [80, WIDE])
 def test_table_of_all_laws_fits_its_width(width: int) -> None:
     from rich.console import Console

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from popsteer.lab.common.draw import headline, limit, nice_limit, plot_settling, starting
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
-from popsteer.lab.compare.table import caption, notes
+from popsteer.lab.compare.table import WHERE, caption, notes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -192,7 +192,8 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
         _draw_bars(panels[place], comparison, quantity, theme)
         panels[place].set_title(label, fontsize=10.5)
     if is_authors_path(comparison.path):
-        figure.supxlabel("\n".join(notes(comparison)[2:]), fontsize=8.5, color=theme.faint)
+        said = [each for each in notes(comparison) if each not in (comparison.begins, WHERE)]
+        figure.supxlabel("\n".join(said), fontsize=8.5, color=theme.faint)
     headline(figure, caption(comparison), theme)
     return figure
 

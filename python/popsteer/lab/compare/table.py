@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from popsteer.sim import Run
 
 
+WHERE = (
+    "Errors are measured at the point that each controller tracks, as the paper did, and at the"
+    " rear axle, one point for all."
+)
+"""What a reader has to know of all errors."""
+
+
 def caption(comparison: Comparison) -> str:
     """Say in one line what was compared: track, plant, vehicle believed, control period."""
     path = comparison.path
@@ -41,10 +48,6 @@ def caption(comparison: Comparison) -> str:
 
 def notes(comparison: Comparison) -> list[str]:
     """Say what a reader has to know of the figures."""
-    where = (
-        "Errors are measured at the point that each controller tracks, as the paper did, and at the"
-        " rear axle, one point for all."
-    )
     said = [
         f"{SIGN} {title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
         for name, run in comparison.runs.items()
@@ -56,7 +59,7 @@ def notes(comparison: Comparison) -> list[str]:
         for name, run in comparison.runs.items()
         if run.metrics.faults
     ]
-    said += [each for each in (comparison.begins, where) if each]
+    said += [each for each in (comparison.begins, WHERE) if each]
     if "pid" in comparison.runs and is_authors_path(comparison.path):
         said.append(
             "The paper's PID row could not be reproduced; with the gains of its table and Δt in the"
