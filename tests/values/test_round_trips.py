@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import controllers, plants, sim
-from popsteer._core import AdaptParams
+from popsteer._core import AdaptParams, MonitorParams
 from popsteer.lab import sweep, tune
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import distribution
@@ -40,7 +40,13 @@ def _core_plants() -> Iterator[tuple[str, Any]]:
 
 
 OTHERS: dict[str, tuple[Any, ...]] = {
-    "path": (LAP, BACK, popsteer.Path([(0.1, 0.2), (9.0, 1 / 3)], speed=[2.0, 1.0])),
+    "path": (
+        LAP,
+        BACK,
+        popsteer.Path([(0.1, 0.2), (9.0, 1 / 3)], speed=[2.0, 1.0]),
+        popsteer.Path([(0, 0), (9, 0), (18, 1)], yaw=[0, 0.1, 0.1], curvature=[0, 0.01, 0]),
+        popsteer.Path([(0, 0), (9, 0), (18, 1)], yaw="spline", grade=[0.0, 0.1, 0.1]),
+    ),
     "adapt": (None,),
     "vary": ({}, {"noise_yaw": distribution("noise_yaw", "normal(0,0.01)")}),
     "plant": ("carla-identified",),
@@ -69,7 +75,8 @@ def _jobs() -> Iterator[tuple[str, sweep.Job]]:
     for name, kind in longitudinal.KINDS.items():
         for field, params in changed(kind()):
             yield f"{name}.{field}", replace(base, longitudinal=params)
-    for part, whole in (("adapt", AdaptParams()), ("settings", sim.Settings())):
+    wholes = (("adapt", AdaptParams()), ("monitor", MonitorParams()), ("settings", sim.Settings()))
+    for part, whole in wholes:
         for field, each in changed(whole):
             yield f"{part}.{field}", replace(base, **{part: each})
     bare = replace(base, vehicle=None)
@@ -77,7 +84,7 @@ def _jobs() -> Iterator[tuple[str, sweep.Job]]:
 
 
 def test_every_field_of_a_sweep_is_among_those_that_are_read_back() -> None:
-    parts = {"controller", "params", "longitudinal", "settings", "vehicle"}
+    parts = {"controller", "params", "longitudinal", "settings", "vehicle", "monitor"}
     assert {each.name for each in fields(sweep.Job)} == {*OTHERS, *parts}
 
 
@@ -94,7 +101,7 @@ def test_sweep_is_read_back_in_every_field_and_told_from_every_other() -> None:
         assert (again.runs, again.seed, again.deviation) == (each.runs, each.seed, each.deviation)
         assert (again.speed, again.constant_speed) == (each.speed, each.constant_speed), name
         assert again.path.closed == each.path.closed, name
-        for column in ("x", "y", "speed", "reverse"):
+        for column in ("x", "y", "speed", "reverse", "yaw", "curvature", "grade"):
             one, other = getattr(again.path, column), getattr(each.path, column)
             assert np.array_equal(one, other), (name, column)
         assert again.drawn(1) == each.drawn(1), name

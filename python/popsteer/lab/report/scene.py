@@ -194,7 +194,8 @@ class Scene:
 def _path(path: Path, pack: Pack) -> list[list[float]]:
     # A map has fewer pixels; the last point stays.
     keep = np.arange(0, len(path), -(-len(path) // _MOST_OF_PATH))
-    keep = np.append(keep, 0 if path.closed else len(path) - 1)
+    if path.closed or keep[-1] != len(path) - 1:
+        keep = np.append(keep, 0 if path.closed else len(path) - 1)
     x, y = np.asarray(path.x)[keep], np.asarray(path.y)[keep]
     return [pack.add(x, _RESOLUTION["x"]), pack.add(y, _RESOLUTION["y"])]
 
