@@ -57,6 +57,17 @@ def test_cancelled_goal_stands_though_a_planner_publishes_and_answers_when_it_do
     car.close()
 
 
+def test_cancelled_goal_is_answered_though_the_odometry_is_gone() -> None:
+    car = Car().start()
+    handle = car.goal(100.0)
+    assert car.until(lambda: car.speed > 3.0)
+    car.publishes = False
+    handle.cancel_goal_async()
+    assert car.outcome(handle, 10.0)[0] == CANCELED
+    assert car.speed == 0.0
+    car.close()
+
+
 def test_nothing_is_commanded_after_a_goal_but_one_standstill() -> None:
     car = Car().start()
     assert car.outcome(car.goal(4.0))[0] == SUCCEEDED
@@ -153,6 +164,9 @@ def test_cusp_by_the_orientations_of_a_path_is_driven_backwards() -> None:
     there.poses += back.poses[-2:8:-1]
     begun = car.send(there)
     assert car.outcome(begun) == (SUCCEEDED, 0)
+    distances = [each.distance_to_goal for each in car.feedback]
+    assert distances[0] == pytest.approx(11.5, abs=0.5)  # beyond the cusp, too
+    assert np.diff(distances).max() < 0.1
     assert car.x == pytest.approx(4.5, abs=0.4)
     assert min(each.drive.speed for each in car.commands) < -0.5
     car.close()

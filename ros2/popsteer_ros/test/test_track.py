@@ -87,6 +87,10 @@ def test_controller_preset_parameters_adaptation_and_monitor_are_parameters(tmp_
     assert driver.controller == popsteer.StanleyParams(cross_track_gain=1.7)
     assert (driver.adapt, driver.monitor) == (None, None)
     car.track.trigger_deactivate()
+    watched = {"monitor": True, "set": ["deviation_limit=0.7"]}
+    car.track.set_parameters([Parameter(name, value=value) for name, value in watched.items()])
+    make, _ = car.track._named
+    assert make(popsteer.Path([(0.0, 0.0), (9.0, 0.0)])).monitor.deviation_limit == 0.7
     changed = car.track.set_parameters([Parameter("set", value=["no_gain=1.0"])])[0]
     assert "no_gain" in changed.reason
     changed = car.track.set_parameters([Parameter("params", value=str(file))])[0]
