@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from popsteer.lab.common.draw import headline, plot_broken
 from popsteer.lab.common.names import title_of
@@ -26,7 +27,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     log = found.log
     t = log.t - log.t[0]
     line = partial(plot_broken, breaks=log.gaps)
-    colours = theme.colours(found.shadows)
+    colours, dashes = theme.colours(found.shadows), theme.styles(found.shadows)
     figure = Figure(figsize=(12.0, 7.6), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.6), height_ratios=(1.0, 1.0, 1.0, 0.45))
     track = figure.add_subplot(grid[:, 0])
@@ -42,21 +43,27 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     track.legend(loc="best", fontsize=8.5)
     line(angles, t, np.degrees(log.steer), color=theme.path, linewidth=3.5, label="driver")
     for place, shadow in enumerate(found.shadows.values()):
-        style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
+        name = shadow.name
+        style: dict[str, Any] = {
+            "color": colours[name],
+            "linewidth": 1.1,
+            "linestyle": dashes[name],
+        }
         line(angles, t, np.degrees(shadow.steer), label=title_of(shadow.name), **style)
         line(differences, t, np.degrees(shadow.steer - log.steer), **style)
         line(errors, t, shadow.cross_track_error, **style)
-        _draw_marks(marks, t, shadow.status, place, colours[shadow.name])
+        _draw_marks(marks, t, shadow.status, place, theme)
     angles.set(ylabel="angle [deg]", title="Angle of the wheels")
-    angles.legend(loc="upper right", fontsize=8.5, ncols=3)
+    angles.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8.5, handlelength=3.2)
     differences.set(ylabel="less driver's [deg]")
     errors.set(ylabel="error [m]")
     marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
     marks.set_yticks(range(len(found.shadows)), map(title_of, found.shadows), fontsize=8.0)
     marks.invert_yaxis()
-    marks.set_title(
-        "thin: degraded, thick: fault", fontsize=8.5, fontweight="normal", color=theme.faint
-    )
+    handles = [
+        Line2D([], [], label=level, **_mark(level, theme)) for level in ("degraded", "fault")
+    ]
+    marks.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8.5)
     for panel in (angles, differences, errors):
         panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
         panel.tick_params(labelbottom=False)
@@ -67,13 +74,18 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
 
 
 def _draw_marks(
-    panel: Axes, t: NDArray[np.float64], status: NDArray[np.uint32], place: int, colour: str
+    panel: Axes, t: NDArray[np.float64], status: NDArray[np.uint32], place: int, theme: Theme
 ) -> None:
     """Draw when a controller was degraded or at fault."""
     levels = {int(bits): Status(int(bits)).level for bits in np.unique(status)}
-    for level, width in (("degraded", 2.0), ("fault", 8.0)):
+    for level in ("degraded", "fault"):
         hit = np.isin(status, [bits for bits, found in levels.items() if found == level])
         edges = np.flatnonzero(np.diff(np.concatenate(([0], hit.astype(np.int8), [0]))))
-        style: dict[str, Any] = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
         for start, end in zip(edges[::2], edges[1::2], strict=True):
-            panel.plot([t[start], t[min(end, len(t) - 1)]], [place, place], **style)
+            panel.plot([t[start], t[min(end, len(t) - 1)]], [place, place], **_mark(level, theme))
+
+
+def _mark(level: str, theme: Theme) -> dict[str, Any]:
+    """Give the look of a level: a fault is red and thick."""
+    colour, width = (theme.laws["pid"], 8.0) if level == "fault" else (theme.speed, 3.0)
+    return {"color": colour, "linewidth": width, "solid_capstyle": "butt"}

@@ -118,6 +118,7 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
     colours = theme.colours(result.params)
     figure = Figure(figsize=(10.5, 3.9), layout="constrained")
     panels = figure.subplots(1, 3)
+    dashes = theme.styles(result.margins)
     for name, found in result.margins.items():
         series = (
             [each.gain for each in found],
@@ -126,7 +127,12 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
         )
         for panel, values in zip(panels, series, strict=True):
             panel.plot(
-                result.speeds, values, color=colours[name], label=title_of(name), linewidth=1.8
+                result.speeds,
+                values,
+                color=colours[name],
+                linestyle=dashes[name],
+                label=title_of(name),
+                linewidth=1.8,
             )
     titles = "gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"
     for panel, title in zip(panels, titles, strict=True):
