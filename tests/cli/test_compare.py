@@ -155,7 +155,11 @@ def test_waypoints_with_speeds_are_driven_at_them(
     on = ("--waypoints", str(file), "--controllers", "stanley", "--start-offset")
     for options, seconds, said in (
         (("1",), 16.0, "1.00 m left of the path, beside its first waypoint, at 0 m/s; speed-tr"),
-        (("0", "--speed", "4"), 14.8, "on the path, beside its first waypoint, at 4 m/s; speed-tr"),
+        (
+            ("0", "--speed", "4"),
+            14.8,
+            "on the path, at its first waypoint, at 4 m/s; speed-tracker",
+        ),
         (("0", "--longitudinal", "coupled"), 5.2, "towards 69.44 m/s, not the speeds of the way"),
         (("0", "--constant-speed", "6"), 9.8, "at 6 m/s; 6 m/s are kept."),
     ):
@@ -345,7 +349,9 @@ def test_compare_again_in_another_process_writes_the_same_files(demo: tuple[Outc
 
 def test_start_is_faint_and_does_not_own_the_axes() -> None:
     path = popsteer.Path(tracks.get("slalom").xy)
-    found = lab.compare.run(path, ["pop", "preview-pop", "stanley"], constant_speed=8.0)
+    start = sim.default_start(path, -2.44, sim.vehicle_of("carla-identified"))
+    laws = ["pop", "preview-pop", "stanley"]
+    found = lab.compare.run(path, laws, constant_speed=8.0, start=start)
     figure = results_figure(found, THEMES["dark"])
     rows = [[panel for panel in figure.axes if panel.get_ylabel() == label] for label in LABELS]
     settled = max(run.metrics.settled_max_abs_cross_track_error for run in found.runs.values())

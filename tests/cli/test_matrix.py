@@ -92,7 +92,8 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     count: int, shape: tuple[int, int]
 ) -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
-    (one,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    aside = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"], start_offset=1.0)
+    (one,) = aside.comparisons
     names = [f"plant {k}" for k in range(count)]
     found = lab.matrix.Matrix([replace(one, plant=name) for name in names], None)
     figure = matrix_figure(found, THEMES["light"])
@@ -202,8 +203,12 @@ def test_matrix_by_default_starts_where_compare_does() -> None:
     path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
     (comparison,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
     car = sim.vehicle_of("carla-identified")
-    assert comparison.first.start == sim.default_start(path, vehicle=car)
-    assert comparison.first.start == sim.default_start(path, -START_OFFSET, car)
+    assert comparison.first.start == sim.default_start(path, 0.0, car)
+    assert comparison.first.start == lab.compare.run(path, ["pop"]).first.start
+    assert "front axle on the path, at its first waypoint, at 0 m/s" in comparison.begins
+    # The paper's alone is beside it.
+    papers = lab.compare.paper.run(path)
+    assert papers.first.start == sim.default_start(path, -START_OFFSET, car)
 
 
 @pytest.mark.usefixtures("_blank_figures")

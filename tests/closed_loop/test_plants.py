@@ -466,7 +466,13 @@ def test_mujoco_car_far_from_the_origin_drives_the_same() -> None:
 def test_compare_on_a_plant_from_elsewhere_drives_every_law_from_the_same_start() -> None:
     plant = _plant("commonroad-mb-2")
     path = popsteer.Path(tracks.get("slalom").xy)
-    comparison = lab.compare.run(path, ["pop", "stanley"], plant, constant_speed=8.0)
+    comparison = lab.compare.run(
+        path,
+        ["pop", "stanley"],
+        plant,
+        start=sim.default_start(path, -2.44, plant.vehicle),
+        constant_speed=8.0,
+    )
     assert comparison.plant == "commonroad-mb-2"
     for run in comparison.runs.values():
         assert run.ending == "finished"

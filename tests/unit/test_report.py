@@ -49,7 +49,9 @@ def comparison() -> compare.Comparison:
     track = tracks.get("slalom")
     # Wheels that come to their limit now and then: the status changes.
     car = popsteer.vehicles.get("carla-identified").replace(max_steer=0.16)
-    return compare.run(popsteer.Path(track.xy), ["stanley", "pop"], vehicle=car)
+    path = popsteer.Path(track.xy)
+    start = sim.default_start(path, -2.44, car)
+    return compare.run(path, ["stanley", "pop"], vehicle=car, start=start)
 
 
 def _read(pack: Pack, refs: list[list[float]]) -> list[Any]:

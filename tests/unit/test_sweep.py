@@ -120,6 +120,7 @@ def test_no_evidence_is_no_success() -> None:
             "left of the path by start_offset uniform(-1.0,1.0) m",
         ),
         ({"start_offset": 0.5}, {}, "0.50 m left of the path"),
+        ({}, {}, "on the path, at its first waypoint, at 0 m/s; "),
         ({}, {"start_offset": -0.3}, "0.30 m right of the path"),
         (
             {"start_yaw": "normal(0,0.1)"},
@@ -138,7 +139,6 @@ def test_start_is_told_as_it_is_driven(
     job = _job(2, vary=drawn, **given)
     (said,) = [each for each in notes(job, sweep.run(job)) if each.startswith("Starts ")]
     assert words in said
-    assert ("2.44 m" in said) == ("start_offset" not in {**vary, **given})
 
 
 @pytest.mark.parametrize("vary", [{"steer_lag": "uniform(0.05,0.2)"}, VARY])
@@ -165,6 +165,40 @@ def test_page_tells_influence_as_the_terminal_does(rows: list[dict[str, Any]]) -
     # Of so few, none is told from the others.
     few = [each for figure in quantity_figures(job, fine[:5]) for each in json.dumps(figure)]
     assert "from the others" not in "".join(few)
+
+
+def test_errors_count_from_ten_wheelbases_on() -> None:
+    job = _job(2, vary={}, constant_speed=5.0)
+    assert job.joining(job.path) == pytest.approx(6.0, abs=0.11)
+    short = popsteer.Path([(0.0, 0.0), (40.0, 0.0)])
+    assert job.joining(short) == pytest.approx(0.5 * 40.0 / 5.0, abs=0.11)
+    assert job.settled([job.path]) == "after the first 5 s"
+    joined = _job(2, vary={}, settings=sim.Settings(settling_time=_job(2).joining(job.path)))
+    said = ", in which the vehicle drives 10 wheelbases (30 m)"
+    assert joined.settled([job.path]).endswith(f" s{said}")
+    assert said in notes(joined, sweep.run(joined))[0]
+
+
+def test_truck_at_rest_does_not_fail_for_its_start() -> None:
+    truck = popsteer.Vehicle(wheelbase=6.0, rear_axle=-3.0, max_acceleration=0.5, steer_lag=0.3)
+    lag = {"steer_lag": distribution("steer_lag", "uniform(0.25,0.35)")}
+    track = tracks.get("slalom")
+    job = sweep.Job(
+        popsteer.Path(track.xy, speed=track.speed),
+        "preview-pop",
+        popsteer.PreviewPopParams(),
+        sim.KinematicBicycle(truck),
+        lag,
+        10,
+        longitudinal=popsteer.SpeedTrackerParams(),
+    )
+    assert all(row["success"] for row in sweep.run(job))
+    assert not any(row["success"] for row in sweep.run(replace(job, start_offset=-2.44)))
+    # Drawn beside the path, it counts from where it has joined it.
+    drawn = replace(job, vary={"start_offset": distribution("start_offset", "uniform(-2,2)")})
+    joined = sim.Settings(settling_time=drawn.joining(job.path))
+    assert not all(row["success"] for row in sweep.run(drawn))
+    assert all(row["success"] for row in sweep.run(replace(drawn, settings=joined)))
 
 
 def test_job_is_read_back_as_it_was_written() -> None:

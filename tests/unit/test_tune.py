@@ -64,7 +64,9 @@ def test_score_is_that_of_single_runs() -> None:
     problem = _problem("slalom", cars=2)
     params = popsteer.PopParams(min_lookahead=7.0)
     score = problem.score(params)
-    nominal = sim.run(popsteer.Pop(problem.paths["slalom"], params=params)).metrics
+    path = problem.paths["slalom"]
+    start = sim.default_start(path, 0.0, problem.given)
+    nominal = sim.run(popsteer.Pop(path, params=params), start=start).metrics
     assert score.errors["slalom"][0] == nominal.settled_mean_abs_cross_track_error
     assert score.efforts["slalom"][0] == nominal.rms_steer_rate
     assert len(set(score.errors["slalom"])) == 3

@@ -29,7 +29,7 @@ def _problem(**changes: Any) -> tune.Problem:
 
 
 def test_sweep_whose_runs_do_not_finish_has_no_success_and_no_settled_zero() -> None:
-    one = job(vary={}, runs=2, settings=sim.Settings(time_limit=1.0))
+    one = job(vary={}, runs=2, start_offset=-2.44, settings=sim.Settings(time_limit=1.0))
     rows = sweep.run(one)
     assert [each["success"] for each in rows] == [False, False]
     for each in rows:
@@ -43,12 +43,13 @@ def test_sweep_whose_runs_do_not_finish_has_no_success_and_no_settled_zero() -> 
 
 
 def test_run_with_a_fault_or_beyond_the_deviation_is_no_success() -> None:
-    one = job(vary={}, runs=1, constant_speed=5.0)
+    given: dict[str, Any] = {"vary": {}, "runs": 1, "constant_speed": 5.0, "start_offset": -2.44}
+    one = job(**given)
     (good,) = sweep.run(one)
     assert good["success"]
     error = good[summary.ERROR]
     for deviation, success in ((1.001 * error, True), (0.999 * error, False)):
-        (found,) = sweep.run(job(vary={}, runs=1, constant_speed=5.0, deviation=deviation))
+        (found,) = sweep.run(job(**given, deviation=deviation))
         assert found["success"] == success
 
 

@@ -140,7 +140,7 @@ def test_losses_of_mean_worst_and_steering_are_told_each_from_its_own_share_on()
 def test_starts_of_the_cars_that_differ_are_told_as_they_are_drawn() -> None:
     drawn = {"start_offset": distribution("start_offset", "uniform(-1,1)")}
     itself, others = problem(vary=drawn).beginnings()
-    assert itself.startswith("Starts with the front axle 2.44 m right of the path, ")
+    assert itself.startswith("Starts with the front axle on the path, at ")
     begun = "The cars that differ: starts with the front axle left of the path by start_offset "
     assert others.startswith(f"{begun}uniform(-1.0,1.0) m, ")
     for same in (problem(vary=drawn, cars=0), problem()):

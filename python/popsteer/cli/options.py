@@ -11,7 +11,6 @@ from typer.models import OptionInfo
 
 from popsteer.errors import ConfigError
 from popsteer.sim import Settings
-from popsteer.sim.closed_loop import START_OFFSET
 
 
 def optional(metavar: str, text: str, *names: str) -> OptionInfo:
@@ -106,7 +105,7 @@ Start: TypeAlias = Annotated[
     str | None,
     optional(
         "X,Y,YAW",
-        f"Pose at the start [m, m, rad]; else {START_OFFSET} m right of the path.",
+        "Pose at the start [m, m, rad]; else on the path.",
     ),
 ]
 StartAt: TypeAlias = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -121,6 +122,8 @@ def sweep(
         course=course.name,
         label=label,
     )
+    settling = job.joining(course.path)
+    job = replace(job, settings=Settings(dt=dt, settling_time=settling))
     pictures = outputs.check_file(out)
     outputs.check_page(report)
     with kept_in(out and journal_of(out)), Progress() as progress:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.files import write_files_atomic
 from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import START
 from popsteer.params_file import as_toml
 from popsteer.sim import Settings, vehicle_of
 
@@ -95,7 +97,8 @@ def tune(
     varies = inputs.distributions(vary, distributions, moved)
     if not vary and distributions is None:
         # Any tuning steers after noise, which would hide the differences between tunings.
-        varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
+        telling = {*vehicle_of(moved).as_dict(), *START}
+        varies = {k: v for k, v in varies.items() if k in telling}
     courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
     problem = lab.tune.Problem(
@@ -114,6 +117,8 @@ def tune(
         longitudinal=pedals,
         settings=Settings(dt=dt),
     )
+    settling = max(map(problem.joining, problem.paths.values()))
+    problem = replace(problem, settings=Settings(dt=dt, settling_time=settling))
     kept: str | Path | None = storage
     pictures = outputs.check_file(out, ".toml")
     if out is not None and storage is None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+import numpy as np
+
 from popsteer import controllers, own, sim
 from popsteer._core import (
     AdaptParams,
@@ -12,6 +14,7 @@ from popsteer._core import (
     KinematicBicycle,
     MonitorParams,
     Path,
+    Pop,
     Settings,
     SpeedTrackerParams,
     Vehicle,
@@ -19,7 +22,7 @@ from popsteer._core import (
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
-from popsteer.lab.common.varied import START, varied
+from popsteer.lab.common.varied import START, Varied, varied
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
@@ -30,7 +33,6 @@ if TYPE_CHECKING:
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
     from popsteer.lab.common.distributions import Distribution
-    from popsteer.lab.common.varied import Varied
     from popsteer.sim import OwnSimpleController, Run
 
     Road: TypeAlias = tuple[Path, Longitudinal | None]
@@ -88,6 +90,11 @@ def controller(
     return baselines.get(name).controller(path, vehicle, known)
 
 
+JOINED = 10.0
+"""How far a vehicle drives until it counts as on its path, in wheelbases."""
+_JOINING = 30.0  # s, at most
+
+
 class Experiment:
     """One controller, and a plant that varies: the fields of a sweep's Job and tune's Problem."""
 
@@ -141,6 +148,38 @@ class Experiment:
             road = at_constant_speed(path, self.constant_speed)
         check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))
         return road
+
+    def joining(self, path: Path) -> float:
+        """Give the time in which the plant, as it is, drives `JOINED` wheelbases along a path [s].
+
+        It is at most half of its run, and 30 s.
+        """
+        road, car = self.road_of(path), sim.vehicle_of(self.whole)
+        start = sim.default_start(path, 0.0, car)
+        settings = Settings() if self.settings is None else self.settings
+        found = sim.run(
+            Pop(road[0], car),
+            self.whole,
+            start=start,
+            speed=self._speed(road, Varied(self.whole, start, None, None)),
+            longitudinal=road[1],
+            pedals=self.pedals,
+            settings=settings.replace(time_limit=_JOINING, keep_records=True),
+            keep_going=True,
+        )
+        driven = np.cumsum(np.abs(found.records["speed"])) * found.dt
+        taken = found.dt * int(np.searchsorted(driven, JOINED * car.wheelbase))
+        ended = found.metrics.time * (0.5 if found.metrics.finished else 1.0)
+        return round(min(taken, ended), 2)
+
+    def settled(self, paths: Iterable[Path]) -> str:
+        """Say from when on errors count: whether that is when the vehicle has joined its path."""
+        settings = Settings() if self.settings is None else self.settings
+        said = f"after the first {settings.settling_time:g} s"
+        if settings.settling_time not in map(self.joining, paths):
+            return said
+        distance = JOINED * sim.vehicle_of(self.whole).wheelbase
+        return f"{said}, in which the vehicle drives {JOINED:g} wheelbases ({distance:.3g} m)"
 
     def begins(
         self,

@@ -95,7 +95,8 @@ def beginning(
     if "start_offset" in said:
         side = f"left of the path by {said['start_offset']} m"
     arc = at.arc_length
-    place = f"{arc:.1f} m along it" if arc > 0.05 else "beside its first waypoint"
+    first = "at" if side == "on the path" else "beside"
+    place = f"{arc:.1f} m along it" if arc > 0.05 else f"{first} its first waypoint"
     if "start_yaw" in said:
         place += f", turned by {said['start_yaw']} rad"
     begun = start_speed(path, constant_speed, whole) if speed is None else speed

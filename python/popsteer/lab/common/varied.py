@@ -60,7 +60,7 @@ def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
         "friction": "uniform(0.6,1.0)",
         "noise_position": "uniform(0.0,0.05)",
         "noise_yaw": "uniform(0.0,0.005)",
-        "start_offset": "uniform(-1.0,1.0)",
+        "start_offset": f"uniform({-vehicle.wheelbase / 3.0:.6g},{vehicle.wheelbase / 3.0:.6g})",
         "start_yaw": "normal(0.0,0.05)",
     }
     if vehicle.steer_lag == 0.0:
@@ -96,12 +96,12 @@ def run_seed(seed: int, run: int) -> int:
 def varied(
     plant: Plant, path: Path, values: Mapping[str, float], offset: float | None = None
 ) -> Varied:
-    """Make a run of a draw, from `offset` [m] left of the path; ConfigError for a bad value."""
+    """Make a run of a draw, `offset` [m] left of the path, else on it; ConfigError if it is bad."""
     known = varying(plant)
     for name in values:
         check_known("quantity that varies", name, known)
     moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *START)})
-    x, y, yaw = default_start(path, values.get("start_offset", offset), moved.vehicle)
+    x, y, yaw = default_start(path, values.get("start_offset", offset or 0.0), moved.vehicle)
     seen = {field: values[name] for name, field in _NOISE.items() if name in values}
     return Varied(
         moved,

@@ -6,8 +6,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from popsteer import presets, tracks
-from popsteer._core import CoupledLongitudinal, Path
+from popsteer._core import CarlaIdentified, CoupledLongitudinal, Path
 from popsteer.lab.compare import runs
+from popsteer.sim.closed_loop import START_OFFSET, default_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -66,7 +67,7 @@ def run(
     ----------
     path : Path, optional
         What is followed: the embedded race track by default. On the authors' own path the start is
-        theirs, too.
+        theirs, on others as far to the right of the path.
     preset : str, default "reproduction"
         Which reading of the paper tunes the controllers; see `popsteer.presets`.
     progress : callable, optional
@@ -90,7 +91,11 @@ def run(
     """
     if path is None:
         path = Path(tracks.get("racetrack").xy)
-    there: dict[str, Any] = {"start": START, "start_at": "front"} if is_authors_path(path) else {}
+    plant = CarlaIdentified()
+    there: dict[str, Any] = {"start": default_start(path, -START_OFFSET, plant.vehicle)}
+    if is_authors_path(path):
+        there = {"start": START, "start_at": "front"}
+    pedals = CoupledLongitudinal()
     return runs.run(
-        path, preset=preset, longitudinal=CoupledLongitudinal(), progress=progress, **there
+        path, plant=plant, preset=preset, longitudinal=pedals, progress=progress, **there
     )

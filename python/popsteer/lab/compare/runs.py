@@ -174,8 +174,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         Where the tuning comes from; see `popsteer.presets`. A mapping says what each controller's
         is called.
     start : tuple of float, optional
-        Pose at the start, (x, y, yaw) [m, m, rad]; by default the front axle is 2.44 m to the right
-        of the first waypoint.
+        Pose at the start, (x, y, yaw) [m, m, rad]; by default the front axle is at the first
+        waypoint.
     start_at : {"pose", "rear", "front"}, default "pose"
         Whose pose `start` is: the vehicle's point's, or that of an axle.
     speed, constant_speed : float, optional
@@ -208,6 +208,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     >>> {name: run.metrics.finished for name, run in comparison.runs.items()}
     {'pid': True, 'pure-pursuit': True, 'stanley': True, 'pop': True}
     """
+    if start is None:
+        start, start_at = sim.default_start(path, 0.0, vehicle_of(plant)), "pose"
     chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     believed = vehicle_of(plant) if vehicle is None else vehicle
     if longitudinal is None and constant_speed is None:

@@ -77,8 +77,7 @@ def run(  # noqa: PLR0913 - as `compare`
     preset : str or mapping of str to str, default "default"
         Where the tuning comes from, as `popsteer.lab.compare.run` has it.
     start_offset : float, optional
-        How far to the left of the first waypoint the front axle starts [m], as
-        `popsteer.sim.default_start` has it.
+        How far to the left of the first waypoint the front axle starts [m]; by default at it.
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     longitudinal : parameters, optional

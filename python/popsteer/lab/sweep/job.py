@@ -70,7 +70,8 @@ class Job(Experiment):
     deviation : float, default 0.5
         A run succeeds where its cross-track error after settling stays within this [m].
     start_offset, speed, constant_speed : float, optional
-        Start and speed, as `popsteer.sim.run` has them; left out where the draws have them.
+        Start, on the path by default, and speed, as `popsteer.sim.run` has them; left out where
+        the draws have them.
     longitudinal : parameters, optional
         Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
         by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant

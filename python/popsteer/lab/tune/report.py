@@ -128,9 +128,10 @@ def losses(judged: list[Judged]) -> list[str]:
 def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     """Say what the table has no room for."""
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
+    settled = tuned.problem.settled(tuned.problem.paths.values())
     said = [
         (
-            f"Mean |cross-track error| after settling of each of {tuned.problem.cars + 1} cars, and"
+            f"Mean |cross-track error| {settled}, of each of {tuned.problem.cars + 1} cars, and"
             " their worst; a run that does not finish counts as 100 m. The first car is the vehicle"
             f" itself; of the others vary {vary or 'nothing'}."
         ),
