@@ -347,6 +347,15 @@ def test_compare_again_in_another_process_writes_the_same_files(demo: tuple[Outc
         assert (demo[1] / name).read_bytes() == data, name
 
 
+def test_table_has_the_largest_error_after_settling() -> None:
+    path = popsteer.Path(tracks.get("slalom").xy)
+    found = lab.compare.run(path, ["pop"], constant_speed=8.0)
+    (shown,) = lab.compare.table.tables(found)
+    heads = [str(column.header) for column in shown.columns]
+    (cell,) = shown.columns[heads.index("max [m]\nafter\n5 s")].cells
+    assert str(cell) == f"{found.first.metrics.settled_max_abs_cross_track_error:.3f}"
+
+
 def test_start_is_faint_and_does_not_own_the_axes() -> None:
     path = popsteer.Path(tracks.get("slalom").xy)
     start = sim.default_start(path, -2.44, sim.vehicle_of("carla-identified"))

@@ -201,6 +201,7 @@ def _more(settling_time: float) -> list[_Column]:
         _metric("rms\ne\n[m]", "rms_cross_track_error", ".3f"),
         _metric("max\n|e|\n[m]", "max_abs_cross_track_error", ".2f"),
         _metric(f"after\n{settling_time:g} s\n[m]", f"settled_{_CROSS}", ".4f"),
+        _metric(f"max [m]\nafter\n{settling_time:g} s", "settled_max_abs_cross_track_error", ".3f"),
         _metric("rear\naxle\n[m]", f"rear_axle_{_CROSS}", ".4f"),
         _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", degrees),
         _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", degrees),
