@@ -109,6 +109,43 @@ def test_driver_before_anything_is_known_holds_and_is_no_fault() -> None:
     assert not driver.step(*POSE, 0.05).hold
 
 
+def test_driver_released_without_inputs_brakes_and_says_so_again() -> None:
+    driver = made()
+    pose: Pose = POSE
+    for _ in range(20):
+        pose = moved(pose, driver.step(*pose, 0.05).steer)
+    while driver.step(nan, nan, nan, nan, 0.05).fault is None:
+        pass
+    assert driver.release() == "input"
+    blind = [driver.step(nan, nan, nan, nan, 0.05) for _ in range(20)]
+    assert {(drive.acceleration, drive.speed) for drive in blind} == {(-3.0, 0.0)}
+    assert [drive.fault for drive in blind] == [None] * 10 + ["input"] * 10
+    assert driver.release() == "input"
+    assert driver.step(*pose, 0.05).fault is None
+    assert driver.step(*pose, 0.05).acceleration > -3.0
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05])
+def test_driver_brakes_hard_off_its_path_in_acceleration_and_speed(period: float) -> None:
+    driver = made(popsteer.StanleyParams())
+    x, speed, since = 0.0, 6.0, 0.0
+    drives = []
+    while speed > 1.0:
+        aside = 0.0 if x < 3.0 else 2.0
+        drive = driver.step(x, 3.0 * math.sin(0.1 * x) + aside, 0.3, speed, period)
+        x += speed * period
+        if drive.fault is not None:
+            speed += drive.acceleration * period
+            since += period
+            drives.append((since, drive))
+    # Once the jerk allows it, harder than in comfort; and the speed falls as the vehicle's.
+    hard = [(t, drive) for t, drive in drives if t > 0.4]
+    assert {drive.fault for _, drive in hard} == {"deviation"}
+    assert max(drive.acceleration for _, drive in hard) < -5.0
+    (start, first), (end, last) = hard[0], hard[-1]
+    assert (first.speed - last.speed) / (end - start) > 5.0
+
+
 def test_driver_held_released_and_gone_on() -> None:
     driver = made()
     assert driver.release() is None

@@ -6,7 +6,6 @@ use super::state::DriverState;
 use crate::bounds::{MAX_DT, MAX_SPEED, MIN_DT};
 use crate::error::{ConfigError, InputError, input_within};
 use crate::laws::LateralLaw;
-use crate::math::{larger, smaller};
 use crate::params;
 use crate::path::{Follow, Located, PathView, Place, Spot};
 use crate::speed::defaults::strongest_braking;
@@ -174,12 +173,14 @@ impl<L: LateralLaw> Driver<L> {
         (speed, reverse_gear, age): (f64, Option<bool>, f64),
     ) -> Pace {
         let law = self.speed.law();
-        let last = state.speed.acceleration;
         let sensed = speed::Sensed {
             speed: law.hear(&state.speed, speed, state.heard.replace(speed), rear.dt),
             age,
             reverse_gear,
-            stop: state.held || state.fault.is_some(),
+            stop: match state.fault {
+                Some(fault) if fault.is_urgent() => Some(strongest_braking(self.vehicle())),
+                fault => (state.held || fault.is_some()).then(|| self.vehicle().comfort_braking()),
+            },
         };
         let command = law.step(path, plan, &mut state.speed, rear, sensed);
         // One value alone that is wrong is a glitch: what it would mean waits for the next.
@@ -187,15 +188,7 @@ impl<L: LateralLaw> Driver<L> {
         let found = doubt.filter(|_| doubt == state.doubt);
         state.doubt = doubt;
         state.fault = state.fault.or(found);
-        let mut pace = Pace::from(command);
-        if state.fault.is_some_and(Fault::is_urgent) && !pace.hold {
-            let change = law.max_jerk() * rear.dt;
-            let hardest = -strongest_braking(self.vehicle());
-            pace.acceleration = smaller(pace.acceleration, larger(hardest, last - change));
-            state.speed.acceleration = pace.acceleration;
-        }
-        state.pace = Some(pace);
-        pace
+        *state.pace.insert(Pace::from(command))
     }
 
     /// The vehicle of a step and what it reports; None before anything is known of it.
@@ -275,14 +268,17 @@ impl<L: LateralLaw> Driver<L> {
 
     /// The last answer once more, where no time passes or nothing is known: at rest before the first.
     fn repeat(&self, state: &mut DriverState<L::State>) -> Drive {
-        if state.signals.repeats > REPEATS && state.fault.is_none() && state.pace.is_some() {
-            state.fault = Some(Fault::Input);
-        }
-        let mut pace = state.pace.unwrap_or(Pace::STANDING);
-        if state.fault.is_some() && state.signals.repeats > REPEATS {
-            // Without a clock there is no other way to stop.
-            pace.acceleration = -self.vehicle().comfort_braking();
-            pace.speed = 0.0;
+        let stopped = state.signals.repeats > REPEATS;
+        let mut pace = Pace::STANDING;
+        if let Some(last) = state.pace {
+            pace = last;
+            let missing = state.signals.fault(self.params.hold_time);
+            state.fault = state.fault.or(stopped.then_some(Fault::Input)).or(missing);
+            if stopped || state.signals.believed.is_none() {
+                // Without a clock, or anything known after a release, there is no other way to stop.
+                pace.acceleration = -self.vehicle().comfort_braking();
+                pace.speed = 0.0;
+            }
         }
         let command = state.tracker.tracking.command(Status::INPUT_HELD);
         Drive::of(&command, &pace, state.fault)

@@ -215,7 +215,8 @@ impl SpeedTracker {
             speed: believed.speed,
             age,
             reverse_gear: told.reverse_gear,
-            stop: told.stop || status.contains(Status::IMPLAUSIBLE),
+            stop: (told.stop || status.contains(Status::IMPLAUSIBLE))
+                .then_some(self.law.accelerations.1),
         };
         let command = self.law.step(path, plan, &mut state.law, &at, sensed);
         if let Some(next) = state.law.passes {

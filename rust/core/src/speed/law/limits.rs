@@ -62,11 +62,6 @@ impl SpeedLaw {
         })
     }
 
-    /// The largest change of the acceleration [m/s³].
-    pub(crate) fn max_jerk(&self) -> f64 {
-        self.params.max_jerk
-    }
-
     /// How far before its stop the vehicle may stand [m].
     pub(super) fn arrived(&self) -> f64 {
         ARRIVED.0 + ARRIVED.1 * self.car.wheelbase

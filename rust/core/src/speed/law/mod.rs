@@ -82,7 +82,7 @@ impl SpeedLaw {
         let now = self.situation(&planned, at, state, (speed, sensed.age));
         self.wait(&planned, state, &now, at, sensed.reverse_gear);
         let held = state.standing || state.waits.0 > 0.0 || state.waits.1 > 0.0;
-        let halted = sensed.stop || state.rolls;
+        let halted = sensed.stop.is_some() || state.rolls;
         let needed = now.deceleration(self.overrun());
         let lawful = self.lawful(&now);
         let lawful = if state.shifting && sensed.reverse_gear.is_none() {
@@ -92,7 +92,8 @@ impl SpeedLaw {
             lawful
         };
         let command = if held || halted {
-            smaller(self.hold(&now), lawful)
+            let braking = sensed.stop.unwrap_or(self.accelerations.1);
+            smaller(self.hold(&now, braking), lawful)
         } else {
             lawful
         };
@@ -183,9 +184,8 @@ impl SpeedLaw {
         }
     }
 
-    /// The acceleration that brings the vehicle to rest and holds it [m/s²].
-    fn hold(&self, now: &Situation) -> f64 {
-        let (_, braking) = self.accelerations;
+    /// The acceleration that brings the vehicle to rest by `braking` and holds it [m/s²].
+    fn hold(&self, now: &Situation, braking: f64) -> f64 {
         if now.speed > REST {
             -braking - now.push
         } else if now.speed < -REST {

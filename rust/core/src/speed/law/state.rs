@@ -85,8 +85,8 @@ pub struct Sensed {
     pub age: f64,
     /// Whether the reverse gear is in; None where that is not reported.
     pub reverse_gear: Option<bool>,
-    /// Whether it is to stop here: by the operator, or for a fault.
-    pub stop: bool,
+    /// With which deceleration [m/s²] it is to stop here, by the operator or for a fault; None: it goes on.
+    pub stop: Option<f64>,
 }
 
 /// What the law remembers.
