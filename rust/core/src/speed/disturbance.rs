@@ -27,8 +27,9 @@
 //! command itself, an error of the sign of `b - a` may be due to that alone. Then
 //! `k = 1 / (1 + ((b - a) / (AMBIGUOUS b))²)`: a part of it counts for `d`, and the speed takes the rest.
 //! A drive that gives less than is asked to speed up is at its end, and will not be while the vehicle
-//! brakes: that is not learnt, unless the vehicle rolls back. The estimate rests while the brakes hold the vehicle: how much of
-//! their force that takes is not known.
+//! brakes: that is not learnt, unless the vehicle rolls back. The estimate rests while the brakes hold the
+//! vehicle: how much of their force that takes is not known. Where they hold it short of its stop by
+//! themselves, the estimate fades within `time`: `d' = -d / time`.
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{InputError, input_within};
@@ -95,6 +96,11 @@ impl Observer {
         self.speed = Some(saturate(corrected, -MAX_SPEED, MAX_SPEED));
         let estimate = self.disturbance + trust * (1.0 - pole) * (1.0 - pole) / dt * error;
         self.disturbance = saturate(estimate, -MAX_DISTURBANCE, MAX_DISTURBANCE);
+    }
+
+    /// The same `dt` [s] later, of which nothing was seen: less and less of it is believed.
+    pub(super) fn fade(&mut self, time: f64, dt: f64) {
+        self.disturbance *= decay(dt, time);
     }
 
     /// The same where the direction of driving changes: a slope then pushes the other way.

@@ -79,6 +79,10 @@ impl SpeedLaw {
         state
             .observer
             .step(speed, known, acted, (held, full), model, dt);
+        if held && !(state.rolls || state.standing || state.waits.0 > 0.0 || state.waits.1 > 0.0) {
+            // What is believed to push must not keep it from its stop.
+            state.observer.fade(self.params.disturbance_time, dt);
+        }
 
         let stop = self.stop_ahead(planned, at, state, speed);
         let push = known + state.observer.disturbance;
