@@ -141,9 +141,9 @@ def test_nothing_is_estimated_across_a_gap() -> None:
     for k in range(40):
         controller.step(0.4 * k, 0.0, 0.0, SPEED, DT)
     before = controller.estimate
-    for _ in range(5):
+    for _ in range(25):
         controller.step_or_hold(math.nan, 0.0, 0.0, SPEED, DT)
-    controller.step(0.4 * 45, 0.4, 0.3, SPEED, DT)
+    controller.step(0.4 * 65, 0.4, 0.3, SPEED, DT)
     assert controller.estimate == before
 
 

@@ -80,6 +80,7 @@ RANGES: list[tuple[str, float, float, str]] = [
             ("noise_time", 0.0, 1e3),
         )
     ),
+    ("estimator.wheel_rate", -1e40, 1e40, "wheel_rate"),
     ("estimator.unknown", 0.0, 1.0, "unknown"),
     *(
         (f"estimator.estimate.{name}", low, high, name)

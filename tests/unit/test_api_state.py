@@ -70,9 +70,10 @@ FIRST: dict[str, Any] = {
     "period": 0.0,
     "estimator": {
         "last_measured": None,
-        "turning": _walk((1.0, 0.0, 0.0, 0.0), (0.1, 0.012, 0.05, 0.1), 2.5e-5),
+        "turning": _walk((1.0, 0.0, 0.0, 0.0), (0.1, 0.012, 0.05, 0.05), 2.5e-5),
         "sliding": _walk((0.0, 0.0, 0.0), (0.02, 0.1, 0.01), 1.4e-5),
         "pace": _walk((0.0,), (3.0,), 1e-5),
+        "wheel_rate": 0.0,
         "unknown": 1.0,
         "estimate": ESTIMATE,
     },

@@ -63,10 +63,6 @@ impl<L: LateralLaw> Tracker<L> {
         let delays = self.models && belief.estimate.delays(self.law.vehicle());
         let moved = delays.then(|| follow.offset(path, &located, predicted, travelled));
         let fault = self.find_faults(state, model, &located, here, lately);
-        if fault.contains(Status::IMPLAUSIBLE) {
-            // Wheels that do not obey are no late wheels: nothing is learnt from them.
-            model.estimator.last_measured = None;
-        }
         Ok(Seen {
             here,
             located,

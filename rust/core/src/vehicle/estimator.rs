@@ -28,7 +28,10 @@
 //!
 //! What the models leave open is named in `q`: dynamics of the tyres, a share of the turning rate;
 //! play, an angle of the wheels; both change within [`Estimator::OPEN_TIME`], so `q = 2 OPEN_TIME rate²
-//! dt`. Aside, the noise of the heading is in it too.
+//! dt`. Aside, the noise of the heading is in it too. The slope `c` by the dead time is that of wheels which
+//! have turned evenly for so long: as far as `c` differs from its mean over [`Estimator::MAX_LONGER`], `q` has
+//! the square of that times the variance of `later`. Without it, wheels that have not begun to turn count as
+//! wheels that turn the vehicle less.
 //!
 //! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
 //! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
@@ -56,6 +59,9 @@ pub struct Estimator {
     pub sliding: Walk<3>,
     /// The speed: acceleration.
     pub pace: Walk<1>,
+    /// How fast the tangent of the wheels' angle lately changed, a mean over
+    /// [`MAX_LONGER`](Self::MAX_LONGER) [1/s].
+    pub wheel_rate: f64,
     /// Share of the gain's variance that the turns so far have left.
     pub unknown: f64,
     /// The present estimates.
@@ -69,6 +75,7 @@ impl Default for Estimator {
             turning: Walk::new([1.0, 0.0, 0.0, 0.0], &Self::TURNING, Self::YAW_NOISE),
             sliding: Walk::new([0.0; 3], &Self::SLIDING, Self::POSITION_NOISE),
             pace: Walk::new([0.0], &[Self::ACCELERATION], Self::SPEED_NOISE),
+            wheel_rate: 0.0,
             unknown: 1.0,
             estimate: Estimate::DEFAULT,
         }
@@ -85,7 +92,7 @@ impl Estimator {
     pub(crate) const SLOW: f64 = 0.2;
     /// How far gain [-], understeer [s^2], offset [rad] and dead time [s] may be from those given:
     /// standard deviations. 0.012 s² is an understeer of 0.004 s²/m of a vehicle of 3 m.
-    const TURNING: [f64; 4] = [0.1, 0.012, 0.05, 0.1];
+    const TURNING: [f64; 4] = [0.1, 0.012, 0.05, 0.05];
     /// The same of slip [rad], length, and compliance [s^2].
     const SLIDING: [f64; 3] = [0.02, 0.1, 0.01];
     /// The same of an acceleration in wheelbases [1/s^2], and for how long one lasts [s].
@@ -118,6 +125,8 @@ impl Estimator {
     const MAX_UNDERSTEER: f64 = 1.0;
     /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
+    /// Bound that no wheels reach [1/s].
+    const MAX_WHEEL_RATE: f64 = 1e40;
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
 
@@ -207,11 +216,16 @@ impl Estimator {
             gain * share * reached.slope,
             -gain * share * reached.change,
         );
+        // The slope by the dead time holds for wheels that have turned evenly for that long.
+        let uneven = reached.change - self.wheel_rate * dt;
+        let late = gain * share * uneven;
+        self.wheel_rate += uneven / (Self::MAX_LONGER + dt);
         let change = Change {
             measured,
             expected,
             slopes,
-            open: Self::open_turn(expected / dt, gain * share, dt),
+            open: Self::open_turn(expected / dt, gain * share, dt)
+                + late * late * self.turning.covariance.m44,
             dt,
         };
         let innovation = self.turning.observe(&change, Self::YAW_NOISE);
@@ -335,6 +349,7 @@ impl Estimator {
         self.turning.checked("turning")?;
         self.sliding.checked("sliding")?;
         self.pace.checked("pace")?;
+        input_within("wheel_rate", self.wheel_rate, Self::MAX_WHEEL_RATE)?;
         input_in_range("unknown", self.unknown, 0.0, 1.0)?;
         let estimate = self.estimate;
         let (least, most) = Self::longer_range(vehicle);
