@@ -81,7 +81,8 @@ def test_names_are_the_shipped_tracks() -> None:
 def test_get_unknown_name_lists_the_known_ones(name: object) -> None:
     with pytest.raises(ConfigError) as caught:
         tracks.get(name)  # type: ignore[arg-type]
-    assert str(caught.value) == f"unknown track {name!r}; known: {', '.join(NAMES)}"
+    hint = ", did you mean racetrack? Known" if name == "Racetrack" else "; known"
+    assert str(caught.value) == f"unknown track {name!r}{hint}: {', '.join(NAMES)}"
 
 
 @each_track

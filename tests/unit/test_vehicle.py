@@ -202,7 +202,7 @@ def test_vehicle_file_takes_whole_numbers(tmp_path: Path) -> None:
 
 
 _REFUSED = [
-    ("wheel_base = 2.7", "wheel_base", "unknown key 'wheel_base'; known: wheelbase, rear_axle, "),
+    ("wheel_base = 2.7", "wheel_base", "unknown key 'wheel_base', did you mean wheelbase? Known: "),
     ("[car]\nwheelbase = 2.7", "car", "unknown key 'car'; known: wheelbase, "),
     ("wheelbase = '2.7'", "wheelbase", "wheelbase must be a number, got '2.7'"),
     ("wheelbase = true", "wheelbase", "wheelbase must be a number, got True"),
