@@ -62,6 +62,7 @@ def test_no_stop_of_many_is_driven_through_or_waited_for(told: bool) -> None:
         case = stopping.draw(seed, told=told)
         found = stopping.stop(case, seed)
         assert not found.through, (seed, case, found)
+        assert found.stands, (seed, case, found)
         if told:
             assert stopping.fails(case, found) == [], (seed, case, found)
 
@@ -82,6 +83,15 @@ def test_stop_line_is_stopped_at_as_the_end_of_a_path_is(lag: float) -> None:
         assert rail.x == pytest.approx(60.0, abs=0.05)
         assert last.standing
         assert last.phase == "standing"
+
+
+@looped("lag", [0.3, 0.4, 0.5])
+def test_drive_that_answers_later_than_told_is_no_push_that_holds_it_short(lag: float) -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, drive_lag=0.2, max_deceleration=3.0)
+    tracker, rail = popsteer.SpeedTracker(line(60, 5.0, 30), car), Rail(0.0, lag=lag)
+    commands = run(tracker, rail, 20.0)
+    assert commands[-1].standing
+    assert rail.x == pytest.approx(30.0, abs=0.3)
 
 
 def test_stop_that_is_overrun_is_stood_at_and_said() -> None:
