@@ -244,6 +244,7 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
         turning: walk(bytes),
         sliding: walk(bytes),
         pace: walk(bytes),
+        wheel_rate: symmetric(bytes, 2.0, 1e40),
         unknown: bytes.number([0.0, 1.0], [0.0, 1.0]),
         estimate: estimate(bytes, wheelbase, dead_time),
     }
