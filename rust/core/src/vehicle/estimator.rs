@@ -125,8 +125,6 @@ impl Estimator {
     const MAX_UNDERSTEER: f64 = 1.0;
     /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
-    /// Bound that no wheels reach [1/s].
-    const MAX_WHEEL_RATE: f64 = 1e40;
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
 
@@ -349,7 +347,7 @@ impl Estimator {
         self.turning.checked("turning")?;
         self.sliding.checked("sliding")?;
         self.pace.checked("pace")?;
-        input_within("wheel_rate", self.wheel_rate, Self::MAX_WHEEL_RATE)?;
+        input_within("wheel_rate", self.wheel_rate, Walk::<4>::MAX)?;
         input_in_range("unknown", self.unknown, 0.0, 1.0)?;
         let estimate = self.estimate;
         let (least, most) = Self::longer_range(vehicle);

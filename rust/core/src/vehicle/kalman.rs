@@ -89,7 +89,7 @@ impl<const N: usize> Walk<N> {
     /// Least variance of the noise, as a share of the first guess: what is computed is rounded.
     const LEAST_NOISE: f64 = 1e-9;
     /// Bounds that no valid input reaches, whose products are finite.
-    const MAX: f64 = 1e40;
+    pub(super) const MAX: f64 = 1e40;
 
     /// Parameters `mean` with these standard deviations, and noise of this variance until it is seen.
     pub fn new(mean: [f64; N], deviations: &[f64; N], noise: f64) -> Self {

@@ -81,7 +81,7 @@ impl SpeedLaw {
         let planned = self.planned(path, plan, at.closest.segment);
         let now = self.situation(&planned, at, state, (speed, sensed.age));
         self.wait(&planned, state, &now, at, sensed.reverse_gear);
-        let held = state.standing || state.waits.0 > 0.0 || state.waits.1 > 0.0;
+        let held = state.is_held();
         let halted = sensed.stop.is_some() || state.rolls;
         let needed = now.deceleration(self.overrun());
         let lawful = self.lawful(&now);

@@ -79,7 +79,7 @@ impl SpeedLaw {
         state
             .observer
             .step(speed, known, acted, (held, full), model, dt);
-        if held && !(state.rolls || state.standing || state.waits.0 > 0.0 || state.waits.1 > 0.0) {
+        if held && !(state.rolls || state.is_held()) {
             // What is believed to push must not keep it from its stop.
             state.observer.fade(self.params.disturbance_time, dt);
         }

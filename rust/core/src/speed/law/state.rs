@@ -128,3 +128,10 @@ pub struct SpeedState {
     /// The speed command, for a vehicle that takes one.
     pub servo: Servo,
 }
+
+impl SpeedState {
+    /// Whether the vehicle is held: at its stop, or until its wheels are turned and its gear is in.
+    pub(super) fn is_held(&self) -> bool {
+        self.standing || self.waits.0 > 0.0 || self.waits.1 > 0.0
+    }
+}
