@@ -28,6 +28,11 @@ def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN4
     return {name: plain(value) for name, value in (values | resolved).items()}
 
 
+def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+    """Name the fields in which two documents differ, those that only one has too."""
+    return [name for name in {**one, **other} if one.get(name) != other.get(name)]
+
+
 def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
     """Give a value of a field as JSON has it; waypoints to the last bit."""
     if value is None or isinstance(value, bool | int | float | str):

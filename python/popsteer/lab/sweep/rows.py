@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.files import read_bytes, write_bytes_atomic
+from popsteer.lab.common.document import differing
 from popsteer.lab.sweep.job import Job, document_of, from_text
 from popsteer.sim import Metrics
 
@@ -282,8 +283,7 @@ def check_same(file: Path, text: str, job: Job) -> None:
         return
     with _naming(file):
         other = document_of(text)
-    mine = json.loads(job.text)
-    differs = ", ".join(k for k in {**mine, **other} if mine.get(k) != other.get(k)) or "spelling"
+    differs = ", ".join(differing(json.loads(job.text), other)) or "spelling"
     raise PopsteerError(f"{file}: holds another sweep, which differs in {differs}")
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
+from popsteer.lab.common.document import differing
 from popsteer.ranges import check_count, check_in_range
 
 if TYPE_CHECKING:
@@ -274,11 +275,8 @@ def _study(
             raise PopsteerError(f"{storage}: holds a study that is not popsteer's")
         study.set_user_attr("popsteer", problem.document)
     elif known != problem.document:
-        mine = problem.document
-        differs = [k for k in {**mine, **known} if mine.get(k) != known.get(k)]
-        raise PopsteerError(
-            f"{storage}: holds another study, which differs in {', '.join(differs)}"
-        )
+        differs = ", ".join(differing(problem.document, known))
+        raise PopsteerError(f"{storage}: holds another study, which differs in {differs}")
     # The first process is the same every time; those that join it, or go on, draw otherwise.
     there = len(study.trials)
     seed = problem.seed if there == 0 else problem.seed + there + os.getpid()
