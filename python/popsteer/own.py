@@ -24,7 +24,7 @@ import sys
 import traceback
 import zlib
 from dataclasses import MISSING, field, fields, is_dataclass, make_dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -109,8 +109,10 @@ def code(what: What, name: str) -> dict[str, str]:
     every = [getattr(each, "__file__", None) for each in tuple(sys.modules.values())]
     paths = {Path(file).resolve() for file in every if file} | ({first} if first else set())
     new = {path for path in paths if path.suffix == ".py" and path.is_relative_to(folder)}
+    root = _root(found["place"], folder)
     while new:
-        new = {each for path in new for each in _imported(path, folder)} - paths
+        imported = {each for path in new for each in _imported(path, root)} - paths
+        new = {path for path in imported if path.is_relative_to(folder)}
         paths |= new
     # What is installed below the folder, such as an environment of its own, is not its code.
     names = [path.relative_to(folder) for path in paths if path.is_relative_to(folder)]
@@ -122,14 +124,14 @@ def code(what: What, name: str) -> dict[str, str]:
     return {each: found for each, found in hashes.items() if found is not None}
 
 
-def _imported(file: Path, folder: Path) -> Iterator[Path]:
-    """Give the files below a folder that a file of code imports, wherever in it that stands."""
+def _imported(file: Path, root: Path) -> Iterator[Path]:
+    """Give the files below a root that a file of code imports, wherever in it that stands."""
     for node in ast.walk(ast.parse(file.read_bytes())):
-        at, names = folder, []
+        at, names = root, []
         if isinstance(node, ast.Import):
             names = [each.name for each in node.names]
         elif isinstance(node, ast.ImportFrom):
-            at = file.parents[node.level - 1] if node.level else folder
+            at = file.parents[node.level - 1] if node.level else root
             names = [f"{node.module or ''}.{each.name}".strip(".") for each in node.names]
         for parts in (name.split(".") for name in names):
             for k in range(1, len(parts) + 1):
@@ -141,13 +143,38 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
 def changed(what: What, name: str, known: Mapping[str, str]) -> str | None:
     """Name the first file of `code` that is not as it was `known`; None if all are."""
     folder = _folder(_reference(what, name)["place"])
-    return next((each for each in known if _hash(folder / each) != known[each]), None)
+    other = [each for each in known if _hash(folder / each) != known[each]]
+    return next(iter(other or sorted(code(what, name).keys() - known)), None)
 
 
-def files(what: What, name: str) -> list[Path]:
-    """Give the files of `code`."""
+def sent(what: What, name: str) -> tuple[tuple[str, bytes], ...]:
+    """Give the files of `code` with what is in them, named from a folder that finds modules."""
     found = code(what, name)
-    return [_folder(_reference(what, name)["place"]) / each for each in found]
+    if not found:
+        return ()
+    folder = _folder(place := _reference(what, name)["place"])
+    root = _root(place, folder)
+    paths = [folder / each for each in found]
+    return tuple((path.relative_to(root).as_posix(), path.read_bytes()) for path in paths)
+
+
+@lru_cache(maxsize=1)
+def receive(files: tuple[tuple[str, bytes], ...], folder: Path) -> None:
+    """Put what was `sent` below a folder where modules are found, in place of what was before."""
+    mark = "popsteer-own-"
+    loaded = tuple(sys.modules.items())
+    before = {name for name, each in loaded if mark in str(getattr(each, "__file__", None))}
+    first = {name.partition(".")[0] for name in before}
+    for name, _ in loaded:
+        if name.partition(".")[0] in first:
+            del sys.modules[name]
+    sys.path[:] = [each for each in sys.path if mark not in each]
+    root = folder / f"{mark}{hashlib.sha256(repr(files).encode()).hexdigest()[:16]}"
+    for name, content in files:
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_bytes(content)
+    sys.path.append(str(root))  # the last, as by `_module`: nothing hides what was there
+    importlib.invalidate_caches()
 
 
 def _reference(what: What, name: str) -> re.Match[str]:
@@ -167,6 +194,12 @@ def _folder(place: str) -> Path:
         return Path.cwd()
     inside = list(spec.submodule_search_locations or ())
     return Path(inside[0]).resolve() if inside else Path(str(spec.origin)).resolve().parent
+
+
+def _root(place: str, folder: Path) -> Path:
+    """Give the folder from which modules below `folder` are imported."""
+    package = not place.endswith(".py") and folder.name == place.partition(".")[0]
+    return folder.parent if package else folder
 
 
 def _hash(file: Path) -> str | None:

@@ -124,7 +124,7 @@ class Experiment:
         core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
         return core and self.controller in controllers.names()
 
-    @property
+    @cached_property
     def code(self) -> dict[str, dict[str, dict[str, str]]]:
         """Give hashes of the code of one's own that is run: a file of other code is another's."""
         found = {

@@ -196,8 +196,10 @@ def from_text(text: str, named: Collection[str] | None = None) -> Job:
     """
     document = document_of(text)
     try:
-        _check_code(document, named)
+        code = _checked_code(document, named)
         job = _made(document)
+        if code:  # as it was, though where it runs more, or less, may be loaded
+            vars(job)["code"] = {"files": code}
         same = job.text == text
     except (PopsteerError, OSError):
         raise
@@ -208,8 +210,9 @@ def from_text(text: str, named: Collection[str] | None = None) -> Job:
     return job
 
 
-def _check_code(document: dict[str, Any], named: Collection[str] | None) -> None:
-    """Refuse code of one's own that is not named, or not as it was."""
+def _checked_code(document: dict[str, Any], named: Collection[str] | None) -> dict[str, Any]:
+    """Give the hashes of code of one's own; refuse what is not named, or not as it was."""
+    checked = {}
     what: What
     for what, name in (
         ("controller", document["controller"]),
@@ -223,6 +226,8 @@ def _check_code(document: dict[str, Any], named: Collection[str] | None) -> None
             raise PopsteerError(
                 f"{name} is not there as it was when the sweep was driven: {file} is another"
             )
+        checked[name] = document["files"][name]
+    return checked
 
 
 def _made(document: dict[str, Any]) -> Job:

@@ -17,6 +17,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from popsteer import own
@@ -30,7 +31,6 @@ from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
 
     Rows = list[dict[str, Any]]
 
@@ -38,6 +38,7 @@ _LOOK = 0.05  # s between looks at signals
 _CORE_CHUNK = 250  # runs between writes: seconds of work, and cores that seldom wait for the last
 _ATTEMPTS = 5  # how often a pool of processes is made anew
 _DASK_TIMEOUT = 10.0  # s for a scheduler to answer
+_receiving = threading.Lock()  # a worker of Dask may have many threads
 
 
 def on_core(
@@ -112,13 +113,10 @@ def on_dask(
         except (OSError, ValueError) as error:
             raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
         _check_versions(client, where)
-        of_controller = own.files("controller", job.controller)
-        for file in {*of_controller, *own.files("plant", plant_name(job.whole))}:
-            client.upload_file(str(file))
         workers = max(len(client.nthreads()), 1)
-        text = client.scatter(job.text, broadcast=True)
+        sent = client.scatter((job.text, _code(job)), broadcast=True)
         futures = [
-            client.submit(drive_text, text, chunk, pure=False, retries=3)
+            client.submit(_drive_sent, sent, chunk, pure=False, retries=3)
             for chunk in _chunks(runs, workers)
         ]
         done = 0
@@ -138,6 +136,25 @@ def on_dask(
                 client.close(timeout=0.2)
             if cluster is not None:
                 cluster.close(timeout=0.2)
+
+
+def _code(job: Job) -> tuple[tuple[str, bytes], ...]:
+    """Give the files of code of one's own that a sweep drives; two of one name are refused."""
+    files = dict(own.sent("controller", job.controller))
+    for name, content in own.sent("plant", plant_name(job.whole)):
+        if files.setdefault(name, content) != content:
+            raise PopsteerError(f"--dask: controller and plant have two files {name} that differ")
+    return tuple(files.items())
+
+
+def _drive_sent(sent: tuple[str, tuple[tuple[str, bytes], ...]], runs: Sequence[int]) -> Rows:
+    """Drive runs in a worker, which has `Job.text` and the files of code of one's own alone."""
+    from distributed import get_worker
+
+    text, files = sent
+    with _receiving:
+        own.receive(files, Path(get_worker().local_directory))
+    return drive_text(text, runs)
 
 
 def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
