@@ -180,7 +180,7 @@ class Follow:
         (goal.succeed if code is None else end)()
         if rest:
             self.core.rest("the goal has ended")
-        if code not in (None, "NONE"):
+        if rest and code not in (None, "NONE"):  # of a planner's next path nothing is to be told
             self._host.get_logger().info(f"goal ended: {said}")
         self._ended.set_result((code, said))
 

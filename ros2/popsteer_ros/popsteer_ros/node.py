@@ -258,13 +258,14 @@ class Track(LifecycleNode):
         new = {each.name: each.value for each in parameters}
         late = sorted(new.keys() & PARAMETERS.keys() - LIVE) if self.core is not None else []
         said = f"{', '.join(late)} can be changed while the node is inactive" if late else ""
-        if self.core is None and self.frames is not None:
+        # Others that are declared, as overrides of a QoS, load nothing anew.
+        if self.core is None and self.frames is not None and new.keys() & PARAMETERS.keys():
             said = self._load(new)
         return SetParametersResult(successful=not said, reason=said)
 
-    def _change(self, _: list[Any]) -> None:
+    def _change(self, parameters: list[Any]) -> None:
         """Take what the parameters are now."""
-        if self.frames is None:
+        if self.frames is None or not {each.name for each in parameters} & PARAMETERS.keys():
             return
         self.frames.stale = self.value("tf_stale")
         if self.core is None:

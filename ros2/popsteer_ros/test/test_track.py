@@ -112,7 +112,8 @@ def test_start_in_a_bend_goes_on_from_the_angle_of_the_wheels() -> None:
         assert car.until(lambda c=car: c.paths.get_subscription_count() > 0)
         assert car.until(lambda c=car: c.track.core.intake.measured is not None)
         if reported:
-            assert car.until(lambda c=car: c.track.core._wheel is not None)
+            signals, now = car.track.core.signals, car.track.now
+            assert car.until(lambda s=signals, n=now: s.steer(1e-9 * n(), 0.3) is not None)
         car.paths.publish(circle(car, 0.13))
         assert car.until(lambda c=car: c.commands)
         assert car.commands[0].drive.steering_angle == pytest.approx(0.13, abs=0.02)
@@ -289,7 +290,7 @@ def test_goal_that_is_cancelled_stands_and_the_next_one_drives() -> None:
     car.close()
 
 
-def test_goal_is_preempted_by_another_which_is_driven() -> None:
+def test_goal_is_preempted_by_another_which_is_driven(capfd: pytest.CaptureFixture[str]) -> None:
     car = Car().start()
     first = car.goal(40.0)
     assert car.until(lambda: car.speed > 1.0)
@@ -298,6 +299,7 @@ def test_goal_is_preempted_by_another_which_is_driven() -> None:
     speed = car.speed
     assert speed > 0.5  # it does not stop in between
     assert car.outcome(second) == (SUCCEEDED, 0)
+    assert "goal ended" not in capfd.readouterr().err  # a planner sends one each second
     car.close()
 
 
@@ -418,11 +420,14 @@ def test_autoware_takes_another_type_of_command_where_that_is_asked_for() -> Non
     car.close()
 
 
-def test_raceline_of_f1tenth_is_driven_at_its_speeds(tmp_path: Any) -> None:
+def test_raceline_of_f1tenth_is_read_once_and_driven_at_its_speeds(
+    tmp_path: Any, capfd: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "line.csv"
     head = "# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n"
     file.write_text(f"{head}0; 0; 0; 0; 0; 3; 0\n25; 25; 0; 0; 0; 3; 0\n50; 50; 0; 0; 0; 3; 0\n")
     car = Car(path_file=str(file)).start()
+    assert capfd.readouterr().err.count("read line.csv") == 1
     assert car.until(lambda: car.speed > 2.9)
     assert not car.until(lambda: car.speed > 3.3, 1.0)
     car.close()

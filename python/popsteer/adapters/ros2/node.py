@@ -7,7 +7,6 @@ import re
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Driver, DriverParams
@@ -15,9 +14,9 @@ from popsteer.adapters.ros2 import conversions, diagnostics, messages
 from popsteer.adapters.ros2.commands import command_message, predicted_message
 from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.names import expanded
+from popsteer.adapters.ros2.signals import Signals
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.errors import InputError, PopsteerError
-from popsteer.logs.messages import STEERING
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -154,15 +153,7 @@ class Node:
             messages.make(kind)
         self.odometry_reader = participant.reader(topics.odometry, messages.ODOMETRY)
         self.path_reader = participant.latest(topics.path, topics.path_type)
-        # What says who drives, and the wheels' angle, where there are such topics.
-        more = (topics.release, topics.speed_limit, topics.steering)
-        self._others = {
-            topic: participant.reader(topic, self._types[topic])
-            for topic in (*more, topics.mode, topics.operation_mode)
-            if topic
-        }
-        self._engaged: dict[str, bool] = {}
-        self._wheel: tuple[float, float] | None = None
+        self.signals = Signals(participant, topics)
         names = participant.node, participant.namespace
         self._resets = participant.service(expanded("~/reset", *names), self.release)
         # Autoware's controllers keep their last command, as its gate asks for.
@@ -174,7 +165,6 @@ class Node:
         }
         self._course_number = 0
         self._most = self._top = math.inf
-        self._said_limit: Any = None
         self._rests = self._silent = False
         # At the next odometry: whether the fault is forgotten, and whether the drive begins anew.
         self._released = self._moved = False
@@ -210,10 +200,7 @@ class Node:
         """
         if (old := self.driver) is None:
             return
-        most = min(self._most, self._top)
-        if (said := self._said_limit) is not None and said.speed_limit > 0.0:
-            limit = said.speed_limit
-            most = min(most, 0.01 * limit * most if said.percentage else limit)
+        most = self.signals.slowed(min(self._most, self._top))
         self.driver = Driver(
             old.path,
             old.vehicle.replace(max_speed=max(most, 1e-3) if most < 1e4 else None),  # its range
@@ -302,37 +289,10 @@ class Node:
             self._record(topics.path, data, now)
             self.intake.take_course(data, seconds)
         self._resets.take()
-        for topic, reader in self._others.items():
-            for data in reader.take():
-                self._record(topic, data, now)
-                with suppress(Exception):  # bytes that are no message say nothing
-                    self._hear(topic, messages.decode(self._types[topic], data), seconds)
-
-    def _hear(self, topic: str, message: Any, now: float) -> None:  # noqa: ANN401
-        """Take what is said of the speed, of the wheels, and of who drives.
-
-        A fault is forgotten where somebody says so, or hands the vehicle over.
-        """
-        topics, kind = self.options.topics, self._types[topic]
-        if topic == topics.speed_limit:
-            before, self._said_limit = self._said_limit, message
-            if before is None or before.speed_limit != message.speed_limit:
-                self._limit()
-            return
-        if topic == topics.steering:
-            angle = float(reduce(getattr, STEERING[kind].angle, message))
-            if abs(angle) < 0.5 * math.pi:
-                self._wheel = angle, now
-            return
-        was = topic != topics.release and self._engaged.get(topic, False)
-        if topic == topics.release:
-            engaged = True
-        elif topic == topics.mode:
-            engaged = message.mode == 1
-        else:
-            engaged = message.mode == message.AUTONOMOUS and message.is_autoware_control_enabled
-        self._engaged[topic] = engaged
-        if engaged and not was:
+        self.signals.take(seconds, lambda topic, data: self._record(topic, data, now))
+        if self.signals.limited:
+            self._limit()
+        if self.signals.released:
             self.release()
 
     def _renew(self, measured: Measured | None, now: float) -> bool:
@@ -365,17 +325,12 @@ class Node:
         car = self.driver.vehicle
         self._top = car.max_speed or math.inf
         self._limit()
-        at = self._measured_steer(now)
+        at = self.signals.steer(now, self.options.stale)
         at = conversions.shown_steer(car, measured) if at is None else at
         if at:
             self.driver.reset(steer=max(-car.max_steer, min(at, car.max_steer)))
         self._rests = self._silent = self._released = self._moved = False
         self._say(f"path of {len(path)} points, {path.length:.1f} m")
-
-    def _measured_steer(self, now: float) -> float | None:
-        if self._wheel is None or now - self._wheel[1] > self.options.stale:
-            return None
-        return self._wheel[0]
 
     @property
     def _waits(self) -> bool:
@@ -421,7 +376,7 @@ class Node:
         age = age + dt if at == before else max(now - at, 0.0)
         self._aged = at, age
         age = 0.0 if measured is None else age
-        wheel = self._measured_steer(now)
+        wheel = self.signals.steer(now, self.options.stale)
         drive = driver.step(x, y, yaw, speed, dt, pose_age=age, measured_steer=wheel)
         self.drive = drive
         self.reason = drive.fault if drive.fault not in (None, "input") else concern
