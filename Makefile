@@ -103,9 +103,9 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	$(PY) -m studies.bench $(BENCH)
 
 matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write README's table and figure of it
-	$(VENV)/bin/popsteer matrix --controllers pop,preview-pop,pure-pursuit,stanley,pid,mpc \
+	$(VENV)/bin/popsteer compare --controllers pop,preview-pop,pure-pursuit,stanley,pid,mpc \
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
-		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
+		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --set-run settling_time=5 --step-time --out $(MATRIX)
 	$(PY) -m studies.matrix $(MATRIX)
 	$(PY) -m studies.pages choose
 

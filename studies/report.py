@@ -39,7 +39,7 @@ def page() -> bytes:
     found = replace(compare.run(track("racetrack"), params), track="racetrack")
     found = compare.time_steps(found, params)
     plants = {found.plant: sim.CarlaIdentified()}
-    return report.of_comparison(found, report.Origin(COMMAND, params, "auto", plants))
+    return report.of_comparison(found, origin=report.Origin(COMMAND, params, "auto", plants))
 
 
 def main() -> None:

@@ -44,7 +44,6 @@ MODULES = [
     "popsteer.adapters.gymnasium",
     "popsteer.paper",
     "popsteer.lab.compare",
-    "popsteer.lab.matrix",
     "popsteer.lab.opponents",
     "popsteer.lab.suite",
     "popsteer.lab.stability",

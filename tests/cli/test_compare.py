@@ -416,7 +416,7 @@ def test_table_of_all_laws_fits_its_width(width: int) -> None:
     )
     stream = io.StringIO()
     console = Console(file=stream, width=width)
-    for table in lab.compare.table.tables(comparison, width):
+    for table in lab.compare.table.tables(comparison, width=width):
         console.print(table)
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= width

@@ -61,8 +61,8 @@ WRONG = {
     "dt-nan": (("compare", "--dt", "nan"), "dt must be in [1e-06, 1], got nan"),
     "dt-text": (("compare", "--dt", "soon"), "Invalid value for '--dt': "),
     "closed-track": (("compare", "--closed"), "--closed must be given with --waypoints"),
-    "both": (("compare", "--waypoints", "a.csv", "--track", "circle"), "--track must be left out"),
-    "former-option": (("matrix", "--laws", "pop"), "--controllers now"),
+    "both": (("sweep", "--waypoints", "a.csv", "--track", "circle"), "--track must be left out"),
+    "former-option": (("compare", "--laws", "pop"), "--controllers now"),
     "former-file": (("stability", "--json", "a.json"), "No such option: --json; it is --out now"),
     "former-command": (("simulate",), "'simulate'; it is compare --controllers NAME now"),
     "former-tracks": (("tracks", "export-all", "out"), "it is tracks --out now"),
@@ -293,7 +293,7 @@ def _hide(monkeypatch: pytest.MonkeyPatch, modules: Iterable[str]) -> None:
     ("absent", "line", "said"),
     [
         *((MODULES["lab"], each, f'{each} needs the extra "lab"') for each in ("compare", "tune")),
-        (("matplotlib",), "matrix --out out", 'matrix needs the extra "lab"'),
+        (("matplotlib",), "compare --out out", 'compare needs the extra "lab"'),
         (("plotly",), "compare --report page.html", 'compare needs the extra "lab"'),
         (("scipy",), "stability", 'stability needs the extra "lab"'),
         (("rosbags",), "replay drive.mcap", 'replay needs the extra "lab"'),
@@ -312,7 +312,7 @@ def _hide(monkeypatch: pytest.MonkeyPatch, modules: Iterable[str]) -> None:
         (("osqp",), "compare --controllers pop,mpc", 'controller mpc needs the extra "mpc"'),
         (
             ("osqp", "mujoco"),
-            "matrix --controllers pop,mpc --plants mujoco-car",
+            "compare --controllers pop,mpc --plants mujoco-car",
             'plant mujoco-car needs the extras "mpc", "plants"',
         ),
     ],

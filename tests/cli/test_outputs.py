@@ -20,7 +20,7 @@ from tests.helpers import looped
 # Each command that writes, up to the place to write to.
 FOLDERS = {
     "compare": ("compare", "--controllers", "pop", "--track", "straight", "--out"),
-    "matrix": ("matrix", "--controllers", "pop", "--tracks", "straight", "--out"),
+    "several": ("compare", "--controllers", "pop", "--tracks", "straight,circle", "--out"),
     "stability": ("stability", "--speeds", "5", "--out"),
     "bench": ("bench", "--out"),
     "tracks": ("tracks", "--out"),
@@ -40,8 +40,8 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> NoReturn:
         pytest.fail("the work was done before the output was refused")
 
-    for experiment in (lab.compare, lab.matrix, lab.stability):
-        monkeypatch.setattr(experiment, "run", refuse)
+    for experiment, work in ((lab.compare, "run_each"), (lab.stability, "run")):
+        monkeypatch.setattr(experiment, work, refuse)
     monkeypatch.setattr(latency, "measure", refuse)
 
 
@@ -141,9 +141,9 @@ def test_output_without_permission_is_refused_before_the_work(
     [
         ("compare", "runs/pop.csv"),
         ("compare", "overview-dark.svg"),
-        ("matrix", "matrix.json"),
+        ("several", "matrix.json"),
         ("stability", "preview-choice-dark.png"),
-        ("matrix", "matrix.md"),
+        ("several", "matrix.md"),
         ("bench", "latency.json"),
         ("tracks", "straight.csv"),
     ],
@@ -168,7 +168,7 @@ def test_folder_whose_runs_are_a_file_is_refused_before_the_work(
 
 
 @pytest.mark.usefixtures("_coarse", "_blank_figures")
-@pytest.mark.parametrize("name", ["compare", "matrix", "stability", "tracks"])
+@pytest.mark.parametrize("name", ["compare", "several", "stability", "tracks"])
 def test_each_name_that_is_written_was_checked(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -197,10 +197,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 REPORTED = {
     "compare": ("of_comparison", "results.png", ["--controllers", "pop", "--out", "out"]),
-    "matrix": (
-        "of_matrix",
+    "several": (
+        "of_comparison",
         "matrix.csv",
-        ["--controllers", "pop", "--plants", "kinematic-bicycle"],
+        ["--controllers", "pop", "--plants", "kinematic-bicycle,carla-identified"],
     ),
     "sweep": ("of_sweep", "", ["--controller", "pop", "--runs", "2", "--out", "s.csv"]),
 }
@@ -211,13 +211,14 @@ REPORTED = {
 def test_report_that_fails_loses_neither_files_nor_table(
     capsys: pytest.CaptureFixture[str], here: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    def fail(*_: object) -> NoReturn:
+    def fail(*_: object, **__: object) -> NoReturn:
         raise PopsteerError("a report of 9 bytes")
 
     report, file, options = REPORTED[name]
     monkeypatch.setattr(lab.report, report, fail)
     options += ["--out", "out"] if "--out" not in options else []
-    options += ["--tracks" if name == "matrix" else "--track", "circle", "--constant-speed", "6"]
+    options += ["--track", "circle", "--constant-speed", "6"]
+    name = name.replace("several", "compare")
     done = command.call(capsys, name, *options, "--report", "page.html")
     assert (done.status, done.err) == (2, "popsteer: a report of 9 bytes\n")
     assert "circle" in done.out

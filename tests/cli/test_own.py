@@ -332,7 +332,7 @@ def test_tuned_parameters_of_all_kinds_are_read_by_every_command(
     line = ["--controllers", "kinds.py:Kinds", "--params", "kinds.toml", "--constant-speed", "6"]
     assert call(capsys, "compare", *line, "--track", "circle").status == 0
     assert (
-        call(capsys, "matrix", *line, "--tracks", "circle", "--plants", "carla-identified").status
+        call(capsys, "compare", *line, "--tracks", "circle", "--plants", "carla-identified").status
         == 0
     )
     Path("bad.toml").write_text(text.replace("damped = false", 'damped = "no"'))

@@ -37,7 +37,15 @@ DRIVEN = {
         "--set",
         "min_lookahead=4",
     ),
-    "matrix": ("matrix", "--controllers", "stanley,pop", "--tracks", "straight,slalom"),
+    "matrix": (
+        "compare",
+        "--plants",
+        "carla-identified,kinematic-bicycle",
+        "--controllers",
+        "stanley,pop",
+        "--tracks",
+        "straight,slalom",
+    ),
     "sweep": ("sweep", "--controller", "pop", "--track", "straight", "--runs", "30"),
 }
 WATCHED = {
@@ -255,8 +263,8 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> NoReturn:
         pytest.fail("the work was done before the output was refused")
 
-    for experiment in (lab.compare, lab.matrix, lab.sweep):
-        monkeypatch.setattr(experiment, "run", refuse)
+    for experiment, work in ((lab.compare, "run_each"), (lab.sweep, "run")):
+        monkeypatch.setattr(experiment, work, refuse)
     monkeypatch.setattr("popsteer.cli.logs.read", refuse)
 
 

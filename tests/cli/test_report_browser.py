@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import tracks
-from popsteer.lab import compare, matrix, replay, report, sweep
+from popsteer.lab import compare, replay, report, sweep
 from popsteer.lab.common.distributions import distribution
 from popsteer.logs import Log, read
 from tests.cli import command
@@ -42,7 +42,7 @@ def comparison() -> compare.Comparison:
 @pytest.fixture(scope="module")
 def file(comparison: compare.Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_bytes(report.of_comparison(comparison, report.Origin("popsteer compare")))
+    file.write_bytes(report.of_comparison(comparison, origin=report.Origin("popsteer compare")))
     return file
 
 
@@ -301,11 +301,11 @@ def test_map_of_a_long_line_follows_a_car_and_paper_is_light_and_as_wide_as_a_sh
 
 
 def test_choice_of_plant_and_track_shows_its_map(browser: Browser, tmp_path: Path) -> None:
-    found = matrix.run(
+    found = compare.run_each(
         {name: _path(name) for name in ("straight", "slalom")}, ["pop"], ["kinematic-bicycle"]
     )
-    file = tmp_path / "matrix.html"
-    file.write_bytes(report.of_matrix(found))
+    file = tmp_path / "several.html"
+    file.write_bytes(report.of_comparison(*found))
     browser.look(1280, 900)
     browser.open(file.as_uri())
     browser.wait(READY)

@@ -18,7 +18,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "version": ("--version",),
     "compare": ("compare", "--track", "straight", "--controllers", "pop", "--out", "out"),
     "stability": ("stability", "--controllers", "stanley", "--speeds", "5", "--out", "out"),
-    "matrix": ("matrix", "--tracks", "straight", "--controllers", "pop", "--out", "out"),
+    "several": ("compare", "--tracks", "straight,circle", "--controllers", "pop", "--out", "out"),
     "bench": ("bench", "--out", "out"),
     "tracks": ("tracks",),
     "export": ("tracks", "export", "circle", "out.csv"),
@@ -27,7 +27,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 # The table of these comes without minutes of measuring.
 QUICK = {name: arguments for name, arguments in COMMANDS.items() if name != "bench"}
 # Figures alone take seconds, and the others write files enough.
-QUICK |= {name: COMMANDS[name][:-2] for name in ("compare", "stability", "matrix")}
+QUICK |= {name: COMMANDS[name][:-2] for name in ("compare", "stability", "several")}
 # Buffered, as outside of tests: it fails late, on leaving.
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 

@@ -315,7 +315,7 @@ def test_suite_refuses_what_it_does_not_know(capsys: pytest.CaptureFixture[str])
             ("suite", "--scenarios", "parking-bay", "--plants", "carla-identified"),
             "one that drives backwards",
         ),
-        (("matrix", "--suite", "standard-2"), "No such option: --suite; it is popsteer suite now"),
+        (("compare", "--suite", "standard-2"), "No such option: --suite; it is popsteer suite now"),
     ):
         outcome = command.call(capsys, *words)
         assert (outcome.status, said in outcome.err) == (2, True), outcome.err

@@ -31,8 +31,9 @@ COMMANDS = {
         "--controllers",
         "pid,preview-pop",
     ),
-    "matrix": (
-        *("matrix", "--controllers", "pop,pure-pursuit,preview-pop", "--constant-speed", "30"),
+    "several": (
+        *("compare", "--controllers", "pop,pure-pursuit,preview-pop", "--constant-speed", "30"),
+        *("--plants", "carla-identified,kinematic-bicycle", "--step-time"),
         *("--tracks", "obstacle-avoidance,double-lane-change", "--dt", "0.1"),
     ),
     "stability": ("stability", "--speeds", "2,25", "--set-plant", "dead_time=0.1"),
@@ -107,7 +108,7 @@ def test_table_of_bench_is_whole_at_80_columns_and_piped() -> None:
 def test_files_with_long_names_are_not_cut(tmp_path: Path) -> None:
     waypoints = tmp_path / f"{'q-very-long-name-' * 4}.csv"
     waypoints.write_text("".join(f"{x},0\n" for x in range(121)), encoding="utf-8")
-    arguments = ("matrix", "--controllers", "pop", "--plants", "kinematic-bicycle")
+    arguments = ("compare", "--controllers", "pop", "--plants", "kinematic-bicycle")
     sent = _on_terminal((*arguments, "--waypoints", str(waypoints)), 80)
     assert "…" not in sent
     # Once where it is read and once in the table.

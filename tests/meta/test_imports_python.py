@@ -36,7 +36,7 @@ LAYERS = (
     ("lab.common", "lab.opponents"),
     ("lab.compare", "lab.stability", "lab.bench"),
     ("lab.identify", "lab.plan", "lab.replay"),
-    ("lab.matrix", "lab.suite", "lab.tune", "lab.sweep"),
+    ("lab.suite", "lab.tune", "lab.sweep"),
     ("lab.report",),
     ("lab",),
     ("adapters",),

@@ -102,14 +102,14 @@ SHOWN = README.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[
 
 
 def _command(text: str) -> list[str]:
-    """The words of the first call of `popsteer matrix` with options."""
-    found = re.search(r"popsteer matrix --.*?(?<!\\)\n", text, flags=re.DOTALL)
+    """The words of the first call of `popsteer compare` over more than one line."""
+    found = re.search(r"popsteer compare --[^\n]*\\\n.*?(?<!\\)\n", text, flags=re.DOTALL)
     assert found is not None
     return shlex.split(found[0].replace("\\\n", " "))
 
 
 def _options() -> dict[str, str]:
-    words = _command(README)[2:]
+    words = [word for word in _command(README)[2:] if word != "--step-time"]
     return dict(zip(words[::2], words[1::2], strict=True))
 
 

@@ -50,7 +50,8 @@ compare --controllers pop --waypoints way.csv
  --waypoints fast.csv
  --columns y,x
  --closed
- --plant kinematic-bicycle
+ --tracks circle
+ --plants kinematic-bicycle
  --set-plant dead_time=0.17
  --vehicle car.toml
  --set-vehicle dead_time=0.17
@@ -69,27 +70,6 @@ compare --controllers pop
 paper
  --preset paper
  --waypoints way.csv
-matrix --controllers pop --plants kinematic-bicycle --waypoints way.csv
- --controllers stanley
- --preset paper
- --params pop.toml
- --set min_lookahead=3.5
- --set turn_time=7
- --set deviation_limit=0.3
- --waypoints fast.csv
- --tracks circle
- --columns y,x
- --closed
- --plants carla-identified
- --vehicle car.toml
- --set-vehicle dead_time=0.17
- --no-adapt
- --start-offset 0.7
- --speed 2
- --constant-speed 3.5
- --longitudinal speed-pid
- --set-longitudinal kp=0.7
- --dt 0.02
 suite --controllers pop --plants kinematic-bicycle
  --controllers stanley
  --plants suite-car
@@ -100,8 +80,6 @@ suite --controllers pop --plants kinematic-bicycle
  --set turn_time=7
  --set deviation_limit=0.3
 compare --controllers pop --waypoints geo.csv
- --origin 46.9,8
-matrix --controllers pop --plants kinematic-bicycle --waypoints geo.csv
  --origin 46.9,8
 sweep --controller pop --waypoints geo.csv
  --origin 46.9,8
@@ -372,9 +350,7 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
     from popsteer.identification import procedure
 
     runs = {
-        lab.compare: ("path", "tuning", "plant"),
         lab.compare.paper: ("path", "preset"),
-        lab.matrix: ("paths", "tuning", "plants"),
         lab.suite: ("tuning", "plants"),
         lab.stability: ("tuning", "plant", "speeds"),
         lab.replay: ("log", "tuning", "vehicle"),
@@ -384,6 +360,7 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
     }
     for module, names in runs.items():
         monkeypatch.setattr(module, "run", _stop(*names))
+    monkeypatch.setattr(lab.compare, "run_each", _stop("paths", "tuning", "plants"))
     monkeypatch.setattr(lab.sweep, "repeat", _stop("job", "run"))
     monkeypatch.setattr(planning, "speed_profile", _stop("path", "limits", "vehicle"))
     smooth = planning.smooth

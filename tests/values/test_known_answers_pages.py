@@ -16,7 +16,6 @@ from popsteer.lab import compare
 from popsteer.lab.compare import table as compare_table
 from popsteer.lab.compare.files import metrics_json
 from popsteer.lab.report import compare as times
-from popsteer.lab.report import matrix as matrix_page
 from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.colours import log_axis
 from popsteer.lab.report.compare import actor_of
@@ -77,16 +76,16 @@ def _settled(metrics: Any) -> float:
     return float(metrics.settled_mean_abs_cross_track_error)
 
 
-def test_matrix_marks_the_best_of_those_that_finished() -> None:
+def test_table_of_several_plants_marks_the_best_of_those_that_finished() -> None:
     runs = {"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
-    comparison = SimpleNamespace(runs=runs, track="slalom", plant="car", first=runs["pop"])
-    text = matrix_page._pivot(SimpleNamespace(comparisons=[comparison]))  # type: ignore[arg-type]
+    comparison: Any = SimpleNamespace(runs=runs, track="slalom", plant="car", first=runs["pop"])
+    text = times._pivot([comparison])
     page = Html(text)
     assert page.texts["strong"] == ["0.0200"]
     assert [each for each in page.texts["td"] if "." in each] == ["0.0200", "(0.0100)", "0.0300"]
     assert "after 4 s [m]" in text
     runs["pop"] = _run(math.nan, False)
-    assert "(–)" in matrix_page._pivot(SimpleNamespace(comparisons=[comparison]))  # type: ignore[arg-type]
+    assert "(–)" in times._pivot([comparison])
 
 
 def test_logarithmic_axis_reaches_from_end_to_end() -> None:

@@ -164,7 +164,7 @@ def test_step_time_of_a_comparison_is_net_of_the_clock_where_that_was_read(
             percentiles={name: Percentiles.of(singles[name], net[name])}, singles=singles
         )
 
-    monkeypatch.setattr(compare.runs, "time_calls", timed)
+    monkeypatch.setattr(compare.steps, "time_calls", timed)
     params = compare.parameters(list(net), "default")
     found = compare.time_steps(compare.run(PATH, params), params)
     assert found.step_times == pytest.approx({"stanley": 250e-9, "pop": 500e-9})

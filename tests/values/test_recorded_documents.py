@@ -127,7 +127,10 @@ def _run(law: str, error: float, finished: bool = True) -> Any:
     }
     faults = Status.DEVIATING if error > 1.0 else Status(0)
     metrics = SimpleNamespace(
-        settled_mean_abs_cross_track_error=error, finished=finished, faults=faults
+        settled_mean_abs_cross_track_error=error,
+        rms_steer_rate=0.1 * (1.0 + error),
+        finished=finished,
+        faults=faults,
     )
     return SimpleNamespace(
         law=law,
@@ -160,21 +163,20 @@ def _comparison(plant: str, track: str, **errors: float) -> Any:
 
 def _compare() -> dict[str, Any]:
     from popsteer.lab.report import compare as page
-    from popsteer.lab.report import matrix
 
     one = _comparison("car", "lap", pop=0.02, preview_pop=0.01, stanley=-0.3)
-    other = _comparison("van", "lap", pop=0.03, stanley=1.3)
-    third = _comparison("car", "bend", pop=0.04, stanley=0.0)
-    found: Any = SimpleNamespace(comparisons=[one, other, third])
+    other = _comparison("van", "lap", pop=0.03, preview_pop=0.02, stanley=1.3)
+    third = _comparison("car", "bend", pop=0.04, preview_pop=-0.05, stanley=0.0)
+    found = [one, other, third]
     latency = page.latency_figure(one)
     # In between it says on what machine.
     latency[0]["note"] = latency[0]["note"].partition(" Single")[1:]
     bare: Any = SimpleNamespace(**{**vars(one), "latencies": {}})
     return {
         "scene": _scene(page.scene_of(bare)),
-        "verdicts": [page.verdict(each) for each in ([one], [other], [one, other, third])],
-        "pivot": matrix._pivot(found),
-        "figures": [matrix._figure(found, plant) for plant in ("car", "van")],
+        "verdicts": [page.verdict(each) for each in ([one], [other], found)],
+        "pivot": page._pivot(found),
+        "figures": page._effort(found),
         "latency": latency,
     }
 

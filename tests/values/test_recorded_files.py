@@ -36,7 +36,8 @@ COMMANDS = {
     " --start-offset 0.4 --plant kinematic-bicycle --out out",
     "compare backwards": "compare --controllers pop --waypoints turn.csv --plant kinematic-bicycle"
     " --out out",
-    "matrix": "matrix --controllers pop,pid --waypoints bends.csv --constant-speed 4 --out out",
+    "several": "compare --controllers pop,pid --waypoints bends.csv --constant-speed 4 --step-time"
+    " --plants carla-identified,kinematic-bicycle --out out",
     "suite": "suite --controllers stanley --scenarios slalom --conditions noise,loss --out out",
     "stability": "stability --controllers pop,stanley --speeds 4,9 --vehicle carla-identified"
     " --out out",

@@ -13,7 +13,7 @@ from popsteer._core import __version__
 # In the order of the list: each is a module with a function of its name, whose docstring is its
 # line there.
 PAGES = (
-    *("compare", "matrix", "suite", "sweep", "tune", "stability", "paper", "params"),
+    *("compare", "suite", "sweep", "tune", "stability", "paper", "params"),
     *("new", "plan", "identify", "replay", "ros2", "record", "bench", "tracks"),
 )
 

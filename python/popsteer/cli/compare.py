@@ -1,38 +1,38 @@
-"""``popsteer compare``: controllers on one track, every parameter at hand."""
+"""``popsteer compare``: controllers on plants along tracks, every parameter at hand."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from popsteer import lab, sim
+from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError, printable
 from popsteer.files import check_files
-from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
-from popsteer.sim import Settings
+from popsteer.sim import Settings, vehicle_of
 
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
 HELP = """\
-Drive controllers along one track and show their errors.
+Drive controllers on plants along tracks, each on each, and show their errors.
 
 Errors are measured at the point that each controller tracks, and again at the rear axle, one point
 for all. The controllers know the plant's vehicle unless --vehicle or --set-vehicle gives them
-another. popsteer params lists the names, and what NAME=VALUE can set.
+another. popsteer params lists the names, and what NAME=VALUE can set. Of one plant and track, --out
+writes figures and records; of several, a table matrix.csv, .md and .json, and a figure.
 
 \b
 Examples:
   popsteer compare --report out.html
   popsteer compare --controllers stanley,pop --track figure-eight --out out
+  popsteer compare --plants carla-identified,car.toml --tracks racetrack,slalom
   popsteer compare --waypoints course.csv --plant car.toml --set-vehicle dead_time=0
   popsteer compare --controllers pop --set lookahead_gain=0.3 --set deviation_limit=1
   popsteer compare --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
@@ -45,12 +45,12 @@ def compare(
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
-    waypoints: options.Waypoints = None,
-    track: options.Track = None,
+    waypoints: options.SeveralWaypoints = None,
+    tracks: options.Tracks = None,
     closed: options.Closed = False,
     columns: options.Columns = None,
     origin: options.Origin = None,
-    plant: options.Plant = "carla-identified",
+    plants: options.Plants = "carla-identified",
     set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
@@ -74,69 +74,63 @@ def compare(
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
-    """Drive controllers along one track."""
+    """Drive controllers on plants along tracks."""
     names = inputs.names("--controllers", controllers)
-    course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
+    courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
     settings = assigned(Settings(dt=dt), set_run, "the run")
     with Progress() as progress:
-        mover = inputs.plant(plant, set_plant)
-        chosen = inputs.longitudinal(
-            longitudinal, set_longitudinal, constant_speed, [course], [mover]
-        )
-        itself = sim.vehicle_of(mover)
-        given = inputs.believed(vehicle, set_vehicle, itself)
-        pose, at = inputs.start(course.path, start, start_at, start_offset, itself)
+        movers = inputs.movers(plants, set_plant)
+        several = len(courses) * len(movers) > 1
+        pose, at = inputs.start(start, start_at, start_offset, courses)
+        given = {
+            name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+            for name, mover in movers.items()
+        }
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
-        outputs.check_folder(out, lab.compare.files.file_names(tuning.params), report)
-        _check_record(record, names)
-        comparison = lab.compare.run(
-            course.path,
+        outputs.check_folder(
+            out, lab.compare.files.file_names(tuning.params, several=several), report
+        )
+        _check_record(record, len(names) * len(courses) * len(movers))
+        found = lab.compare.run_each(
+            {course.name: course.path for course in courses},
             tuning.params,
-            mover,
+            movers,
             vehicle=given,
             adapt=tuning.adapt,
             monitor=tuning.monitor,
             preset=tuning.called,
             start=pose,
             start_at=at,
+            start_offset=start_offset,
             speed=speed,
             constant_speed=constant_speed,
-            longitudinal=made(chosen, course.path, given),
+            longitudinal=inputs.longitudinal(
+                longitudinal, set_longitudinal, constant_speed, courses, movers.values()
+            ),
             settings=settings,
+            step_time=step_time,
             progress=progress.update,
         )
-        comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
-        if step_time:
-            comparison = lab.compare.time_steps(
-                comparison,
-                tuning.params,
-                progress.update,
-                adapt=tuning.adapt,
-                monitor=tuning.monitor,
-            )
-        made_by = lab.report.Origin(
-            outputs.command_line(context),
-            tuning.params,
-            tuning.adapt,
-            {comparison.plant: mover},
-            tuning.monitor,
+        line = outputs.command_line(context)
+        made_by = lab.report.Origin(line, tuning.params, tuning.adapt, movers, tuning.monitor)
+        fastest = max(
+            float(np.max(np.abs(each.first.records["speed"]), initial=0.0)) for each in found
         )
-        fastest = float(np.max(np.abs(comparison.first.records["speed"]), initial=0.0))
-        stops = not course.path.closed
+        stops = not all(course.path.closed for course in courses)
         hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=stops)
-        read = [course.path.source]
-        outputs.deliver(comparison, out, progress, report, made_by, read, hangs)
+        read = [course.path.source for course in courses]
+        outputs.deliver(found, out, progress, report, made_by, read, hangs)
     if record is not None:
         from popsteer.adapters.ros2.recording import record_run
 
-        count = record_run(comparison.first, record)
+        count = record_run(found[0].first, record)
         print(f"Written to {printable(str(record))}: {count} messages")
 
 
-def _check_record(file: Path | None, controllers: list[str]) -> None:
+def _check_record(file: Path | None, runs: int) -> None:
     if file is not None:
         if file.suffix != ".mcap":
             raise ConfigError("--record", str(file), "a file *.mcap")
-        if len(controllers) > 1:
-            raise ConfigError("--record", str(file), "given with one controller")
+        if runs > 1:
+            raise ConfigError("--record", str(file), "given with one controller, plant and track")
         check_files([file])

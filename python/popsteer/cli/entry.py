@@ -44,6 +44,10 @@ _NOW = {
 }
 
 
+_ALIASES = {"matrix": "compare"}
+"""Former names of commands that are taken for a release, with a warning."""
+
+
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line with the arguments after the name of the command, and exit.
 
@@ -58,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
     handle_as_usual()
     _set_up_streams()
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given = _renamed(list(sys.argv[1:] if arguments is None else arguments))
     try:
         try:
             _check_extras(given)
@@ -108,6 +112,15 @@ def _set_up_streams() -> None:
 def _command(given: Sequence[str]) -> str:
     """Name the command of a command line; empty where there is none."""
     return next((each for each in given if not each.startswith("-")), "")
+
+
+def _renamed(given: list[str]) -> list[str]:
+    """Replace a former name of a command, and warn of it."""
+    command = _command(given)
+    if (now := _ALIASES.get(command)) is not None:
+        print(f"popsteer: warning: {command} will go; it is {now} now", file=sys.stderr)
+        given[given.index(command)] = now
+    return given
 
 
 def _check_extras(given: Sequence[str]) -> None:

@@ -23,7 +23,7 @@ from popsteer.lab.compare.runs import tunings
 from popsteer.params_file import load_all
 from popsteer.plants.protocol import PythonPlant
 from popsteer.ranges import check_known
-from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant, default_start
+from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant
 from popsteer.sim.geometry import Pose, StartAt, object_of
 
 Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
@@ -211,21 +211,22 @@ def tuned(
 
 
 def start(
-    path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle
+    text: str | None, at: str, offset: float | None, courses: Sequence[Course]
 ) -> tuple[Pose | None, StartAt]:
     """Give the pose at the start, and whose it is; the pose is None where no option gives it.
 
-    `text` is ``X,Y,YAW`` [m, m, rad], `at` "pose", "rear" or "front"; `offset` [m] is as
-    `popsteer.sim.default_start` has it.
+    `text` is ``X,Y,YAW`` [m, m, rad], for one path; `at` "pose", "rear" or "front".
     """
     check_known("--start-at", at, get_args(StartAt))
     place = cast("StartAt", at)
     if text is None:
         if place != "pose":
             raise ConfigError("--start-at", at, "given with --start")
-        return None if offset is None else default_start(path, offset, vehicle), place
+        return None, place
     if offset is not None:
         raise ConfigError("--start-offset", offset, "left out where --start is given")
+    if len(courses) > 1:
+        raise ConfigError("--start", text, "given with one track")
     try:
         x, y, yaw = (float(part) for part in text.split(","))
     except ValueError:
@@ -261,6 +262,14 @@ def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
     found = _changed(KinematicBicycle(Vehicle.load(text)), plant_label(text), assignments)
     _doubt(found.vehicle)
     return found
+
+
+def movers(text: str, assignments: Sequence[str] | None = None) -> dict[str, Mover]:
+    """Give the plants that an option names by what tables call them, each changed alike."""
+    given = names("--plants", text)
+    labels = list(map(plant_label, given))
+    called = given if len(set(labels)) < len(labels) else labels
+    return {name: plant(each, assignments) for name, each in zip(called, given, strict=True)}
 
 
 def _changed(plant: Mover, name: str, assignments: Sequence[str] | None) -> Mover:

@@ -19,9 +19,9 @@ def optional(metavar: str, text: str, *names: str) -> OptionInfo:
     return option
 
 
-def valued(metavar: str, text: str) -> OptionInfo:
-    """Describe an option whose default is shown."""
-    option: OptionInfo = typer.Option(metavar=metavar, help=text)
+def valued(metavar: str, text: str, *names: str) -> OptionInfo:
+    """Describe an option whose default is shown; `names` as `optional` has them."""
+    option: OptionInfo = typer.Option(*names, metavar=metavar, help=text)
     return option
 
 
@@ -75,14 +75,11 @@ Track: TypeAlias = Annotated[
 ]
 Tracks: TypeAlias = Annotated[
     str | None,
-    optional("NAMES", "Shipped tracks, separated by commas; see popsteer tracks."),
+    optional("NAMES", "Tracks by commas: shipped, or FILE.py:NAME.", "--tracks", "--track"),
 ]
 Closed: TypeAlias = Annotated[bool, flag("--closed", "The last waypoint joins the first.")]
-Plant: TypeAlias = Annotated[
-    str, valued("NAME|FILE", "What is driven: a name or a vehicle *.toml.")
-]
 Plants: TypeAlias = Annotated[
-    str, valued("NAMES", "What is driven, separated by commas: names or vehicles *.toml.")
+    str, valued("NAMES", "What is driven, by commas: or *.toml.", "--plants", "--plant")
 ]
 OwnPlant: TypeAlias = Annotated[
     str | None,

@@ -19,10 +19,10 @@ from popsteer import files, lab
 from popsteer._core import build_profile
 from popsteer.errors import ConfigError, printable
 from popsteer.lab.common.layout import BAD, SIGN, WIDE, figure_names
-from popsteer.lab.compare.table import caption, notes
+from popsteer.lab.compare.table import heading, notes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     import typer
@@ -165,7 +165,7 @@ def _print(
 
 
 def deliver(
-    comparison: Comparison,
+    comparisons: Sequence[Comparison],
     out: Path | None,
     progress: Progress,
     report: Path | None,
@@ -173,24 +173,24 @@ def deliver(
     read: Iterable[str | None] = (),
     more: Iterable[str] = (),
 ) -> None:
-    """Write the files of a comparison, then print its table: they are there if a pipe closes.
+    """Write the files of comparisons, then print their table: they are there if a pipe closes.
 
     `more` are notes below the usual ones.
     """
     if out is None:
-        said = "--out DIR writes figures, records and metrics.json."
+        said = "--out DIR writes figures, tables and records."
     else:
-        content = lab.compare.files.files(comparison, progress.update)
-        write(content, out)
-        records = [name for name in content if name.startswith("runs/")]
-        others = ", ".join(sorted(content.keys() - records))
-        said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
+        content = lab.compare.files.files(*comparisons, progress=progress.update)
+        said = write(content, out)
+        if records := [name for name in content if name.startswith("runs/")]:
+            others = ", ".join(sorted(content.keys() - records))
+            said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
     progress.stop()
-    tables = lab.compare.table.tables(comparison, console().width)
-    below = (*notes(comparison), *more)
-    draw = partial(_page, comparison, origin)
-    show(caption(comparison), tables, below, said, report, read, draw)
-    say_raised(comparison.runs.values())
+    tables = lab.compare.table.tables(*comparisons, width=console().width)
+    below = (*notes(*comparisons), *more)
+    draw = partial(_page, comparisons, origin)
+    show(heading(*comparisons), tables, below, said, report, read, draw)
+    say_raised(run for each in comparisons for run in each.runs.values())
 
 
 def say_raised(runs: Iterable[Run]) -> None:
@@ -200,18 +200,16 @@ def say_raised(runs: Iterable[Run]) -> None:
             print(f"\n{run.law} on {run.plant}:\n{run.traceback}", end="", file=sys.stderr)
 
 
-def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
-    """Make the page of a comparison; steps are timed for it where that means something."""
-    untimed = not comparison.step_times and build_profile != "debug"
-    if untimed and comparison.first.settings.keep_records:
-        comparison = lab.compare.time_steps(
-            comparison,
-            origin.params,
-            progress.update,
-            adapt=origin.adapt,
-            monitor=origin.monitor,
+def _page(comparisons: Sequence[Comparison], origin: Origin, progress: Progress) -> bytes:
+    """Make the page of comparisons; steps are timed for one where that means something."""
+    first = comparisons[0]
+    untimed = not first.step_times and build_profile != "debug"
+    if len(comparisons) == 1 and untimed and first.first.settings.keep_records:
+        timed = lab.compare.time_steps(
+            first, origin.params, progress.update, adapt=origin.adapt, monitor=origin.monitor
         )
-    return lab.report.of_comparison(comparison, origin)
+        comparisons = [timed]
+    return lab.report.of_comparison(*comparisons, origin=origin)
 
 
 def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:

@@ -47,4 +47,4 @@ def paper(
         origin = lab.report.Origin(
             outputs.command_line(context), params, "auto", {found.plant: CarlaIdentified()}
         )
-        outputs.deliver(found, out, progress, report, origin)
+        outputs.deliver([found], out, progress, report, origin)

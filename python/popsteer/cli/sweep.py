@@ -194,7 +194,7 @@ def _again(
             {job.label: job.made(run).plant},
             job.monitor,
         )
-        outputs.deliver(comparison, out, progress, report, made_by)
+        outputs.deliver([comparison], out, progress, report, made_by)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")

@@ -3,9 +3,7 @@
 Each experiment has what it runs (``run``), its table and its figures in its folder:
 
 ``compare``
-    Several controllers on one plant and one path.
-``matrix``
-    Controllers × plants × tracks, and the time of a step of each.
+    Several controllers on one plant and one path, or on each of several.
 ``suite``
     A suite of scenarios under conditions, with a version.
 ``stability``
@@ -49,7 +47,6 @@ if TYPE_CHECKING:
         common,
         compare,
         identify,
-        matrix,
         plan,
         replay,
         report,
@@ -65,7 +62,6 @@ __all__ = [
     "common",
     "compare",
     "identify",
-    "matrix",
     "plan",
     "replay",
     "report",

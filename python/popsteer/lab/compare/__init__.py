@@ -1,12 +1,15 @@
-"""Several controllers on one plant and one path: their errors beside the paper's.
+"""Several controllers on one plant and one path, or on each of several.
 
-`runs` drives them and times a step of each, `paper` holds the paper's figures; `table` is what the
-command prints, `files` what it writes, with `figures`.
+`runs` drives them, `steps` times a step of each, `paper` holds the paper's figures; `table` is what
+the command prints, `files` what it writes, with `figures` of one plant and path and `effort` of
+several.
 """
 
 from popsteer.lab.common.experiment import controller
 from popsteer.lab.compare import files, paper, table
-from popsteer.lab.compare.runs import Comparison, parameters, run, time_steps
+from popsteer.lab.compare.comparison import Comparison
+from popsteer.lab.compare.runs import parameters, run, run_each
+from popsteer.lab.compare.steps import time_steps
 
 __all__ = [
     "Comparison",
@@ -15,6 +18,7 @@ __all__ = [
     "paper",
     "parameters",
     "run",
+    "run_each",
     "table",
     "time_steps",
 ]

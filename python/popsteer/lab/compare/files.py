@@ -1,11 +1,13 @@
-"""The files of a comparison, all computed before the first is written."""
+"""The files of comparisons, all computed before the first is written."""
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import asdict
 from functools import partial
 from itertools import chain, count
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,30 +15,47 @@ import numpy as np
 from popsteer._core import __version__
 from popsteer.errors import ConfigError
 from popsteer.lab.common.layout import csv_text, figure_names, finite, json_text
+from popsteer.lab.common.machine import describe
+from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.paper import PAPER
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Metrics, Run
 
-_METRICS = "metrics.json"
+_METRICS, _MATRIX = "metrics.json", "matrix"
 _DRAWN = ("results", "overview")
 
 
 def files(
-    comparison: Comparison, progress: Callable[[str, float], object] | None = None
+    *comparisons: Comparison, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
-    """Compute the files of a comparison, by the names of `file_names`.
+    """Compute the files: of one comparison its records, of several a matrix.
 
     `progress` is called with what is being done and the share of it that is done, 0 to 1. Raises
     ConfigError where the runs kept no records.
     """
     from popsteer.lab.common.draw import files_of
+    from popsteer.lab.compare.effort import effort_figure
     from popsteer.lab.compare.figures import overview_figure, results_figure
 
+    comparison, *others = comparisons
+    if others:
+        content = files_of({_MATRIX: partial(effort_figure, comparisons)}, progress)
+        content[f"{_MATRIX}.csv"] = _matrix_csv(comparisons).encode()
+        content[f"{_MATRIX}.md"] = _matrix_markdown(comparisons).encode()
+        document = {
+            "schema": SCHEMA,
+            "version": __version__,
+            "machine": describe(),
+            "constant_speed": comparison.constant_speed,
+            "comparisons": [metrics_document(each) for each in comparisons],
+        }
+        content[f"{_MATRIX}.json"] = json_text(document).encode()
+        return content
     if not comparison.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where files are wanted")
     named = zip(_record_names(comparison.runs), comparison.runs.values(), strict=True)
@@ -48,8 +67,13 @@ def files(
     return content
 
 
-def file_names(laws: Iterable[str]) -> list[str]:
-    """Name the files: records of each controller, the figures for both backgrounds, the metrics."""
+def file_names(laws: Iterable[str], *, several: bool = False) -> list[str]:
+    """Name the files: records of each controller, the figures for both backgrounds, the metrics.
+
+    Those of `several` comparisons are a figure and tables of all.
+    """
+    if several:
+        return [*(f"{_MATRIX}.{kind}" for kind in ("csv", "md", "json")), *figure_names(_MATRIX)]
     figures = [name for figure in _DRAWN for name in figure_names(figure)]
     return [*_record_names(laws), *figures, _METRICS]
 
@@ -157,3 +181,61 @@ def _metrics(metrics: Metrics) -> dict[str, Any]:
         else:
             plain[name] = list(value.names) if isinstance(value, Status) else finite(value)
     return {**plain, "rear_axle": rear}
+
+
+_REAR_SETTLED = "rear_axle_settled_mean_abs_cross_track_error"
+_SETTLED = "settled_mean_abs_cross_track_error"
+_COLUMNS = (
+    *("mean_abs_cross_track_error", _SETTLED, "settled_max_abs_cross_track_error", _REAR_SETTLED),
+    "rms_steer_rate",
+)
+
+
+def _matrix_csv(comparisons: Sequence[Comparison]) -> str:
+    """Write a row for each plant, track and controller."""
+    rows = [
+        [
+            *(each.plant, each.track, name, each.tuning[name], each.points[name]),
+            *(repr(getattr(run.metrics, column)) for column in _COLUMNS),
+            *([repr(each.step_times.get(name, math.nan))] if each.step_times else []),
+            run.ending,
+        ]
+        for each in comparisons
+        for name, run in each.runs.items()
+    ]
+    timed = comparisons[0].step_times
+    names = ("plant", "track", "law", "tuning", "errors_at", *_COLUMNS)
+    heads = [*names, *(["step_time"] if timed else []), "ending"]
+    return csv_text([f"SI units: m, rad/s{', s' if timed else ''}"], heads, rows)
+
+
+def _matrix_markdown(comparisons: Sequence[Comparison]) -> str:
+    """Set out a table for each track: errors after settling, where measured / at the rear axle."""
+    plants = list(dict.fromkeys(each.plant for each in comparisons))
+    timed = bool(comparisons[0].step_times)
+    tables = []
+    for track in dict.fromkeys(each.track for each in comparisons):
+        here = [each for each in comparisons if each.track == track]
+        heads = [track, "errors at", *plants, *(["step [µs]"] if timed else [])]
+        lines = [heads, ["---", "---", *["--:"] * (len(heads) - 2)]]
+        for law in here[0].runs:
+            metrics = [each.runs[law].metrics for each in here]
+            cells = [
+                f"{_error(each, _SETTLED)} / {_error(each, _REAR_SETTLED)}" for each in metrics
+            ]
+            points = ", ".join(dict.fromkeys(each.points[law] for each in here))
+            times = [each.step_times.get(law, math.nan) for each in here]
+            time = [f"{1e6 * median(times):.2f}"] if timed else []
+            lines.append([title_of(law), points, *cells, *time])
+        tables.append("".join(f"| {' | '.join(line)} |\n" for line in lines))
+    on = describe()
+    machine = [f"{on['cpu']}, {on['cores']} cores; {on['python']}.\n"] if timed else []
+    return "\n".join(tables + machine)
+
+
+def _error(metrics: Metrics, name: str) -> str:
+    """Show a mean error after settling; of a run that did not finish in brackets."""
+    error = getattr(metrics, name)
+    if not math.isfinite(error):
+        return "–"
+    return f"{error:.4f}" if metrics.finished else f"({error:.4f})"

@@ -13,7 +13,7 @@ from popsteer.sim.closed_loop import START_OFFSET, default_start
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from popsteer.lab.compare.runs import Comparison
+    from popsteer.lab.compare.comparison import Comparison
 
 
 class PaperFigures(NamedTuple):

@@ -1,27 +1,25 @@
-"""Several controllers on one plant and one path."""
+"""Several controllers on one plant and one path, or on each of several."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, cast
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal
 
 from popsteer import controllers, presets, sim
-from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, build_profile
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.experiment import controller
-from popsteer.lab.common.longitudinal import beginning, made, usual
+from popsteer.lab.common.longitudinal import LongitudinalParams, beginning, made, usual
 from popsteer.lab.common.names import controller_names
-from popsteer.lab.common.timing import Drive, Driver, time_calls
+from popsteer.lab.compare.comparison import Comparison
+from popsteer.lab.compare.steps import nothing, time_steps
 from popsteer.sim import Plant, Run, plant_name, vehicle_of
-from popsteer.sim.steering import step_of
+from popsteer.sim.geometry import object_of
 
 if TYPE_CHECKING:
+    from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
     from popsteer.sim.geometry import Pose, StartAt
@@ -30,65 +28,6 @@ if TYPE_CHECKING:
 
 DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
 """The controllers of the paper, in the order of its table."""
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """Runs of several controllers on one plant and one path.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> comparison = run(path, ["stanley", "pop"])
-    >>> comparison.plant, list(comparison.runs)
-    ('carla-identified', ['stanley', 'pop'])
-    """
-
-    runs: Mapping[str, Run]
-    """The runs by name of the controller, in the order to show them; at least one."""
-    tuning: Mapping[str, str]
-    """Where the tuning of each controller comes from, by its name: a preset, a file, changes."""
-    plant: str
-    """What the plant is called."""
-    track: str = ""
-    """What the path is called; ``dataclasses.replace`` gives it a name."""
-    begins: str = ""
-    """Where the runs start and how fast they drive, in one line."""
-    step_times: Mapping[str, float] = field(default_factory=dict)
-    """What a step of each controller takes [s], where that was measured: see `time_steps`."""
-    latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
-    """What each of the timed steps took, as the clock read it [ns]; by controller."""
-
-    @property
-    def first(self) -> Run:
-        """Any of the runs, for what they have in common: the first."""
-        return next(iter(self.runs.values()))
-
-    @property
-    def points(self) -> dict[str, str]:
-        """The point at which the errors of each controller are measured, by its name."""
-        return {name: _point(run.tracked_point, self.believed) for name, run in self.runs.items()}
-
-    @property
-    def vehicle(self) -> Vehicle:
-        """What the plant is: the same for all runs."""
-        return self.first.plant_vehicle
-
-    @property
-    def believed(self) -> Vehicle:
-        """What the controllers were given of the vehicle: the same for all."""
-        return self.first.vehicle or self.vehicle
-
-    @property
-    def path(self) -> Path:
-        """What was followed: the same for all runs."""
-        return self.first.path
-
-    @property
-    def dt(self) -> float:
-        """Control period [s]."""
-        return self.first.dt
 
 
 def parameters(
@@ -218,7 +157,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         name: controller(name, path, believed, params, adapt, monitor)
         for name, params in chosen.items()
     }
-    progress = progress or _nothing
+    progress = progress or nothing
     runs: dict[str, Run] = {}
     for name, driver in drivers.items():
         progress(name, 0.0)
@@ -246,7 +185,108 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         tuning=tunings(runs, preset),
         plant=plant_name(plant),
         begins=begins,
+        constant_speed=constant_speed,
     )
+
+
+def run_each(
+    paths: Mapping[str, Path],
+    names: Sequence[str] | Mapping[str, Params | MpcParams],
+    plants: Sequence[Plant] | Mapping[str, Plant],
+    *,
+    vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
+    start_offset: float | None = None,
+    longitudinal: LongitudinalParams | None = None,
+    step_time: bool = False,
+    progress: Callable[[str, float], object] | None = None,
+    **how: Any,  # noqa: ANN401 - as `run` takes it
+) -> list[Comparison]:
+    """Let several controllers drive each of several plants along each of several paths.
+
+    Parameters
+    ----------
+    paths : mapping of str to Path
+        What they follow, by name.
+    names : sequence of str, or mapping of str to parameters
+        The controllers, as `run` has them.
+    plants : sequence of str or plants, or mapping of str to these
+        What moves; a mapping says what each is called.
+    vehicle : Vehicle or mapping of str to Vehicle, optional
+        The vehicle that the controllers are given, on all plants or by what the plant is called;
+        each plant's own by default.
+    start_offset : float, optional
+        How far to the left of the first waypoint the front axle starts [m]; by default at it, or
+        where `start` says.
+    longitudinal : parameters, optional
+        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; by default
+        what `usual` there gives. A `SpeedTracker` plans for the vehicle that the controllers are
+        given.
+    step_time : bool, default False
+        Whether the steps are timed, as `time_steps` does.
+    progress : callable, optional
+        Called now and then with what is being done and the share of all that is done, 0 to 1.
+    **how
+        What `run` takes besides.
+
+    Returns
+    -------
+    list of Comparison
+        One for each plant and path.
+
+    Raises
+    ------
+    ConfigError
+        There is no path, controller or plant, or one is not known; nothing was driven then.
+    PopsteerError
+        A controller or a plant needs an extra that is not installed; nothing was driven then.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> found = run_each({"straight": path}, ["pop"], ["kinematic-bicycle"])
+    >>> [(each.plant, each.track, list(each.runs)) for each in found]
+    [('kinematic-bicycle', 'straight', ['pop'])]
+    """
+    for field_, given in (("tracks", paths), ("controllers", names), ("plants", plants)):
+        if not given:
+            raise ConfigError(field_, list(given), "at least one")
+    if not isinstance(plants, Mapping):
+        plants = {plant_name(plant): plant for plant in plants}
+    movers = {name: object_of(plant) for name, plant in plants.items()}
+    preset = how.get("preset", "default")
+    params = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
+    cells = [(name, track) for name in movers for track in paths]
+    total, done = len(cells) * len(params) * (2 if step_time else 1), 0
+    found = []
+    for name, track in cells:
+        where = f"{name}, {track}: " if len(cells) > 1 else ""
+
+        def advance(what: str, share: float, where: str = where) -> None:
+            nonlocal done
+            if progress is not None:
+                progress(f"{where}{what}", min((done + share) / total, 1.0))
+            done += share >= 1.0
+
+        plant, path = movers[name], paths[track]
+        believed = vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle
+        if start_offset is not None:
+            how["start"] = sim.default_start(path, start_offset, plant.vehicle)
+        comparison = run(
+            path,
+            params,
+            plant,
+            vehicle=believed,
+            longitudinal=made(longitudinal, path, believed or plant.vehicle),
+            progress=advance,
+            **how,
+        )
+        comparison = replace(comparison, track=track, plant=name)
+        if step_time:
+            watching = {key: how[key] for key in ("adapt", "monitor") if key in how}
+            comparison = time_steps(comparison, params, advance, **watching)
+        found.append(comparison)
+    return found
 
 
 def tunings(names: Iterable[str], preset: str | Mapping[str, str]) -> Mapping[str, str]:
@@ -254,122 +294,3 @@ def tunings(names: Iterable[str], preset: str | Mapping[str, str]) -> Mapping[st
     if isinstance(preset, Mapping):
         return preset
     return {name: preset if name in controllers.names() else "default" for name in names}
-
-
-def _point(at: float | None, vehicle: Vehicle) -> str:
-    """Name a point `at` [m] ahead of the pose's, None for the front axle."""
-    at = vehicle.front_axle if at is None else at
-    no_slip = vehicle.rear_axle if vehicle.no_slip_point is None else vehicle.no_slip_point
-    known = ((vehicle.front_axle, "front"), (vehicle.rear_axle, "rear"), (no_slip, "no-slip"))
-    return next((name for ahead, name in known if at == ahead), f"{at:.3g} m ahead")
-
-
-# Of a slow controller as many as take a second or so, of a fast one as many as steady its median.
-_CALLS = 1000
-
-
-def time_steps(
-    comparison: Comparison,
-    params: Mapping[str, Any],
-    progress: Callable[[str, float], object] | None = None,
-    *,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
-) -> Comparison:
-    """Measure the step of each controller on the states of its own run.
-
-    Each controller, fresh, is shown the recorded states from the start, again and again, and asked
-    for the angle alone, as `popsteer.lab.common.timing` does: warm caches, no garbage collection,
-    net of the clock where a step is so short that reading it counts.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    params : mapping
-        The tuning by name of the controller, as `popsteer.lab.compare.runs.parameters` gives it.
-    progress : callable, optional
-        Called with the name of the controller and the share of its timing done, 0 to 1.
-    adapt : AdaptParams or None, optional
-        How the controllers adapt; None: not at all. Left out: as each does by default.
-    monitor : MonitorParams or None, optional
-        How they watch for faults; None: not at all. Left out: as each does by default.
-
-    Returns
-    -------
-    Comparison
-        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns];
-        without those of runs that code of your own ended.
-
-    Raises
-    ------
-    ConfigError
-        The runs kept no records.
-    PopsteerError
-        The extension module is a debug build, whose times would mean nothing.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.lab import compare
-    >>> from popsteer.lab.compare import parameters
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> params = parameters(["pop"], "default")
-    >>> timed = time_steps(compare.run(path, params), params)
-    >>> timed.step_times["pop"] > 0.0
-    True
-    """
-    if build_profile == "debug":
-        raise PopsteerError("step times of a debug build mean nothing: install a release build")
-    times: dict[str, float] = {}
-    latencies: dict[str, Sequence[int]] = {}
-    for name, run in comparison.runs.items():
-        if run.traceback:
-            continue  # there is no step to time
-        make = partial(
-            controller, name, run.path, comparison.believed, params[name], adapt, monitor
-        )
-        advance = partial(progress or _nothing, f"time {name}")
-        times[name], latencies[name] = _step_time(comparison, run, make, advance)
-    return replace(comparison, step_times=times, latencies=latencies)
-
-
-def _nothing(*_: object) -> None:
-    """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
-
-
-def _reset_of(made: Any) -> Callable[[], None]:  # noqa: ANN401 - of one's own
-    """Give the `reset` of one's own controller, if it can be called as this would call it."""
-    reset: Any = getattr(made, "reset", None)
-    try:
-        inspect.signature(reset).bind()
-    except (TypeError, ValueError):
-        return _nothing
-    return cast("Callable[[], None]", reset)
-
-
-def _step_time(
-    comparison: Comparison,
-    run: Run,
-    make: Callable[[], Any],
-    progress: Callable[[float], object],
-) -> tuple[float, Sequence[int]]:
-    """Give the median of a run's controller [s], and what each single step took [ns]."""
-    records = run.records
-    if not len(records["x"]):
-        raise ConfigError("keep_records", value=False, requirement="true where steps are timed")
-    table = np.column_stack([records[column] for column in ("x", "y", "yaw", "speed")])
-    states = [(x, y, yaw, speed) for x, y, yaw, speed in table.tolist()]
-    drive = Drive(comparison.plant, run.path, states, comparison.believed)
-
-    def driver() -> Driver:
-        made = make()
-        if run.law not in controller_names():
-            return Driver(step_of(made), _reset_of(made))
-        # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
-        return Driver(made.steer, made.reset)
-
-    measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
-    percentiles = measured.percentiles[run.law]
-    net = percentiles.net_p50
-    return 1e-9 * (percentiles.p50 if net is None else net), measured.singles[run.law]

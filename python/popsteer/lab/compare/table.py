@@ -1,4 +1,4 @@
-"""The table of a comparison, the paper's figures beside the measured ones."""
+"""The table of comparisons, the paper's figures beside the measured ones."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from popsteer.lab.common.layout import (
     fits,
     outcome,
 )
-from popsteer.lab.common.names import differences, title_of
+from popsteer.lab.common.names import counted, differences, title_of
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Sequence
 
     from rich.table import Table
 
@@ -46,20 +46,39 @@ def caption(comparison: Comparison) -> str:
     )
 
 
-def notes(comparison: Comparison) -> list[str]:
+def heading(*comparisons: Comparison) -> str:
+    """Say in one line what was compared: as `caption`, or how many plants and tracks."""
+    first, *others = comparisons
+    if not others:
+        return caption(first)
+    plants, tracks = ({getattr(each, of) for each in comparisons} for of in ("plant", "track"))
+    driven = f"{counted(len(plants), 'plant')} and {counted(len(tracks), 'track')}"
+    return f"{counted(len(first.runs), 'controller')} on {driven}, dt {first.dt:g} s"
+
+
+def notes(*comparisons: Comparison) -> list[str]:
     """Say what a reader has to know of the figures."""
+    runs = [
+        (title_of(name), f" on {each.plant}, {each.track}" if len(comparisons) > 1 else "", run)
+        for each in comparisons
+        for name, run in each.runs.items()
+    ]
     said = [
-        f"{SIGN} {title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
-        for name, run in comparison.runs.items()
+        f"{SIGN} {title}{where} came to an end after {run.metrics.time:.1f} s: {run.ending}."
+        for title, where, run in runs
         if not run.metrics.finished
     ]
     said += [
-        f"{SIGN} Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}"
+        f"{SIGN} Fault of {title}{where}: {', '.join(run.metrics.faults.names)}"
         f"{_while_faulty(run)}."
-        for name, run in comparison.runs.items()
+        for title, where, run in runs
         if run.metrics.faults
     ]
-    said += [each for each in (comparison.begins, WHERE) if each]
+    said += [*dict.fromkeys(each.begins for each in comparisons if each.begins), WHERE]
+    if len(comparisons) > 1:
+        believed = {each.plant: differences(each.believed, each.vehicle) for each in comparisons}
+        return said + [f"{plant}{which}" for plant, which in believed.items() if which]
+    (comparison,) = comparisons
     if "pid" in comparison.runs and is_authors_path(comparison.path):
         said.append(
             "The paper's PID row could not be reproduced; with the gains of its table and Δt in the"
@@ -79,49 +98,70 @@ def _while_faulty(run: Run) -> str:
     return f"; up to {errors.max():.2f} m off its path while that held, at {place}"
 
 
-def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
-    """Set out the figures of a comparison, the best of a column bold; two tables if one is wider.
+def tables(*comparisons: Comparison, width: int = WIDE) -> list[Table]:
+    """Set out the figures, the best of a column bold; several tables where one is wider.
 
-    Where several are equal to the last digit shown, none is the best.
+    Of one comparison they are of some columns each, of several of one comparison each. Where
+    several runs are equal to the last digit shown, none is the best.
     """
-    more = _more(comparison.first.settings.settling_time)
-    if comparison.step_times:
-        more.append(_step_time(comparison.step_times))
-    # On another track the paper's figures would be no target.
-    there = is_authors_path(comparison.path)
-    against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
-    whole = _table(comparison, against_paper + more, told=True)
-    if fits(whole, width):
-        return [whole]
-    parts = enumerate((against_paper, more))
-    return [_table(comparison, columns, told=place == 0) for place, columns in parts]
+    first, *others = comparisons
+    settling_time = first.first.settings.settling_time
+    timed = [_step_time(comparisons)] if any(each.step_times for each in comparisons) else []
+    if others:
+        columns = [*_of_several(settling_time), *timed]
+        whole = _table(comparisons, columns, named=True)
+        parts = [_table([each], columns, titled=True) for each in comparisons]
+    else:
+        # On another track the paper's figures would be no target.
+        there = is_authors_path(first.path)
+        against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
+        more = [*_more(settling_time), *timed]
+        whole = _table(comparisons, against_paper + more)
+        parts = [_table(comparisons, against_paper), _table(comparisons, more, told=False)]
+    return [whole] if fits(whole, width) else parts
 
 
-def _table(comparison: Comparison, columns: list[_Column], *, told: bool) -> Table:
-    """Set out some columns, after tuning and place of measurement where that is `told`."""
+def _table(
+    comparisons: Sequence[Comparison],
+    columns: list[_Column],
+    *,
+    told: bool = True,
+    named: bool = False,
+    titled: bool = False,
+) -> Table:
+    """Set out some columns, after tuning and place of measurement where that is `told`.
+
+    Plant and track are columns where they are `named`, or the table is `titled` by them.
+    """
     from rich.text import Text
 
-    said = (("tuning", comparison.tuning), ("errors\nat", comparison.points)) if told else ()
-
-    table = blank_table(1)
-    add_names(table, "controller", map(title_of, comparison.runs))
+    table = blank_table(0 if titled else 1)
+    if titled:
+        table.title = f"plant {comparisons[0].plant} | track {comparisons[0].track}"
+        table.title_justify, table.title_style = "left", "bold"
+    if named:
+        add_names(table, "plant", (each.plant for each in comparisons))
+        add_names(table, "track", (each.track for each in comparisons))
+    add_names(table, "controller", (title_of(name) for each in comparisons for name in each.runs))
     if told:
         table.add_column("outcome", overflow="fold")
-    for head, names in said:
-        add_names(table, head, (names[name] for name in comparison.runs))
+        add_names(table, "tuning", (of for each in comparisons for of in each.tuning.values()))
+        add_names(table, "errors\nat", (of for each in comparisons for of in each.points.values()))
     add_numbers(table, *(column.head for column in columns))
-    best = [_best(comparison, column) for column in columns]
-    equal = [_equal(comparison, *each) for each in zip(columns, best, strict=True)]
-    for name, run in comparison.runs.items():
-        cells = [Text(title_of(name))]
-        if told:
-            cells.append(outcome(run.metrics.faults, finished=run.metrics.finished))
-        cells += [Text(names[name]) for _, names in said]
-        for column, least, tied in zip(columns, best, equal, strict=True):
-            value = column.value(run)
-            style = "bold" if value is not None and value == least and not tied else ""
-            cells.append(Text(column.show(run), style=style))
-        table.add_row(*cells)
+    for comparison in comparisons:
+        best = [_best(comparison, column) for column in columns]
+        equal = [_equal(comparison, *each) for each in zip(columns, best, strict=True)]
+        for name, run in comparison.runs.items():
+            cells = [Text(comparison.plant), Text(comparison.track)] if named else []
+            cells.append(Text(title_of(name)))
+            if told:
+                cells.append(outcome(run.metrics.faults, finished=run.metrics.finished))
+                cells += [Text(comparison.tuning[name]), Text(comparison.points[name])]
+            for column, least, tied in zip(columns, best, equal, strict=True):
+                value = column.value(run)
+                style = "bold" if value is not None and value == least and not tied else ""
+                cells.append(Text(column.show(run), style=style))
+            table.add_row(*cells)
     return table
 
 
@@ -189,21 +229,40 @@ _AGAINST_PAPER = [
 ]
 
 
-def _step_time(times: Mapping[str, float]) -> _Column:
-    return _Column(
-        "step\np50\n[µs]", lambda run: 1e6 * times.get(run.law, math.nan), ".2f", ranked=True
-    )
+_DEGREES = math.degrees(1.0)
+_RATE = _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", _DEGREES)
+
+
+def _step_time(comparisons: Sequence[Comparison]) -> _Column:
+    times = {
+        id(run): each.step_times.get(name, math.nan)
+        for each in comparisons
+        for name, run in each.runs.items()
+    }
+    return _Column("step\np50\n[µs]", lambda run: 1e6 * times[id(run)], ".2f", ranked=True)
+
+
+def _after(settling_time: float) -> list[_Column]:
+    since = f"after\n{settling_time:g} s"
+    return [
+        _metric(f"{since}\n[m]", f"settled_{_CROSS}", ".4f"),
+        _metric(f"max [m]\n{since}", "settled_max_abs_cross_track_error", ".3f"),
+    ]
+
+
+def _of_several(settling_time: float) -> list[_Column]:
+    rear = f"rear\nafter\n{settling_time:g} s"
+    settled = [*_after(settling_time), _metric(rear, f"rear_axle_settled_{_CROSS}", ".4f")]
+    return [*settled, _RATE]
 
 
 def _more(settling_time: float) -> list[_Column]:
-    degrees = math.degrees(1.0)
     return [
         _metric("rms\ne\n[m]", "rms_cross_track_error", ".3f"),
         _metric("max\n|e|\n[m]", "max_abs_cross_track_error", ".2f"),
-        _metric(f"after\n{settling_time:g} s\n[m]", f"settled_{_CROSS}", ".4f"),
-        _metric(f"max [m]\nafter\n{settling_time:g} s", "settled_max_abs_cross_track_error", ".3f"),
+        *_after(settling_time),
         _metric("rear\naxle\n[m]", f"rear_axle_{_CROSS}", ".4f"),
-        _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", degrees),
-        _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", degrees),
+        _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", _DEGREES),
+        _RATE,
         _Column("time\n\n[s]", lambda r: r.metrics.time, ".1f"),
     ]

@@ -17,7 +17,6 @@ True
 
 from popsteer.lab.report.compare import of_comparison
 from popsteer.lab.report.identify import of_identification
-from popsteer.lab.report.matrix import of_matrix
 from popsteer.lab.report.origin import Origin
 from popsteer.lab.report.replay import of_replay
 from popsteer.lab.report.sweep import of_sweep
@@ -26,7 +25,6 @@ __all__ = [
     "Origin",
     "of_comparison",
     "of_identification",
-    "of_matrix",
     "of_replay",
     "of_sweep",
 ]

@@ -1,8 +1,9 @@
-"""The page of a comparison: each controller a car on one map."""
+"""The page of comparisons: each controller a car on the map of each plant and track."""
 
 from __future__ import annotations
 
 import math
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +11,16 @@ import numpy as np
 from popsteer.errors import ConfigError
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import counted, title_of
-from popsteer.lab.compare.table import caption, notes, tables
-from popsteer.lab.report.colours import Colour, colours_of, figure, log_axis, stairs
-from popsteer.lab.report.markup import badge, paragraphs, plain_table, table
+from popsteer.lab.compare.table import heading, notes, tables
+from popsteer.lab.report.colours import Colour, colours_of, dots, figure, log_axis, stairs
+from popsteer.lab.report.markup import (
+    badge,
+    escape,
+    html_table,
+    paragraphs,
+    plain_table,
+    table,
+)
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
@@ -23,6 +31,7 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.sim import Run
 
+_MARKERS = ("circle", "square", "diamond", "triangle-up", "cross", "star", "hexagon", "x")
 PANELS = (
     Panel("cross_track_error", "Cross-track error [m]", "e [m]", 3),
     Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),
@@ -33,8 +42,8 @@ PANELS = (
 """What is drawn of a run."""
 
 
-def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes:
-    """Make the page of a comparison.
+def of_comparison(*comparisons: Comparison, origin: Origin | None = None) -> bytes:
+    """Make the page of a comparison, or of several, whose maps are chosen by plant and track.
 
     The page is one HTML file, which needs nothing from the network. `origin` is the command and the
     parameters that made it. Raises ConfigError where the runs kept no records, and
@@ -50,25 +59,34 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
     (True, True)
     """
     origin = Origin() if origin is None else origin
-    if not comparison.first.settings.keep_records:
+    first, *others = comparisons
+    if not first.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where a report is wanted")
-    titles = [title_of(name) for name in comparison.runs]
+    titles = [title_of(name) for name in first.runs]
     shown = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
-    place = f" on {comparison.track}" if comparison.track else ""
-    results = "".join(table(each, "Errors of the controllers") for each in tables(comparison))
+    place = f" on {first.track}" if first.track else ""
+    results = "".join(table(each, "Errors of the controllers") for each in tables(*comparisons))
+    if others:
+        results = f"<details><summary>All figures</summary>{results}</details>"
     return Page(
-        title=f"{shown}{place}",
-        lead=caption(comparison),
+        title=heading(*comparisons).rpartition(",")[0] if others else f"{shown}{place}",
+        lead=heading(*comparisons),
         command=origin.command,
-        results=verdict([comparison]) + results + paragraphs(notes(comparison)),
-        below=latency_table(comparison),
-        scenes=[scene_of(comparison)],
-        roles=colours_of(comparison.runs),
+        results=verdict(comparisons)
+        + (_pivot(comparisons) if others else "")
+        + results
+        + paragraphs(notes(*comparisons)),
+        below="" if others else latency_table(first),
+        scenes=[scene_of(each) for each in comparisons],
+        choice="Plant, track",
+        figures=_effort(comparisons) if others else [],
+        roles=colours_of(first.runs),
         sections=[
             vehicles(
-                {comparison.plant: comparison.vehicle}, {comparison.plant: comparison.believed}
+                {each.plant: each.vehicle for each in comparisons},
+                {each.plant: each.believed for each in comparisons},
             ),
-            tuning(origin, settings_block(comparison.first.settings)),
+            tuning(origin, settings_block(first.first.settings)),
         ],
     ).content()
 
@@ -87,6 +105,77 @@ def verdict(comparisons: Sequence[Comparison]) -> str:
             wrong.append(f"{title_of(name)}{on} ({'; '.join(said)})")
     head = f"{len(runs) - len(wrong)} of {counted(len(runs), 'run')} finished without a fault"
     return badge(head, wrong, good=not wrong)
+
+
+def _pivot(comparisons: Sequence[Comparison]) -> str:
+    """Set out the errors after settling: a row for each plant and track, which leads to its map."""
+    names = list(comparisons[0].runs)
+    settling = comparisons[0].first.settings.settling_time
+    rows = []
+    for place, each in enumerate(comparisons):
+        errors = [run.metrics.settled_mean_abs_cross_track_error for run in each.runs.values()]
+        ended = [run.metrics.finished for run in each.runs.values()]
+        best = min((error for error, good in zip(errors, ended, strict=True) if good), default=None)
+        cells = []
+        for error, good in zip(errors, ended, strict=True):
+            text = f"{error:.4f}" if math.isfinite(error) else "–"
+            text = text if good else f"({text})"
+            cells.append(f"<strong>{text}</strong>" if error == best else text)
+        link = f'<a href="#drive" data-scene="{place}">{escape(each.track)}</a>'
+        rows.append([escape(each.plant), link, *cells])
+    return html_table(
+        f"Mean |cross-track error| after {settling:g} s [m]",
+        ["plant", "track", *map(title_of, names)],
+        rows,
+        [False, False, *[True] * len(names)],
+    ) + paragraphs(["In brackets: did not finish. A track leads to its map."])
+
+
+def _effort(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
+    """Draw the error over the effort of steering on each plant; a marker for each track."""
+    tracks = dict.fromkeys(each.track for each in comparisons)
+    symbols = dict(zip(tracks, cycle(_MARKERS), strict=False))
+    marks = ", ".join(f"{track}: {symbol}" for track, symbol in symbols.items())
+    since = f"after {comparisons[0].first.settings.settling_time:g} s"
+    figures = []
+    for plant in dict.fromkeys(each.plant for each in comparisons):
+        traces = []
+        for law in comparisons[0].runs:
+            own = [
+                (each.track, each.runs[law].metrics)
+                for each in comparisons
+                if each.plant == plant
+                and each.runs[law].metrics.settled_mean_abs_cross_track_error > 0.0
+            ]
+            ends = ["" if found.finished else "-open" for _, found in own]
+            said = ["" if found.finished else ", did not finish" for _, found in own]
+            symbol = [symbols[track] + end for (track, _), end in zip(own, ends, strict=True)]
+            traces.append(
+                dots(
+                    title_of(law),
+                    [math.degrees(found.rms_steer_rate) for _, found in own],
+                    [found.settled_mean_abs_cross_track_error for _, found in own],
+                    [track + end for (track, _), end in zip(own, said, strict=True)],
+                    {"color": f"@{law}", "size": 11, "symbol": symbol},
+                    "%{text}: %{y:.4f} m, %{x:.2f} deg/s",
+                )
+            )
+        figures.append(
+            figure(
+                f"Error over the effort of steering, {plant}",
+                f"Marks by track: {marks}; open where the run did not finish.",
+                traces,
+                log_axis("rate of the command, rms [deg/s]", *_ends(traces, "x")),
+                log_axis(f"mean |cross-track error| {since} [m]", *_ends(traces, "y")),
+                hovermode="closest",
+            )
+        )
+    return figures
+
+
+def _ends(traces: list[dict[str, Any]], axis: str) -> tuple[float, float]:
+    values = [value for trace in traces for value in trace[axis]] or [1.0]
+    return min(values), max(values)
 
 
 def scene_of(comparison: Comparison) -> Scene:

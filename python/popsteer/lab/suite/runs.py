@@ -90,7 +90,7 @@ def run(
     Parameters
     ----------
     names : sequence of str, or mapping of str to parameters
-        The controllers, as `popsteer.lab.matrix.run` has them; a mapping gives each its tuning. A
+        The controllers, as `popsteer.lab.compare.run` has them; a mapping gives each its tuning. A
         controller of popsteer has its defaults otherwise, not a preset of the paper.
     plants : sequence of str, or mapping of str to plants
         What moves; ``suite-car`` is the suite's own.

@@ -1,4 +1,4 @@
-"""``popsteer matrix``: laws × plants × tracks in a table, files and a figure."""
+"""``popsteer compare`` of several plants and tracks: a table, files and a figure."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ import pytest
 
 import popsteer
 from popsteer import lab, sim, tracks
+from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab.common.theme import THEMES
-from popsteer.lab.matrix.figures import matrix_figure
+from popsteer.lab.compare.effort import effort_figure
 from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command
 from tests.helpers import looped
@@ -30,15 +31,15 @@ LAWS = ("stanley", "pop")
 
 
 @pytest.mark.usefixtures("_blank_figures")
-def test_matrix_writes_every_combination(
+def test_comparison_writes_every_combination(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     outcome = command.call(
         capsys,
-        "matrix",
+        "compare",
         *("--controllers", ",".join(LAWS), "--plants", ",".join(PLANTS)),
-        *("--tracks", "straight,slalom", "--out", str(out)),
+        *("--tracks", "straight,slalom", "--step-time", "--out", str(out)),
     )
     assert (outcome.status, outcome.err) == (0, "")
     names = {f"matrix{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")}
@@ -92,11 +93,11 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     count: int, shape: tuple[int, int]
 ) -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
-    aside = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"], start_offset=1.0)
-    (one,) = aside.comparisons
+    aside = lab.compare.run_each({"a": path}, ["pop"], ["carla-identified"], start_offset=1.0)
+    (one,) = aside
     names = [f"plant {k}" for k in range(count)]
-    found = lab.matrix.Matrix([replace(one, plant=name) for name in names], None)
-    figure = matrix_figure(found, THEMES["light"])
+    found = [replace(one, plant=name) for name in names]
+    figure = effort_figure(found, THEMES["light"])
     panels = [panel for panel in figure.axes if panel.get_visible()]
     assert [panel.get_title() for panel in panels] == names
     grid = figure.axes[0].get_gridspec()
@@ -110,7 +111,7 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
 @looped("spread", [3.0, 6.0, 100.0, 1e5])
 def test_labels_of_the_matrix_figure_do_not_overlap(spread: float) -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
-    (one,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    (one,) = lab.compare.run_each({"a": path}, ["pop"], ["carla-identified"])
     run = one.runs["pop"]
     rate, error = run.metrics.rms_steer_rate, run.metrics.settled_mean_abs_cross_track_error
     steeper: dict[str, Any] = {
@@ -119,7 +120,7 @@ def test_labels_of_the_matrix_figure_do_not_overlap(spread: float) -> None:
     }
     other = replace(run, metrics=replace(run.metrics, **steeper))
     many = [replace(one, plant=str(k), runs={"pop": (run, other)[k % 2]}) for k in range(4)]
-    figure = matrix_figure(lab.matrix.Matrix(many, None), THEMES["light"])
+    figure = effort_figure(many, THEMES["light"])
     figure.draw_without_rendering()
     for panel in figure.axes[2:]:  # the lower ones
         low, high = panel.get_xlim()
@@ -134,13 +135,13 @@ def test_labels_of_the_matrix_figure_do_not_overlap(spread: float) -> None:
         assert all(one.x1 < next_.x0 for one, next_ in itertools.pairwise(labels))
 
 
-def test_matrix_figures_are_those_of_compare() -> None:
+def test_figures_of_several_are_those_of_each() -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
     shares: list[float] = []
-    found = lab.matrix.run(
+    found = lab.compare.run_each(
         {"a": path}, LAWS, PLANTS, progress=lambda _, share: shares.append(share)
     )
-    for comparison, plant in zip(found.comparisons, PLANTS, strict=True):
+    for comparison, plant in zip(found, PLANTS, strict=True):
         alone = lab.compare.run(path, LAWS, plant)
         assert comparison.runs.keys() == alone.runs.keys()
         for name, run in comparison.runs.items():
@@ -156,32 +157,34 @@ def test_matrix_figures_are_those_of_compare() -> None:
         (("--controllers", "pop,lqr"), "unknown controller 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
         (("--tracks", "monza"), "unknown track 'monza'"),
+        (("--tracks", "slalom,circle", "--start=0,0,0"), "--start must be given with one track"),
+        (("--plants", "kinematic-bicycle,mujoco-car", "--set-plant", "friction=1"), "friction"),
         (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
         (("--controllers", "mpc", "--preset", "paper"), "preset must be left out"),
         (("--vehicle", "paper"), "rear_axle must be that of the plant, -1.94, got 0.0"),
     ],
 )
-def test_matrix_of_bad_input_is_refused(
+def test_several_of_bad_input_are_refused(
     capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str
 ) -> None:
-    outcome = command.call(capsys, "matrix", *options)
+    outcome = command.call(capsys, "compare", *options)
     assert (outcome.status, outcome.out) == (2, "")
     assert said in outcome.err
 
 
-def test_matrix_of_nothing_is_refused() -> None:
+def test_comparison_of_nothing_is_refused() -> None:
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     with pytest.raises(ConfigError, match="plants must be at least one"):
-        lab.matrix.run({"a": path}, ["pop"], [])
+        lab.compare.run_each({"a": path}, ["pop"], [])
 
 
 @pytest.mark.usefixtures("_blank_figures")
-def test_matrix_starts_as_far_to_the_left_as_it_is_told(
+def test_several_tracks_are_begun_as_far_to_the_left_as_it_is_told(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     options = ("--controllers", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
     plants = ("--plants", "kinematic-bicycle")
-    outcome = command.call(capsys, "matrix", *options, *plants, "--out", str(tmp_path))
+    outcome = command.call(capsys, "compare", *options, *plants, "--out", str(tmp_path))
     assert (outcome.status, outcome.err) == (0, "")
     document = json.loads((tmp_path / "matrix.json").read_text(encoding="utf-8"))
     assert len(document["comparisons"]) == 2
@@ -199,9 +202,9 @@ def test_matrix_starts_as_far_to_the_left_as_it_is_told(
         assert math.hypot(start["x"] - x, start["y"] - y) == pytest.approx(1.5)
 
 
-def test_matrix_by_default_starts_where_compare_does() -> None:
+def test_several_begin_by_default_where_one_does() -> None:
     path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
-    (comparison,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    (comparison,) = lab.compare.run_each({"a": path}, ["pop"], ["carla-identified"])
     car = sim.vehicle_of("carla-identified")
     assert comparison.first.start == sim.default_start(path, 0.0, car)
     assert comparison.first.start == lab.compare.run(path, ["pop"]).first.start
@@ -212,7 +215,7 @@ def test_matrix_by_default_starts_where_compare_does() -> None:
 
 
 @pytest.mark.usefixtures("_blank_figures")
-def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
+def test_comparison_of_cars_of_ones_own_tells_one_for_the_other(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     files = {name: str(tmp_path / f"{name}.toml") for name in ("empty", "loaded")}
@@ -221,7 +224,7 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
     empty.replace(understeer=0.004).save(files["loaded"])
     outcome = command.call(
         capsys,
-        "matrix",
+        "compare",
         *(
             "--controllers",
             "preview-pop",
@@ -233,16 +236,16 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
         *("--vehicle", files["empty"], "--out", str(tmp_path / "out")),
     )
     assert (outcome.status, outcome.err) == (0, "")
-    assert f"{files['loaded']}, believed understeer 0\n" in outcome.out
+    assert "loaded.toml, believed understeer 0\n" in outcome.out
     document = json.loads((tmp_path / "out" / "matrix.json").read_text(encoding="utf-8"))
     plants = {each["plant"]: each for each in document["comparisons"]}
-    assert list(plants) == list(files.values())
+    assert list(plants) == ["empty.toml", "loaded.toml"]
     assert [each["plant_vehicle"]["understeer"] for each in plants.values()] == [0.0, 0.004]
     for each in plants.values():
         assert each["controllers"]["preview-pop"]["vehicle"] == empty.as_dict()
 
 
-@looped("name", ["matrix", "tune"])
+@looped("name", ["compare", "tune"])
 def test_waypoints_of_one_name_are_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
 ) -> None:
@@ -261,3 +264,23 @@ def test_every_law_that_can_be_compared_has_a_colour_of_its_own(theme: str) -> N
     colours = THEMES[theme].laws
     assert set(colours) == set(lab.common.names.controller_names())
     assert len(set(colours.values())) == len(colours)
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_former_name_of_the_command_drives_the_same_with_a_warning(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    options = ("--controllers", "pop", "--tracks", "straight,slalom", "--out", str(tmp_path))
+    now, former = (command.call(capsys, name, *options) for name in ("compare", "matrix"))
+    assert (former.status, former.out) == (0, now.out)
+    assert former.err == "popsteer: warning: matrix will go; it is compare now\n"
+
+
+def test_plants_of_files_of_one_name_are_told_by_their_folders(tmp_path: Path) -> None:
+    files = []
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        files.append(str(tmp_path / folder / "car.toml"))
+        popsteer.Vehicle().save(files[-1])
+    assert list(inputs.movers(f"kinematic-bicycle,{files[0]}")) == ["kinematic-bicycle", "car.toml"]
+    assert list(inputs.movers(",".join(files))) == files

@@ -1,4 +1,4 @@
-"""The figure of a matrix: tracking error against the effort of steering."""
+"""The figure of several comparisons: tracking error against the effort of steering."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ from matplotlib.lines import Line2D
 
 from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import title_of
-from popsteer.lab.matrix.runs import Matrix, rows
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from popsteer.lab.common.theme import Theme
+    from popsteer.lab.compare.comparison import Comparison
 
 _MARKERS = "osD^vP*X"
 
 
-def matrix_figure(found: Matrix, theme: Theme) -> Figure:
+def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     """Draw a panel for each plant: a colour for each controller, a marker for each track."""
-    shown = list(rows(found))
-    plants = list(dict.fromkeys(row.plant for row in shown))
-    tracks = list(dict.fromkeys(row.track for row in shown))
-    colours = theme.colours(dict.fromkeys(row.law for row in shown))
+    first = comparisons[0]
+    plants = list(dict.fromkeys(each.plant for each in comparisons))
+    tracks = list(dict.fromkeys(each.track for each in comparisons))
+    colours = theme.colours(first.runs)
     markers = {track: _MARKERS[k % len(_MARKERS)] for k, track in enumerate(tracks)}
     across = len(plants) if len(plants) <= 3 else math.ceil(len(plants) / 2)
     down = math.ceil(len(plants) / across)
@@ -32,25 +34,27 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
     for spare in grid.flat[len(plants) :]:
         spare.set_visible(False)
     for panel, plant in zip(grid.flat, plants, strict=False):
-        for row in shown:
-            error = row.metrics.settled_mean_abs_cross_track_error
-            if row.plant != plant or not error > 0.0:
-                continue
-            # Hollow: the error of a run that did not finish says little.
-            inside, edge = colours[row.law], theme.background
-            if not row.metrics.finished:
-                inside, edge = edge, inside
-            look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
-            effort = math.degrees(row.metrics.rms_steer_rate)
-            panel.plot(effort, error, markers[row.track], markersize=8.5, **look)
+        for each in comparisons:
+            for law, run in each.runs.items() if each.plant == plant else ():
+                error = run.metrics.settled_mean_abs_cross_track_error
+                if not error > 0.0:
+                    continue
+                # Hollow: the error of a run that did not finish says little.
+                inside, edge = colours[law], theme.background
+                if not run.metrics.finished:
+                    inside, edge = edge, inside
+                look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
+                effort = math.degrees(run.metrics.rms_steer_rate)
+                panel.plot(effort, error, markers[each.track], markersize=8.5, **look)
         logarithmic(panel, "xy")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
     for panel in grid.flat[max(len(plants) - across, 0) : len(plants)]:
         panel.tick_params(labelbottom=True)
         panel.set_xlabel("rate of the command, rms [deg/s]")
+    settling = first.first.settings.settling_time
     for panel in grid[:, 0]:
-        panel.set_ylabel("mean |cross-track error|\nafter 5 s [m]")
+        panel.set_ylabel(f"mean |cross-track error|\nafter {settling:g} s [m]")
     handles = [
         Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law))
         for law, colour in colours.items()
@@ -58,14 +62,13 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
         Line2D([], [], linestyle="", marker=marker, color=theme.faint, label=track)
         for track, marker in markers.items()
     ]
-    if not all(row.metrics.finished for row in shown):
+    if not all(run.metrics.finished for each in comparisons for run in each.runs.values()):
         hollow = Line2D([], [], linestyle="", marker="o", color=theme.faint, label="not finished")
         hollow.set_markerfacecolor(theme.background)
         handles.append(hollow)
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
-    speed = found.constant_speed
-    pedals = "the paper's pedals" if speed is None else f"constant {speed:g} m/s"
-    figure.suptitle(
-        f"Tracking error against the effort of steering, {pedals}", fontsize=11, wrap=True
-    )
+    speed = first.constant_speed
+    pace = "" if speed is None else f", constant {speed:g} m/s"
+    title = f"Tracking error against the effort of steering{pace}"
+    figure.suptitle(title, fontsize=11, wrap=True)
     return figure
