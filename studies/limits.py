@@ -22,8 +22,8 @@ from scipy import sparse
 
 import popsteer
 from popsteer import sim, tracks
-from popsteer.lab import baselines
 from popsteer.lab.common.varied import varied
+from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.reference.laws.preview_pop.cost_to_go import transition
 from popsteer.sim.geometry import object_of
 from studies.chain import Chain
@@ -241,7 +241,7 @@ class Slalom(NamedTuple):
         plant = self.make()
         law: Any = popsteer.PreviewPop(path)
         if controller == "mpc":
-            law = baselines.get("mpc").controller(path, plant.vehicle, None)
+            law = Mpc(path, plant.vehicle, Weights())
         return sim.run(law, plant, path=path, constant_speed=self.speed).metrics
 
 

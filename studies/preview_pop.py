@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import AdaptParams, Pop, PreviewPop, Vehicle, sim, vehicles
-from popsteer.lab import baselines
+from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.sim import CarlaIdentified, Noise, OwnSimpleController
 from studies.layout import course, line
 
@@ -60,7 +60,7 @@ def preview_lines() -> Iterator[str]:
         return PreviewPop(path, vehicle, adapt=adapt)
 
     yield _row("POP", Pop(path, CAR))
-    yield _row("MPC, on osqp", baselines.get("mpc").controller(path, CAR, baselines.MpcParams()))
+    yield _row("MPC", Mpc(path, CAR, Weights()))
     yield _row("**preview POP**", law())
     yield _row("not adapting", law(adapt=None))
     yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))

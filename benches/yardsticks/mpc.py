@@ -1,25 +1,14 @@
-"""The model-predictive controllers of popsteer.lab, as the benchmark drives them."""
+"""The model-predictive controller of popsteer.lab, as the benchmark drives it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.lab.bench.calls import DAQP_SOLVE, DAQP_UPDATE, MPC_SOLVE, MPC_UPDATE
+from popsteer.lab.bench.calls import DAQP_SOLVE, DAQP_UPDATE
 from popsteer.lab.common.timing import Drive, Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-
-def osqp(drive: Drive) -> Callable[[], Driver]:
-    """Give a maker of drivers of the one of `popsteer.lab.baselines`."""
-    from popsteer.lab.baselines.mpc import Mpc
-
-    def make() -> Driver:
-        mpc = Mpc(drive.path, drive.vehicle)
-        return Driver(mpc.steer, mpc.reset, {MPC_UPDATE: mpc.update, MPC_SOLVE: mpc.solve})
-
-    return make
 
 
 def daqp(drive: Drive) -> Callable[[], Driver]:

@@ -13,7 +13,7 @@ MODULES = {
     "carla": ("carla",),
     "gym": ("gymnasium",),
     "plants": ("mujoco", "vehiclemodels"),
-    "mpc": ("daqp", "osqp", "scipy"),
+    "mpc": ("daqp",),
     "dask": ("distributed",),
     "parquet": ("pyarrow",),
     "geo": ("pyproj",),

@@ -309,9 +309,9 @@ def _hide(monkeypatch: pytest.MonkeyPatch, modules: Iterable[str]) -> None:
             "sweep --dask local:2 --out rows.parquet",
             'Parquet needs the extras "dask", "parquet"',
         ),
-        (("osqp",), "compare --controllers pop,mpc", 'controller mpc needs the extra "mpc"'),
+        (("daqp",), "compare --controllers pop,mpc", 'controller mpc needs the extra "mpc"'),
         (
-            ("osqp", "mujoco"),
+            ("daqp", "mujoco"),
             "compare --controllers pop,mpc --plants mujoco-car",
             'plant mujoco-car needs the extras "mpc", "plants"',
         ),

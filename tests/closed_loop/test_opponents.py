@@ -12,6 +12,7 @@ from scipy.linalg import solve_discrete_are
 import popsteer
 from popsteer import own, sim, tracks
 from popsteer.lab import opponents
+from popsteer.lab.opponents.ahead import Ahead
 from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.pure_pursuit import AutowareGains, AutowarePurePursuit
 from tests.helpers import looped
@@ -242,3 +243,28 @@ def test_observer_knows_offset_and_dead_time() -> None:
     assert run.records["steer"][-20:] == pytest.approx(-0.02, abs=1e-3)
     assert run.metrics.rear_axle_settled_max_abs_cross_track_error < 0.2
     assert math.isclose(float(run.records["rear_cross_track_error"][-1]), 0.0, abs_tol=0.01)
+
+
+def test_opponents_look_ahead_across_the_seam_of_a_path_with_cusps() -> None:
+    # To and fro on an arc: forward from waypoint 20 to 60, back across the seam to 20.
+    angle = 0.06 * np.abs((np.arange(80) - 20 + 40) % 80 - 40)
+    xy = 20.0 * np.column_stack((np.cos(angle), np.sin(angle)))
+    backwards = ~((np.arange(80) >= 20) & (np.arange(80) < 60))
+    path = popsteer.Path(xy, closed=True, reverse=backwards)
+    step = path.length / 80.0
+    found = Ahead(path, popsteer.Vehicle())
+    for segment in (60, 70, 79, 0, 7, 19, 20, 40, 59):
+        left = 1.0 if 20 <= segment < 60 else -1.0  # in the order of the waypoints
+        reach = ((59 if left > 0 else 19) - segment) % 80 * step + 0.7 * step
+        begin = angle[segment] + 0.3 * 0.06 * left + left * 0.5 * math.pi
+        distances = np.linspace(0.0, reach, 20)
+        headings = found.headings(segment, float(path.s[segment]) + 0.3 * step, distances)
+        np.testing.assert_allclose(np.diff(headings), left * 0.06 / step * np.diff(distances))
+        assert math.remainder(headings[0] - begin, math.tau) == pytest.approx(0.0, abs=1e-9)
+        beyond = reach + np.array([0.0, 5.0, 50.0])
+        assert np.ptp(found.headings(segment, float(path.s[segment]) + 0.3 * step, beyond)) < 1e-9
+    assert [found.turning(7, reverse=False), found.turning(59, reverse=True)] == [20, 60]
+    assert found.turning(70, reverse=False) == 20
+    assert found.turning(70, reverse=True) == 70
+    whole = Ahead(popsteer.Path(xy[:20]), popsteer.Vehicle())
+    assert whole.turning(7, reverse=True) == 7

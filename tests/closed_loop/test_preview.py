@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import AdaptParams, PreviewPop, Vehicle, sim, tracks
-from popsteer.lab import baselines
+from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.sim import CarlaIdentified, Noise, Settings
 from studies.layout import table
 from studies.preview_pop import CAR, START, Misinformed, preview_lines
@@ -46,7 +46,7 @@ def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Pa
 
 
 def test_page_table_of_preview_pop_is_what_is_driven() -> None:
-    pytest.importorskip("osqp")
+    pytest.importorskip("daqp")
     authors_data()  # one of the paths of the table
     assert table("preview_pop.md", "preview") == list(preview_lines())
 
@@ -54,8 +54,8 @@ def test_page_table_of_preview_pop_is_what_is_driven() -> None:
 def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
     path: popsteer.Path,
 ) -> None:
-    pytest.importorskip("osqp")
-    mpc = baselines.get("mpc").controller(path, CAR, baselines.MpcParams())
+    pytest.importorskip("daqp")
+    mpc = Mpc(path, CAR, Weights())
     most = 1.1 * sim.run(mpc, start=START).metrics.settled_mean_abs_cross_track_error
     assert _metrics(path).settled_mean_abs_cross_track_error <= most
 

@@ -32,8 +32,9 @@ LAYERS = (
     ("popsteer",),  # what `import popsteer` brings
     ("presets", "plants", "tracks"),
     ("sim",),
+    ("lab.opponents",),
     ("lab.baselines",),
-    ("lab.common", "lab.opponents"),
+    ("lab.common",),
     ("lab.compare", "lab.stability", "lab.bench"),
     ("lab.identify", "lab.plan", "lab.replay"),
     ("lab.suite", "lab.tune", "lab.sweep"),

@@ -55,7 +55,6 @@ OF_EXTRAS = {
     "popsteer.adapters.gymnasium.stable_baselines3": "stable_baselines3",
     "popsteer.plants.commonroad": "vehiclemodels",
     "popsteer.plants.mujoco_car": "mujoco",
-    "popsteer.lab.baselines.mpc": "osqp",
 }
 # Begins a section of numpydoc: a line, and dashes under it.
 _SECTION = re.compile(r"^([A-Z][A-Za-z ]+)\n-{3,}\n", re.MULTILINE)

@@ -147,11 +147,6 @@ def _laws() -> Iterator[tuple[str, Any]]:
         for name in vars(usual):
             other = type(usual)(**{name: 0.6 * getattr(usual, name) or 0.2})
             yield f"{law} {name}", _steered(kind, other)
-    if find_spec("osqp") is not None:
-        from popsteer.lab.baselines.mpc import Mpc
-
-        for name, params in _changed(Mpc(popsteer.Path(BENDS), CAR).params, "tolerance"):
-            yield f"baseline {name}", _steered(Mpc, params)
 
 
 def _steered(kind: Any, params: Any) -> list[float]:

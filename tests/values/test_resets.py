@@ -160,7 +160,6 @@ NEEDED = {
 }
 ELSEWHERE = {
     "Opponent": "its controllers",
-    "Problem": "tests/closed_loop/test_mpc.py",  # as `Mpc` of the baselines: osqp's step adapts
     "_EmptyCall": "does nothing",
     "TrackVecEnv": "tests/adapters/test_gymnasium.py",
 }

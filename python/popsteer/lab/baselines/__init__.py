@@ -1,8 +1,8 @@
 """Controllers that others would use, to compare with; they drive like one of your own.
 
 ``mpc``
-    A linear time-varying model-predictive controller on osqp. It needs the extra ``mpc``:
-    ``pip install "popsteer[mpc]"``.
+    The model-predictive controller `popsteer.lab.opponents.mpc.Mpc`, on daqp. It needs the extra
+    ``mpc``: ``pip install "popsteer[mpc]"``.
 
 Examples
 --------
@@ -13,7 +13,6 @@ Examples
 'MPC'
 """
 
-from popsteer.lab.baselines.mpc_params import MpcParams
 from popsteer.lab.baselines.registry import Baseline, get, is_known, names
 
-__all__ = ["Baseline", "MpcParams", "get", "is_known", "names"]
+__all__ = ["Baseline", "get", "is_known", "names"]

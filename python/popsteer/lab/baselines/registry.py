@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from popsteer import Path, Vehicle, own
 from popsteer.errors import ConfigError
-from popsteer.extras import require
-from popsteer.lab.baselines.mpc_params import MpcParams
+from popsteer.extras import MissingExtra
+from popsteer.lab.opponents.mpc import Mpc
 from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
@@ -30,15 +30,6 @@ class Baseline(NamedTuple):
     """Makes what steers, of path, vehicle and parameters; without a vehicle, of the plant's."""
 
 
-def _mpc(
-    path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
-) -> OwnSimpleController:
-    require("controller mpc", "mpc", "osqp", "scipy")
-    from popsteer.lab.baselines.mpc import Mpc
-
-    return Mpc(path, vehicle, params)
-
-
 class _Broken:
     def __init__(self, error: Exception) -> None:
         self._error = error
@@ -57,6 +48,8 @@ def _own(
 ) -> OwnSimpleController:
     try:
         made: OwnSimpleController = own.called(kind, path, vehicle, params=params)
+    except MissingExtra:
+        raise
     except Exception as error:  # noqa: BLE001 - anything can be raised there
         return _Broken(error)
     if not callable(getattr(made, "step", None)):
@@ -64,7 +57,7 @@ def _own(
     return made
 
 
-_BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
+_BASELINES = {"mpc": ("MPC", Mpc)}
 
 
 def names() -> tuple[str, ...]:
@@ -85,7 +78,8 @@ def get(name: str) -> Baseline:
     raises, the first step of the controller raises.
     """
     if name not in names() and own.is_named("controller", name):
-        kind = own.load("controller", name)
-        return Baseline(name, own.title(name), own.params_of(kind), partial(_own, name, kind))
-    check_known("baseline", name, _BASELINES)
-    return _BASELINES[name]
+        title, kind = own.title(name), own.load("controller", name)
+    else:
+        check_known("baseline", name, _BASELINES)
+        title, kind = _BASELINES[name]
+    return Baseline(name, title, own.params_of(kind), partial(_own, name, kind))

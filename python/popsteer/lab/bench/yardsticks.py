@@ -48,7 +48,9 @@ class _Yardstick(NamedTuple):
 
 _YARDSTICKS = (
     _Yardstick("numba_pop.py", "prepare", ("numba",), (NUMBA_STEP,), 200_000),
-    _Yardstick("mpc.py", "osqp", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000),
+    _Yardstick(
+        "osqp_mpc.py", "prepare", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000
+    ),
     _Yardstick("mpc.py", "daqp", ("daqp", "scipy"), (DAQP_STEP, DAQP_UPDATE, DAQP_SOLVE), 10_000),
 )
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from popsteer.controllers import Controller, Params
-    from popsteer.lab.baselines import MpcParams
     from popsteer.lab.common.distributions import Distribution
+    from popsteer.parameters import Parameters
     from popsteer.sim import OwnSimpleController, Run
 
     Road: TypeAlias = tuple[Path, Longitudinal | None]
@@ -42,7 +42,7 @@ def controller(
     name: str,
     path: Path,
     vehicle: Vehicle,
-    params: Params | MpcParams,
+    params: Params | Parameters,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
     monitor: MonitorParams | Literal["auto"] | None = "auto",
 ) -> Controller | OwnSimpleController:
@@ -199,7 +199,7 @@ class Experiment:
 
     def drive_one(
         self,
-        params: Params | MpcParams,
+        params: Params | Parameters,
         road: Road,
         made: Varied,
         seed: int,
@@ -225,7 +225,7 @@ class Experiment:
 
     def drive_each(
         self,
-        params: Params | MpcParams,
+        params: Params | Parameters,
         runs: Iterable[tuple[Road, Varied, int]],
         count: int,
         progress: Callable[[float], object] | None,
@@ -260,7 +260,7 @@ class Experiment:
                 progress(len(found) / count)
         return found
 
-    def _driver(self, params: Params | MpcParams, road: Road) -> Controller | OwnSimpleController:
+    def _driver(self, params: Params | Parameters, road: Road) -> Controller | OwnSimpleController:
         name, how = self.controller, (self.adapt, self.monitor)
         return controller(name, road[0], self.given, params, *how)
 

@@ -21,7 +21,7 @@ from popsteer.sim.geometry import object_of
 if TYPE_CHECKING:
     from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
     from popsteer.controllers import Params
-    from popsteer.lab.baselines import MpcParams
+    from popsteer.parameters import Parameters
     from popsteer.sim.geometry import Pose, StartAt
     from popsteer.sim.pedals import Longitudinal
 
@@ -32,7 +32,7 @@ DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
 
 def parameters(
     names: Sequence[str], preset: str | Mapping[str, str]
-) -> dict[str, Params | MpcParams]:
+) -> dict[str, Params | Parameters]:
     """Give the tuning of several controllers from a preset.
 
     Parameters
@@ -62,7 +62,7 @@ def parameters(
     if preset != "default" and names and all(map(baselines.is_known, names)):
         requirement = f"left out, as it changes nothing about {', '.join(names)}"
         raise ConfigError("preset", preset, requirement)
-    chosen: dict[str, Params | MpcParams] = {}
+    chosen: dict[str, Params | Parameters] = {}
     for name in names:
         if name in controllers.names():
             chosen[name] = presets.get(name, preset)
@@ -75,7 +75,7 @@ def parameters(
 
 def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     path: Path,
-    names: Sequence[str] | Mapping[str, Params | MpcParams] = DEFAULT_CONTROLLERS,
+    names: Sequence[str] | Mapping[str, Params | Parameters] = DEFAULT_CONTROLLERS,
     plant: Plant = "carla-identified",
     *,
     vehicle: Vehicle | None = None,
@@ -191,7 +191,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
 
 def run_each(
     paths: Mapping[str, Path],
-    names: Sequence[str] | Mapping[str, Params | MpcParams],
+    names: Sequence[str] | Mapping[str, Params | Parameters],
     plants: Sequence[Plant] | Mapping[str, Plant],
     *,
     vehicle: Vehicle | Mapping[str, Vehicle] | None = None,

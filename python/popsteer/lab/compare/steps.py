@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
+from popsteer import controllers
 from popsteer._core import AdaptParams, MonitorParams, build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.experiment import controller
-from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.timing import Drive, Driver, time_calls
 from popsteer.sim.steering import step_of
 
@@ -122,7 +122,7 @@ def _step_time(
 
     def driver() -> Driver:
         made = make()
-        if run.law not in controller_names():
+        if run.law not in controllers.names():
             return Driver(step_of(made), _reset_of(made))
         # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
         return Driver(made.steer, made.reset)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from popsteer.lab.opponents.observer import Opponent, Seen
+from popsteer.parameters import Parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,8 +61,8 @@ def cost_to_go(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     return p
 
 
-@dataclass
-class Weights:
+@dataclass(frozen=True)
+class Weights(Parameters):
     """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per control period."""
 
     RANGES: ClassVar = {"heading": (0.0, 1e3), "change": (0.01, 1e4)}

@@ -29,7 +29,7 @@ _STAGES, _STAGE = 20, 0.05  # how many, and how long [s]
 _SPEED, _GAIN = 0.005, 0.02
 
 
-@dataclass
+@dataclass(frozen=True)
 class Weights(lqr.Weights):
     """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage."""
 
@@ -53,7 +53,7 @@ class Mpc(Opponent):
     Params = Weights
 
     def __init__(self, path: Path, vehicle: Vehicle, params: Weights) -> None:
-        require("the opponent Mpc", "mpc", "daqp")
+        require("controller mpc", "mpc", "daqp")
         self._q, self._r = weights(vehicle.wheelbase, params.heading, params.change)
         super().__init__(path, vehicle, params)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer._core import Path, PreviewPop, Vehicle
-from popsteer.lab.baselines.ahead import Ahead
+from popsteer.lab.opponents.ahead import Ahead
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer.controllers import Params
-    from popsteer.lab.baselines import MpcParams
     from popsteer.lab.common.experiment import Road
     from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.own import What
+    from popsteer.parameters import Parameters
     from popsteer.sim import Plant, Run
 
 SCHEMA = "popsteer-sweep/3"
@@ -98,7 +98,7 @@ class Job(Experiment):
 
     path: Path
     controller: str
-    params: Params | MpcParams
+    params: Params | Parameters
     plant: Plant
     vary: Mapping[str, Distribution]
     runs: int
