@@ -148,6 +148,9 @@ def test_waypoint_ahead_is_the_one_so_many_steps_on() -> None:
     planner.set_global_plan(plan)
     assert planner.get_incoming_waypoint_and_direction()[0] is plan[3][0]
     assert planner.get_incoming_waypoint_and_direction(steps=7) == plan[7]
+    # As many as there are, and one less: the last is the last.
+    for steps in (len(plan) - 1, len(plan)):
+        assert planner.get_incoming_waypoint_and_direction(steps=steps) == plan[-1]
     assert planner.get_incoming_waypoint_and_direction(steps=10**6) == plan[-1]
 
 
@@ -159,6 +162,16 @@ def test_planner_without_a_plan_follows_its_lane_to_the_end_of_the_road() -> Non
     errors = np.abs(actor.simulation.records()["cross_track_error"])
     assert actor.simulation.is_finished
     assert errors.max() < 0.05
+
+
+def test_planner_without_a_plan_keeps_a_hundred_waypoints_ahead() -> None:
+    actor = actor_on("road", offset=0.0)
+    planner = LocalPlanner(actor, {"target_speed": 30.0, "sampling_radius": 0.5})
+    for _ in range(200):
+        actor.apply_control(planner.run_step())
+        actor.tick()
+        # The step itself lets go what is nearer than it looks ahead, 7 m.
+        assert 100 - 15 <= len(planner._route.ahead) < 200
 
 
 def test_plan_that_begins_ahead_in_a_bend_is_reached_along_the_lane() -> None:

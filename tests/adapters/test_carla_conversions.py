@@ -157,6 +157,13 @@ def test_rear_axle_of_a_truck_is_in_the_middle_of_its_axles() -> None:
     assert rear_axle == pytest.approx(-2.5, abs=1e-4)
 
 
+def test_three_wheels_are_a_car_and_two_are_none() -> None:
+    places = (*FRONT, (-2.0, 0.0))
+    assert axles_of(wheels_at(HERE, 100.0, places), HERE) == pytest.approx((3.5, -2.0), abs=1e-4)
+    with pytest.raises(popsteer.PopsteerError, match="has 2 wheels"):
+        axles_of(wheels_at(HERE, 100.0, FRONT), HERE)
+
+
 def test_fields_that_are_given_take_the_place_of_the_actors() -> None:
     nowhere = [carla.WheelPhysicsControl() for _ in range(4)]
     car = adapter.vehicle_of(Parked(HERE, nowhere), wheelbase=3.0, rear_axle=-1.5, dead_time=0.1)
@@ -221,6 +228,34 @@ def test_lane_that_forks_is_followed_along_either_branch() -> None:
         assert (path.y[-1] > 0.0) == (turn == adapter.RoadOption.LEFT)
         branches.add(turn)
     assert branches == {adapter.RoadOption.LEFT, adapter.RoadOption.RIGHT}
+
+
+class Merging(Forking):
+    """Two lanes that meet in one, which begins where they do; each has what led to it."""
+
+    def previous(self, distance: float) -> list[Merging]:
+        x, y = self.transform.location.x, self.transform.location.y
+        if x > 0.0:
+            return [Merging(x - distance, 0.0, 0.0)]
+        return [Merging(x - distance, y + side, 0.0) for side in (self.sides if x == 0.0 else (0,))]
+
+    sides: tuple[float, ...] = (-3.0, 3.0)
+
+
+@pytest.mark.parametrize("sides", [(-3.0, 3.0), (3.0, -3.0)])
+def test_plan_behind_a_merge_is_led_in_along_the_lane_of_the_vehicle(
+    sides: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Merging, "sides", sides)
+    for lane in (-3.0, 3.0):
+        found = Route(Merging(4.0, 0.0, 0.0))
+        plan = [(Merging(2.0 * k, 0.0, 0.0), adapter.RoadOption.LANEFOLLOW) for k in range(2, 20)]
+        found.replace(plan, carla.Location(-6.0, lane, 0.0))
+        path = found.path()
+        assert path is not None
+        assert path.x[0] <= -6.0
+        # CARLA's y points right, popsteer's left.
+        assert {y for x, y in zip(path.x, path.y, strict=True) if x < 0.0} == {-lane}
 
 
 def test_example_without_a_simulator_ends_with_one_line_and_status_2() -> None:

@@ -14,9 +14,10 @@ import popsteer
 pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
+from popsteer.adapters import ros2
 from popsteer.adapters.ros2 import messages
 from popsteer.adapters.ros2.topics import Topics
-from tests.adapters.ros2_domain import SLOW, Bench, Client
+from tests.adapters.ros2_domain import PERIOD, SLOW, Bench, Client
 
 
 @pytest.fixture
@@ -234,6 +235,49 @@ def test_speed_limit_that_changes_keeps_the_lap_and_the_drive() -> None:
     for _ in range(100):
         bench.cycle()
     assert bench.state == "holding"
+
+
+def test_stale_and_keep_path_that_change_count_from_the_next_cycle_on(bench: Bench) -> None:
+    bench.node.change(stale=0.1)
+    bench.run(1)
+    states = [(bench.cycle(), bench.state)[1] for _ in range(7)]
+    assert states == ["driving"] * 4 + ["holding"] * 3  # the pose was 20 ms old when it came
+    bench.run(5)
+    for _ in range(3):
+        bench.send_pose(at=bench.now + PERIOD - 200_000_000)
+        bench.cycle()
+    assert bench.node.intake.odometry.reason == "stamp is 0.20 s old"
+    bench.node.change(stale=0.4)
+    assert bench.until(lambda: bench.state == "driving")
+    bench.run(3)
+    for _ in range(14):
+        bench.cycle()
+    assert bench.state == "driving"
+
+    bench.run(3)
+    bench.node.change(keep_path=0.2)
+    bench.send(bench.path, ros2.path_message([], [], [], 0, "map"))
+    bench.run(9)
+    assert bench.state == "driving"
+    bench.run(4)
+    assert (bench.state, bench.reason[:22]) == ("holding", "path on /path refused:")
+    bench.node.change(keep_path=5.0)
+    bench.run(20)
+    assert bench.state == "driving"
+
+
+def test_order_to_stand_is_no_excuse_for_a_fault(bench: Bench) -> None:
+    bench.run(10)
+    bench.node.intake.stand("the goal has ended")
+    bench.run(120)
+    steering = bench.report()["popsteer: steering"]
+    assert (steering.level, steering.message) == (0, "standing: the goal has ended")
+    driver = bench.node.driver
+    assert driver is not None
+    driver.state = driver.state.replace(fault="position")
+    bench.run(3)
+    steering = bench.report()["popsteer: steering"]
+    assert (steering.level, steering.message) == (2, "standing: position")
 
 
 def test_new_run_of_the_autonomous_state_releases_a_fault() -> None:

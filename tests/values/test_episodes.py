@@ -74,6 +74,23 @@ def test_vector_begun_by_hand_in_part_goes_on_with_the_rest() -> None:
                 np.testing.assert_array_equal(one, other, name)
 
 
+def test_vehicles_that_are_not_begun_keep_what_they_draw_from() -> None:
+    actions = np.full((3, 1), 0.02, dtype=np.float32)
+    options: dict[str, Any] = {"track": "slalom", "constant_speed": 8.0, "time_limit": 0.2}
+    many, single = TrackVectorEnv(3, **options), SyncVectorEnv([partial(TrackEnv, **options)] * 3)
+    for envs in (many, single):
+        envs.reset(seed=5)
+    mask = {"options": {"reset_mask": np.array([False, True, False])}}
+    for seed in (9, None, 9):  # a second one without a seed draws on
+        for one, other in zip(
+            many.reset(seed=seed, **mask), single.reset(seed=seed, **mask), strict=True
+        ):
+            if isinstance(one, np.ndarray):
+                np.testing.assert_array_equal(one, other)
+        for _ in range(6):  # past the end of all: each draws its next
+            np.testing.assert_array_equal(many.step(actions)[0], single.step(actions)[0])
+
+
 def test_episode_backwards_is_the_one_forwards_turned_by_half_a_turn() -> None:
     options: dict[str, Any] = {"start_offset": (0.3, 0.3), "start_yaw": (0.1, 0.1)}
     found = []
