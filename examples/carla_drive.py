@@ -33,8 +33,8 @@ def drive(world: Any) -> None:
             actor.apply_control(planner.run_step())
             world.tick()
             time += PERIOD
-            if planner.command is not None:
-                farthest = max(farthest, abs(planner.command.cross_track_error))
+            if planner.drive is not None:
+                farthest = max(farthest, abs(planner.drive.cross_track_error))
         print(f"{time:.1f} s, never farther than {farthest:.2f} m from the middle of the lane")
     finally:
         actor.destroy()

@@ -1,4 +1,4 @@
-"""CARLA's client reads a road, and a controller of popsteer drives its waypoints.
+"""CARLA's client reads a road, and a driver of popsteer drives its waypoints.
 
 The library is the real one. The one stand-in is the actor with its world, in `carla_actor.py`: a
 plant of popsteer moves it, by what `carla.VehicleControl` says and nothing else.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ import pytest
 
 import popsteer
 from popsteer import sim
-from popsteer.adapters.carla import LocalPlanner, RoadOption, path_of
+from popsteer.adapters.carla import LocalPlanner, RoadOption, path_of, steering_of
 
 pytest.importorskip("carla", reason='the extra "carla" is not installed')
 pytest.importorskip("scenariogeneration", reason="scenariogeneration is not installed")
@@ -29,10 +30,11 @@ ROADS = {"road": road(), "mirrored": road(-1.0)}
 ROUTES = {name: route(each) for name, each in ROADS.items()}
 
 
-def path_along(name: str) -> popsteer.Path:
+def path_along(name: str, speed: float | None = None) -> popsteer.Path:
     """The route in popsteer's frame, without the adapter."""
     places = [waypoint.transform.location for waypoint in ROUTES[name]]
-    return popsteer.Path([(place.x, -place.y) for place in places])
+    xy = [(place.x, -place.y) for place in places]
+    return popsteer.Path(xy, speed=None if speed is None else [speed] * len(xy))
 
 
 def plan_along(name: str) -> list[tuple[Any, int]]:
@@ -59,16 +61,20 @@ def drive(actor: Actor, planner: LocalPlanner, steps: int = 2000) -> None:
 
 
 @pytest.mark.parametrize("name", ROADS)
-@pytest.mark.parametrize("make", [popsteer.PreviewPop, popsteer.Stanley, popsteer.Pop])
-def test_lap_through_carla_is_as_close_as_that_of_sim_run(name: str, make: Any) -> None:
-    path = path_along(name)
-    controller = make(path, CAR)
+@pytest.mark.parametrize("controller", [None, popsteer.StanleyParams(), popsteer.PopParams()])
+def test_lap_through_carla_is_as_close_as_that_of_sim_run(name: str, controller: Any) -> None:
+    path, plant = path_along(name, SPEED), sim.KinematicBicycle(CAR)
+    make = partial(popsteer.Driver, controller=controller)
+    driver = make(path, CAR.replace(stop_point=0.0))  # the actor's point stops
     start = sim.default_start(path, 0.5, CAR)
-    plain = sim.run(controller, sim.KinematicBicycle(CAR), start=start, constant_speed=SPEED)
-    actor = actor_on(name, tracked=controller.tracked_point)
-    planner = LocalPlanner(actor, {"target_speed": 3.6 * SPEED}, controller=make)
+    plain = sim.run(driver, plant, start=start, speed=SPEED)
+    actor = actor_on(name, tracked=driver.tracked_point)
+    options, pedals = {"target_speed": 3.6 * SPEED}, sim.PedalMap.of(plant)
+    planner = LocalPlanner(actor, options, driver=make, pedals=pedals)
     planner.set_global_plan(plan_along(name))
-    drive(actor, planner)
+    while not actor.simulation.is_over:
+        actor.apply_control(planner.run_step())
+        actor.tick()
     through, direct = actor.simulation.records(), plain.records
     assert plain.metrics.finished
     assert actor.simulation.is_finished
@@ -77,6 +83,7 @@ def test_lap_through_carla_is_as_close_as_that_of_sim_run(name: str, make: Any) 
     assert np.abs(errors[1]).max() > 0.4  # it starts beside the path
     assert np.abs(errors[0] - errors[1]).max() < 0.01
     assert np.abs(through["steer"] - direct["steer"]).max() < 0.001
+    assert np.abs(through["speed"] - direct["speed"]).max() < 0.01
 
 
 def test_mirrored_road_bends_to_the_other_side() -> None:
@@ -97,17 +104,17 @@ def test_plan_with_repeated_waypoints_is_driven_to_its_end() -> None:
     planner = LocalPlanner(actor, {"target_speed": 30.0})
     planner.set_global_plan([(waypoint, RoadOption.LANEFOLLOW) for waypoint in twice])
     drive(actor, planner)
-    assert planner.controller is not None
-    assert len(planner.controller.path) == len(waypoints)
+    assert planner.driver is not None
+    assert len(planner.driver.path) == len(waypoints)
     assert actor.simulation.is_finished or planner.done()
 
 
-def test_plan_is_let_go_as_it_is_driven_and_ends_with_full_brakes() -> None:
+def test_plan_is_let_go_as_it_is_driven_and_stopped_at_its_end() -> None:
     actor = actor_on("road")
-    planner = LocalPlanner(actor, {"target_speed": 30.0, "max_brake": 0.3})
+    planner = LocalPlanner(actor, {"target_speed": 30.0})
     planner.set_global_plan(plan_along("road")[:100])
     left = []
-    for _ in range(400):
+    for _ in range(600):
         control = planner.run_step()
         left.append(len(planner.get_plan()))
         # CARLA's planner looks 3 m and half a second ahead; the last waypoint stays until 1 m.
@@ -124,12 +131,70 @@ def test_plan_is_let_go_as_it_is_driven_and_ends_with_full_brakes() -> None:
     end = ROUTES["road"][99].transform.location
     assert actor.get_location().distance(end) < 1.0
     assert planner.get_incoming_waypoint_and_direction() == (None, RoadOption.VOID)
-    stopping = planner.run_step()
-    assert (stopping.throttle, stopping.brake) == (0.0, 1.0)
     for _ in range(100):
         actor.apply_control(planner.run_step())
         actor.tick()
-    assert abs(actor.simulation.state[3]) < 0.1
+    # The actor's point is on the last waypoint, and held there.
+    assert actor.get_location().distance(end) < 0.05
+    assert actor.simulation.state[3] == 0.0
+    assert (actor.control.throttle, actor.control.brake) == (0.0, 1.0)
+
+
+def test_pedals_that_do_more_or_less_than_their_map_says_are_learnt() -> None:
+    for pedals in (sim.PedalMap(5.0, 7.0, drag=0.2), sim.PedalMap(7.0, 11.0, drag=0.4)):
+        actor = actor_on("road", offset=0.0, speed=0.0)
+        planner = LocalPlanner(actor, {"target_speed": 28.8}, pedals=pedals)
+        planner.set_global_plan(plan_along("road"))
+        drive(actor, planner, 240)
+        speeds = actor.simulation.records()["speed"]
+        assert speeds[-40:] == pytest.approx(8.0, abs=0.15), pedals
+        assert speeds.max() < 8.5
+
+
+def test_speeds_that_are_left_to_carla_are_those_of_the_driver() -> None:
+    actor = actor_on("road", offset=0.0, speed=0.0)
+    planner = LocalPlanner(actor, {"target_speed": 30.0})
+    planner.set_global_plan(plan_along("road"))
+    steering = steering_of(actor)
+    for _ in range(1200):
+        control, speed = planner.run_ackermann_step(), actor.simulation.state[3]
+        push = control.speed - speed  # by a loop that is none of popsteer's
+        share = steering.share(-control.steer, speed)
+        actor.apply_control(carla.VehicleControl(max(push, 0.0), share, max(-push, 0.0)))
+        actor.tick()
+    speeds = actor.simulation.records()["speed"]
+    assert speeds[300:400] == pytest.approx(30.0 / 3.6, abs=0.05)
+    assert (control.speed, planner.fault) == (0.0, None)
+    assert speeds[-1] == pytest.approx(0.0, abs=1e-6)
+    assert actor.get_location().distance(ROUTES["road"][-1].transform.location) < 0.3
+    assert np.abs(actor.simulation.records()["cross_track_error"]).max() < 0.05
+
+
+@pytest.mark.parametrize("steps", [15, 120])
+@pytest.mark.parametrize("asked", [True, False])
+def test_agent_that_brakes_by_itself_is_no_fault_and_driven_on_from(
+    *, steps: int, asked: bool
+) -> None:
+    actor = actor_on("road", offset=0.0)
+    planner = LocalPlanner(actor, {"target_speed": 30.0})
+    planner.set_global_plan(plan_along("road"))
+    drive(actor, planner, 200)  # into the first bend
+    for _ in range(
+        steps
+    ):  # agents brake over the planner's answer, or in its place, wheels straight
+        control = planner.run_step() if asked else carla.VehicleControl()
+        control.throttle, control.brake = 0.0, 0.5
+        actor.apply_control(control)
+        actor.tick()
+    before = len(actor.simulation.records()["steer"])
+    drive(actor, planner, 100)
+    records = actor.simulation.records()
+    assert planner.fault is None
+    assert records["speed"][-1] == pytest.approx(30.0 / 3.6, abs=0.5)
+    drive(actor, planner)
+    assert actor.simulation.is_finished
+    errors = np.abs(actor.simulation.records()["cross_track_error"])
+    assert errors[before + 100 :].max() < 0.05
 
 
 def test_waypoints_are_let_go_as_far_ahead_of_an_actor_that_rolls_backwards() -> None:
@@ -185,8 +250,8 @@ def test_plan_that_begins_ahead_in_a_bend_is_reached_along_the_lane() -> None:
         later.append((following[0], RoadOption.LANEFOLLOW))
     planner.set_global_plan(later)
     # What was driven for the lane before is no part of it.
-    assert planner.controller is not None
-    path, (x, y, *_) = planner.controller.path, actor.simulation.state
+    assert planner.driver is not None
+    path, (x, y, *_) = planner.driver.path, actor.simulation.state
     assert math.dist((path.x[0], path.y[0]), (x, y)) < 20.0
     done = len(actor.simulation.records()["steer"])
     drive(actor, planner)
@@ -218,15 +283,23 @@ def test_speed_is_that_of_the_agent_or_of_the_limit() -> None:
     planner.follow_speed_limits()
     drive(actor, planner, 100)
     assert actor.simulation.state[3] == pytest.approx(5.0, abs=0.1)
-    assert planner.run_ackermann_step().speed == pytest.approx(5.0)
+    # Nothing, and what is no number, is to stand: in comfort, and in its place.
+    for speed_limit in (0.0, math.nan):
+        actor.speed_limit = speed_limit
+        drive(actor, planner, 60)
+        assert (actor.simulation.state[3], planner.fault) == (0.0, None)
+        actor.speed_limit = 18.0
+        drive(actor, planner, 100)
+        assert actor.simulation.state[3] == pytest.approx(5.0, abs=0.1)
 
 
 def test_limits_of_the_agent_bound_the_control() -> None:
     actor = actor_on("road", speed=0.0)
-    planner = LocalPlanner(actor, {"max_throttle": 0.4, "max_steering": 0.25})
+    planner = LocalPlanner(actor, {"max_throttle": 0.3, "max_steering": 0.25})
     planner.set_global_plan(plan_along("road"))
     assert planner.car.max_steer == pytest.approx(0.25 * CAR.max_steer)
-    assert planner.run_step().throttle == pytest.approx(0.4)
+    drive(actor, planner, 20)
+    assert planner.run_step().throttle == pytest.approx(0.3)
 
 
 def test_offset_shifts_the_path_to_the_right() -> None:
@@ -245,46 +318,73 @@ def test_second_step_in_a_frame_repeats_the_first() -> None:
     planner = LocalPlanner(actor)
     planner.set_global_plan(plan_along("road"))
     first = planner.run_step()
-    assert planner.controller is not None
-    state = planner.controller.state
+    answer = planner.drive
     again = planner.run_step()
     assert (again.steer, again.throttle) == (first.steer, first.throttle)
-    assert planner.controller.state == state
+    assert answer is not None
+    assert planner.drive is not None
+    assert (planner.drive.steer, planner.drive.speed) == (answer.steer, answer.speed)
     # A simulator that is started anew counts from 0: that is another frame.
     actor.tick()
     planner.run_step()
-    before, actor.world.time = planner.command, 0.0
+    before, actor.world.time = planner.drive, 0.0
     planner.run_step()
-    assert planner.command is not before
+    assert str(planner.drive) != str(before)
 
 
-def test_pose_that_is_no_number_is_held_and_then_stops_the_car(
+def test_pose_that_is_no_number_stops_the_car_along_the_path(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     actor = actor_on("road")
-    planner = LocalPlanner(actor, {"target_speed": 30.0})
+    planner = LocalPlanner(actor, {"target_speed": 30.0, "max_brake": 0.2})
     planner.set_global_plan(plan_along("road"))
-    drive(actor, planner, 50)
-    before = actor.control
-    broken = carla.Transform(carla.Location(math.nan, 0.0, 0.0), carla.Rotation())
+    drive(actor, planner, 190)  # before a bend
+    broken = carla.Transform(carla.Location(math.nan, 0.0, 0.0), carla.Rotation(yaw=math.nan))
     monkeypatch.setattr(actor, "get_transform", lambda: broken)
-    for step in range(12):
-        actor.world.time += 0.05
+    for step in range(200):
         control = planner.run_step()
-        held = step < 10
-        assert control.brake == (0.0 if held else 1.0)
-        assert control.throttle == (pytest.approx(before.throttle) if held else 0.0)
-        assert control.steer == pytest.approx(before.steer, abs=1e-3)
-    assert planner.command is not None
-    assert popsteer.Status.INPUT_LOST in planner.command.status
+        assert (planner.fault is None) == (step < 9), step  # half a second
+        assert math.isfinite(control.steer)
+        actor.apply_control(control)
+        actor.tick()
+    assert planner.fault == "input"
+    assert len(planner.get_plan()) > 150  # no waypoint is taken for one that is driven
+    assert actor.simulation.state[3] == 0.0
+    assert (control.throttle, control.brake) == (0.0, 1.0)
+    errors = actor.simulation.records()["cross_track_error"]
+    assert np.abs(errors[100:]).max() < 0.3  # it goes on around the bend
     monkeypatch.undo()
     # What comes again does not drive by itself; a plan is the word to.
-    actor.world.time += 0.05
-    assert planner.run_step().brake == 1.0
-    assert popsteer.Status.INPUT_LOST in planner.fault
+    for _ in range(20):
+        actor.apply_control(planner.run_step())
+        actor.tick()
+    assert (planner.fault, actor.simulation.state[3]) == ("input", 0.0)
     planner.set_global_plan(plan_along("road"))
-    actor.world.time += 0.05
-    assert planner.run_step().throttle > 0.0
+    drive(actor, planner, 60)
+    assert (str(planner.fault), actor.simulation.state[3] > 1.0) == ("None", True)
+
+
+def test_car_whose_speed_is_dead_or_whose_wheels_are_stuck_is_stopped_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for fault in ("speed", "steering"):
+        actor = actor_on("road", offset=0.0)
+        planner = LocalPlanner(actor, {"target_speed": 30.0})
+        planner.set_global_plan(plan_along("road"))
+        drive(actor, planner, 100)
+        if fault == "speed":
+            monkeypatch.setattr(actor, "get_velocity", carla.Vector3D)
+        for _ in range(250):
+            control = planner.run_step()
+            actor.apply_control(control)
+            if fault == "steering":  # the wheels are stuck, and the actor does not say so
+                own = carla.VehicleControl(steer=control.steer)
+                monkeypatch.setattr(actor, "get_control", lambda o=own: o)
+                control.steer = 0.1
+            actor.tick()
+        monkeypatch.undo()
+        assert planner.fault == fault
+        assert actor.simulation.state[3] == 0.0, fault
 
 
 def test_agents_own_call_makes_the_planner() -> None:

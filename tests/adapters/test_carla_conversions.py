@@ -221,8 +221,10 @@ def test_lane_that_forks_is_followed_along_either_branch() -> None:
         found.grow(100, 2.0)
         options = [option for _, option in found.ahead]
         (turn,) = [option for option in options if option != adapter.RoadOption.LANEFOLLOW]
-        path = found.path()
+        path = found.path(8.0)
         assert path is not None
+        assert path.speed is not None
+        assert set(path.speed) == {8.0}
         assert options.index(turn) == 6
         # CARLA's y points right, popsteer's left.
         assert (path.y[-1] > 0.0) == (turn == adapter.RoadOption.LEFT)
@@ -269,3 +271,18 @@ def test_example_without_a_simulator_ends_with_one_line_and_status_2() -> None:
     assert ended.stdout == ""
     (line,) = ended.stderr.splitlines()
     assert line.startswith("carla_drive: time-out of 500ms while waiting for the simulator")
+
+
+def test_waypoints_that_a_path_does_not_have_lie_beside_those_that_it_has() -> None:
+    """As an agent's second plan has them: a step back where it was, and a stretch aside."""
+    places = [0.0, 2.0, 4.0, 6.0, 5.0, 4.5, 6.5, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0]
+    waypoints = [Forking(x, 0.0, 0.0) for x in places]
+    found = Route(waypoints[0])
+    found.add((waypoint, adapter.RoadOption.LANEFOLLOW) for waypoint in waypoints[1:])
+    path = found.path(8.0)
+    assert path is not None
+    assert len(path) < len(places)  # it is mended
+    found.pass_until(9.0, 0.5, 0.5)
+    assert found.ahead[0][0].transform.location.x == 10.0
+    found.pass_until(20.0, 0.5, 0.5)
+    assert not found.ahead

@@ -13,7 +13,7 @@ import popsteer
 carla = pytest.importorskip("carla", reason='the extra "carla" is not installed')
 
 from popsteer.adapters.carla import LocalPlanner  # noqa: E402
-from tests.adapters.test_carla import actor_on, plan_along  # noqa: E402
+from tests.adapters.test_carla import actor_on, drive, plan_along  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,7 +25,11 @@ PLAN = plan_along("road")[:120]
 
 def _wanted_speed(actor: Actor, planner: LocalPlanner) -> float:
     planner.set_global_plan(PLAN)
-    return float(planner.run_ackermann_step().speed)
+    planner.run_step()
+    assert planner.driver is not None
+    speeds = planner.driver.path.speed
+    assert speeds is not None
+    return float(speeds[0])
 
 
 def _spacing(actor: Actor, planner: LocalPlanner) -> float:
@@ -34,16 +38,20 @@ def _spacing(actor: Actor, planner: LocalPlanner) -> float:
     return float(places[20].distance(places[30])) / 10.0
 
 
-def _throttle(actor: Actor, planner: LocalPlanner) -> float:
+def _most(actor: Actor, planner: LocalPlanner, pedal: str, speed: float) -> float:
+    """The most of a pedal in a second in which another speed is wanted."""
     planner.set_global_plan(PLAN)
-    planner.set_speed(100.0)
-    return float(planner.run_step().throttle)
+    planner.set_speed(speed)
+    drive(actor, planner, 20)
+    return float(actor.simulation.records()[pedal].max())
+
+
+def _throttle(actor: Actor, planner: LocalPlanner) -> float:
+    return _most(actor, planner, "throttle", 100.0)
 
 
 def _brake(actor: Actor, planner: LocalPlanner) -> float:
-    planner.set_global_plan(PLAN)
-    planner.set_speed(0.0)
-    return float(planner.run_step().brake)
+    return _most(actor, planner, "brake", 0.0)
 
 
 def _largest_angle(actor: Actor, planner: LocalPlanner) -> float:
@@ -53,7 +61,7 @@ def _largest_angle(actor: Actor, planner: LocalPlanner) -> float:
 def _to_the_right(actor: Actor, planner: LocalPlanner) -> float:
     planner.set_global_plan(PLAN)
     planner.run_step()
-    path, place = planner.controller.path, PLAN[5][0].transform.location  # type: ignore[union-attr]
+    path, place = planner.driver.path, PLAN[5][0].transform.location  # type: ignore[union-attr]
     return path.project(place.x, -place.y).cross_track_error
 
 
@@ -73,8 +81,8 @@ def _first_time(actor: Actor, planner: LocalPlanner) -> float:
     """The time of the first step: that in which a limited wheel turns from straight on."""
     planner.set_global_plan(PLAN)
     planner.run_step()
-    assert planner.command is not None
-    return abs(planner.command.steer) / 0.2
+    assert planner.drive is not None
+    return abs(planner.drive.steer) / 0.2
 
 
 def _limited(actor: Actor, planner: LocalPlanner) -> float:
@@ -86,8 +94,8 @@ def _limited(actor: Actor, planner: LocalPlanner) -> float:
 CASES: list[tuple[str, float, Callable[[Any, Any], float], float, float, float]] = [
     ("target_speed", 36.0, _wanted_speed, 20.0 / 3.6, 10.0, 1e-6),
     ("sampling_radius", 1.2, _spacing, 2.0, 1.2, 0.02),
-    ("max_throttle", 0.4, _throttle, 1.0, 0.4, 1e-6),
-    ("max_brake", 0.3, _brake, 1.0, 0.3, 1e-6),
+    ("max_throttle", 0.4, _throttle, 0.74, 0.4, 0.01),
+    ("max_brake", 0.1, _brake, 0.25, 0.1, 0.01),
     ("max_steering", 0.5, _largest_angle, 1.0472, 0.5236, 1e-3),
     ("offset", 0.7, _to_the_right, 0.0, 0.7, 0.01),
     ("base_min_distance", 8.0, _let_go(0.0), 3.5, 8.5, 0.51),

@@ -1,33 +1,36 @@
-"""A local planner for CARLA's agents that drives with a controller of popsteer."""
+"""A local planner for CARLA's agents that drives by `popsteer.Driver`."""
 
 from __future__ import annotations
 
+import math
 import warnings
+from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from popsteer import Command, InputError, Path, PreviewPop, SpeedPid, Status, Vehicle
+from popsteer import Driver
 from popsteer.adapters.carla import conversions
 from popsteer.adapters.carla.route import RoadOption, Route
 from popsteer.adapters.carla.vehicle import steering_of, vehicle_of
 from popsteer.errors import PopsteerError
-from popsteer.sim.closed_loop import KEEPING
+from popsteer.sim import PedalMap
 
 if TYPE_CHECKING:
-    from collections import deque
     from collections.abc import Callable, Iterable, Mapping
 
     import carla
 
+    from popsteer import Drive, Path, Vehicle
     from popsteer.adapters.carla.conversions import Steering
-    from popsteer.controllers import Controller
 
 _ROAMING = 100  # waypoints kept ahead where there is no plan, as CARLA's planner keeps
 _ARRIVED = 1.0  # the last waypoint counts as reached from here on [m], as there
+_ASIDE = 1.0  # a longer time without a step is one in which somebody else has driven [s]
+_SAME = 1e-6  # shares of the lock that are one, of single precision
 _GAINS = ("lateral_control_dict", "longitudinal_control_dict")
 
 
 class LocalPlanner:
-    """A local planner for CARLA's agents, with a controller of popsteer in it.
+    """A local planner for CARLA's agents, with a `popsteer.Driver` in it.
 
     It takes the same arguments as CARLA's, in the same order, and has the same methods::
 
@@ -53,11 +56,13 @@ class LocalPlanner:
         What popsteer is told of it; by default `vehicle_of` the actor.
     steering : Steering, optional
         What a share of full lock is; by default `steering_of` the actor.
-    controller : callable, optional
-        Makes the controller from path and vehicle: a class such as `Pop` or `Stanley`, or
-        ``functools.partial(PreviewPop, params=...)``. `PreviewPop` by default.
-    longitudinal : SpeedPid, optional
-        What works the pedals; by default with kp = 1 s/m and ki = 0.5 /m.
+    driver : callable, optional
+        Makes the driver from path and vehicle, as ``functools.partial(popsteer.Driver,
+        controller=popsteer.StanleyParams())``. `popsteer.Driver` by default.
+    pedals : callable, optional
+        Gives throttle and brake for an acceleration [m/s²] and a speed [m/s], both in the direction
+        of driving: a `popsteer.sim.PedalMap`, by default that of the car that was identified in
+        CARLA. What it is wrong by, the driver learns in a second.
 
     Attributes
     ----------
@@ -75,9 +80,11 @@ class LocalPlanner:
 
     Notes
     -----
-    A pose that is refused is held, as `PreviewPop.step_or_hold` does. For a status that is a fault
-    it brakes to a standstill, and stays there until `set_global_plan`. Past the end of the plan it
-    brakes fully.
+    It drives at ``target_speed``, slower in bends by the vehicle's limits, and stops with the
+    actor's point, or the `stop_point` of `car`, at the end of the plan; in comfort at a target
+    speed of 0. A fault stops it as it does a `Driver`, until `set_global_plan`. An agent may brake
+    and steer in its place: it knows of the angle by the actor's control, and begins anew after a
+    time of more than 1 s in which no step was asked for.
     """
 
     def __init__(
@@ -88,8 +95,8 @@ class LocalPlanner:
         *,
         car: Vehicle | None = None,
         steering: Steering | None = None,
-        controller: Callable[[Path, Vehicle], Controller] = PreviewPop,
-        longitudinal: SpeedPid | None = None,
+        driver: Callable[[Path, Vehicle], Driver] = Driver,
+        pedals: Callable[[float, float], tuple[float, float]] | None = None,
     ) -> None:
         conversions.client_library()  # names the extra where it is missing
         options = dict(opt_dict or {})
@@ -106,13 +113,15 @@ class LocalPlanner:
         share = float(options.get("max_steering", 1.0))
         allowed = min(car.max_steer, abs(self._steering.angle(share)))
         self._car = car.replace(max_steer=allowed)
-        self._make = controller
-        self._pedals = SpeedPid(KEEPING) if longitudinal is None else longitudinal
-        self._controller: Controller | None = None
-        self._fault = Status.OK
-        self._command: Command | None = None
-        self._control: tuple[float, float] = (0.0, 1.0)
+        self._make = driver
+        self._pedals = PedalMap.of("carla-identified") if pedals is None else pedals
+        self._driver: Driver | None = None
+        self._drive: Drive | None = None
+        # The shares of the lock of the last answers: without a common clock an actor may have an
+        # older one than the last.
+        self._sent: deque[float] = deque(maxlen=3)
         self._target_speed = float(options.get("target_speed", 20.0))
+        self._planned = self._target_speed
         self._follows_limits = bool(options.get("follow_speed_limits", False))
         self._spacing = float(options.get("sampling_radius", 2.0))
         self._max_throttle = float(options.get("max_throttle", 1.0))
@@ -128,19 +137,19 @@ class LocalPlanner:
         self.target_road_option: int = RoadOption.LANEFOLLOW
 
     @property
-    def controller(self) -> Controller | None:
-        """The controller; None before there is a path."""
-        return self._controller
+    def driver(self) -> Driver | None:
+        """The driver; None before there is a path."""
+        return self._driver
 
     @property
-    def command(self) -> Command | None:
-        """The last command of the controller (errors, status, target); None before the first."""
-        return self._command
+    def drive(self) -> Drive | None:
+        """The driver's last answer (errors, status, target); None before the first."""
+        return self._drive
 
     @property
-    def fault(self) -> Status:
-        """Why it has stopped: the status that was a fault; ``Status.OK`` if none was."""
-        return self._fault
+    def fault(self) -> str | None:
+        """What the driver stops for; None if nothing is wrong."""
+        return None if self._driver is None else self._driver.fault
 
     @property
     def car(self) -> Vehicle:
@@ -186,7 +195,8 @@ class LocalPlanner:
         else:
             self._route.add(current_plan)
         self._roams = not stop_waypoint_creation
-        self._fault = Status.OK
+        if self.fault is not None:
+            self._driver = None  # nothing counts of what it has stopped for
         self._renew_path()
 
     def run_step(self, debug: bool = False) -> carla.VehicleControl:  # noqa: FBT001, FBT002 - as CARLA's
@@ -202,24 +212,35 @@ class LocalPlanner:
         carla.VehicleControl
             For ``actor.apply_control``. In the frame of the last step it is that step's.
         """
-        speed, steer = self._advance(debug=debug)
-        throttle, brake = self._control
-        return conversions.vehicle_control(
-            steer,
+        drive, speed = self._advance(debug=debug)
+        if drive is None:
+            return conversions.vehicle_control(0.0, 0.0, 1.0, steering=self._steering)
+        sign = -1.0 if drive.reverse else 1.0
+        if not math.isfinite(speed):
+            speed = sign * drive.speed
+        throttle, brake = self._pedals(drive.acceleration, sign * speed)
+        control = conversions.vehicle_control(
+            drive.steer,
             min(throttle, self._max_throttle),
-            brake if self._stops() else min(brake, self._max_brake),
+            1.0 if drive.hold else brake if drive.fault else min(brake, self._max_brake),
             steering=self._steering,
             speed=speed,
+            reverse=drive.reverse,
         )
+        self._sent.append(control.steer)
+        return control
 
     def run_ackermann_step(self, debug: bool = False) -> carla.VehicleAckermannControl:  # noqa: FBT001, FBT002
         """Take one control step that leaves the pedals to CARLA, as `run_step` else.
 
-        The answer is for ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
+        The answer is for ``actor.apply_ackermann_control``, with the driver's speed.
         """
-        _, steer = self._advance(debug=debug)
-        wanted = conversions.speed_from_kmh(self._target_speed)
-        return conversions.ackermann_control(steer, 0.0 if self._stops() else wanted)
+        drive, _ = self._advance(debug=debug)
+        if drive is None:
+            return conversions.ackermann_control(0.0, 0.0)
+        return conversions.ackermann_control(
+            drive.steer, -drive.speed if drive.reverse else drive.speed
+        )
 
     def done(self) -> bool:
         """Say whether the plan is driven to its end: no waypoint remains."""
@@ -256,18 +277,18 @@ class LocalPlanner:
         return self._actor
 
     def _renew_path(self) -> None:
-        path = self._route.path()
+        self._planned = wanted = self._target_speed
+        drives = wanted > 0.0  # nan does not
+        path = self._route.path(conversions.speed_from_kmh(wanted) if drives else None)
         if path is None:
             return
-        if self._controller is None:
-            self._controller = self._make(path, self._car)
+        if self._driver is None:
+            self._driver = self._make(path, self._car)
+            if self._drive is not None:
+                self._begin(self._driver)
         else:
-            self._controller.set_path(path)
-
-    def _stops(self) -> bool:
-        if self._command is not None and self._command.status.level == "fault":
-            self._fault = self._command.status
-        return bool(self._fault) or self.done() or self._controller is None
+            self._driver.set_path(path)
+        (self._driver.go if drives else self._driver.hold)()
 
     def _passed(self) -> float:
         """Say how much time has passed in the simulator since the last step [s]."""
@@ -276,42 +297,59 @@ class LocalPlanner:
         # A simulator that was started anew counts from 0.
         return self._dt if before is None or now < before else now - before
 
-    def _advance(self, *, debug: bool) -> tuple[float, float]:
-        """Take a step of everything; the speed [m/s] and the angle of the wheels [rad]."""
+    def _advance(self, *, debug: bool) -> tuple[Drive | None, float]:
+        """Take a step of everything; the driver's answer, and the speed [m/s]."""
         if self._follows_limits:
             self._target_speed = self._driven.get_speed_limit()
-        if self._roams and len(self._route.ahead) < _ROAMING:
+        grows = self._roams and len(self._route.ahead) < _ROAMING
+        if grows:
             self._route.grow(_ROAMING, self._spacing)
+        if grows or self._target_speed != self._planned:
             self._renew_path()
-        transform = self._driven.get_transform()
-        speed = conversions.speed_of(self._driven.get_velocity(), transform)
-        dt = self._passed()
-        if self._controller is None:
-            self._control = 0.0, 1.0
-        elif dt > 0.0 or self._command is None:
-            self._step(self._controller, conversions.pose_of(transform), speed, dt)
+        speed, dt = self._speed(), self._passed()
+        if (driver := self._driver) is not None:
+            if dt > _ASIDE and driver.fault is None:
+                self._begin(driver)
+            pose = conversions.pose_of(self._driven.get_transform())
+            drive = driver.step(*pose, speed, dt, applied_steer=self._applied(speed))
+            self._drive = drive
+            if drive.fault is None and math.isfinite(speed):
+                self._pass_waypoints(driver, speed)
         if debug:
             carla = conversions.client_library()
             place = self.target_waypoint.transform.location + carla.Location(z=1.0)
             self._world.debug.draw_point(place, life_time=1.0)
-        return speed, self._command.steer if self._command is not None else 0.0
+        return self._drive, speed
 
-    def _step(
-        self, controller: Controller, pose: tuple[float, float, float], speed: float, dt: float
-    ) -> None:
-        command = self._command = controller.step_or_hold(*pose, speed, dt)
-        held = Status.INPUT_HELD in command.status or Status.INPUT_LOST in command.status
-        if not held:
-            # The rear axle's place along the path, and the actor's before it.
-            place = controller.path.length - command.distance_to_stop - self._car.rear_axle
-            self._route.pass_until(place, self._near + self._near_time * abs(speed), _ARRIVED)
-            if self._route.ahead:
-                self.target_waypoint, self.target_road_option = self._route.ahead[0]
-        if self._stops():
-            self._control = 0.0, 1.0
-        elif not held:
-            try:
-                wanted = conversions.speed_from_kmh(self._target_speed)
-                self._control = self._pedals.step(speed, wanted, dt)
-            except InputError:  # a target speed that is no number: coast
-                self._control = 0.0, 0.0
+    def _begin(self, driver: Driver) -> None:
+        """Let a driver begin anew, with the wheels where they are."""
+        at, most = self._angle(self._speed()), self._car.max_steer
+        driver.reset(steer=max(-most, min(at, most)))
+
+    def _speed(self) -> float:
+        return conversions.speed_of(self._driven.get_velocity(), self._driven.get_transform())
+
+    def _angle(self, speed: float) -> float:
+        """Give the angle that the actor was told last [rad]."""
+        return self._steering.angle(self._driven.get_control().steer, speed)
+
+    def _applied(self, speed: float) -> float | None:
+        """Give the angle that the actor was told last [rad], where none of the last answers did."""
+        share = self._driven.get_control().steer
+        own = any(abs(share - sent) < _SAME for sent in self._sent)
+        return None if own or not self._sent else self._angle(speed)
+
+    def _pass_waypoints(self, driver: Driver, speed: float) -> None:
+        """Let go the waypoints that are driven, by where the actor's point is on the path."""
+        path, place = driver.path, driver.state.tracker.place
+        if place is None or place.lost:
+            return
+        at, (x, y) = place.segment, place.point
+        (begin_x, end_x), (begin_y, end_y) = path.x[at : at + 2], path.y[at : at + 2]
+        dx, dy = end_x - begin_x, end_y - begin_y
+        along = ((x - begin_x) * dx + (y - begin_y) * dy) / math.hypot(dx, dy)
+        axle = float(path.s[at]) + along  # also before the path's begin
+        reach = self._near + self._near_time * abs(speed)
+        self._route.pass_until(axle - self._car.rear_axle, reach, _ARRIVED)
+        if self._route.ahead:
+            self.target_waypoint, self.target_road_option = self._route.ahead[0]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import carla
 
 _DRIVEN = 50  # waypoints kept behind the vehicle, so that a path goes on through it
+_NEAR = 4  # among so many points of the path from the last one on a waypoint is looked for
 _STRAIGHT = math.radians(35.0)  # a branch that turns by less goes straight on, as agents see it
 
 
@@ -82,15 +83,31 @@ class Route:
             self.driven.append(self.ahead.popleft()[0])
             self._at.popleft()
 
-    def path(self) -> Path | None:
-        """Give the path through what was driven and what lies ahead; None where there is none."""
+    def path(self, speed: float | None) -> Path | None:
+        """Give the path through what was driven and what lies ahead, at a speed [m/s] if at one.
+
+        None where there is no path.
+        """
         waypoints = [*self.driven, *(waypoint for waypoint, _ in self.ahead)]
         xy, index = thinned(waypoints, self.offset)
         if len(xy) < 2:
             return None
-        path = Path(xy)
-        self._at = deque(float(path.s[each]) for each in index[len(self.driven) :])
+        path = Path(xy, speed=None if speed is None else [speed] * len(xy))
+        arcs = _arcs(xy, path)
+        self._at = deque(arcs[each] for each in index[len(self.driven) :])
         return path
+
+
+def _arcs(xy: list[tuple[float, float]], path: Path) -> list[float]:
+    """Say where points lie on the path that was made of them [m], some of which it may not have."""
+    if len(path) == len(xy):
+        return [float(s) for s in path.s]
+    found, at = [], 0
+    for place in xy:
+        near = range(at, min(at + _NEAR, len(path)))
+        at = min(near, key=lambda k: math.dist((path.x[k], path.y[k]), place))
+        found.append(float(path.s[at]))
+    return found
 
 
 def option_between(before: carla.Waypoint, after: carla.Waypoint) -> RoadOption:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 - `Vehicle` checks them
     """Describe a vehicle of CARLA: wheelbase, rear axle and largest angle of its physics control.
 
-    The vehicle's point is the actor's. What a physics control does not say has `Vehicle`'s default:
-    above all `steer_lag`, `dead_time` and `max_lateral_acceleration`.
+    The vehicle's point is the actor's, and what stops at the end of a plan. What a physics control
+    does not say has `Vehicle`'s default: above all `steer_lag`, `dead_time` and
+    `max_lateral_acceleration`.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 
         read |= {"wheelbase": wheelbase, "rear_axle": rear_axle}
     if "max_steer" not in fields:
         read["max_steer"] = _lock(physics)
-    return Vehicle(**(read | fields))
+    return Vehicle(**({"stop_point": 0.0} | read | fields))
 
 
 def steering_of(actor: carla.Vehicle) -> Steering:
