@@ -15,8 +15,8 @@ from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import converted, factor
 from popsteer.tables import geo, shown
 from popsteer.tables.columns import Column, Columns, asked_for, check_units, named
+from popsteer.tables.poses import yaw_of
 from popsteer.tables.text import Table, read_table
-from popsteer.tables.waypoints import yaw_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -11,7 +11,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PathError, PopsteerError
 from popsteer.tables import shown
-from popsteer.tables.quantities import QUANTITY_OF, UNITS, factor, meaning, spelled
+from popsteer.tables.quantities import UNITS, factor, meaning, spelled
 
 if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
@@ -95,12 +95,11 @@ def named(table: Table, wanted: list[str] | dict[str, str]) -> dict[str, Column]
     if isinstance(wanted, dict):
         found = {key: _by_name(table, where, key, name) for key, name in wanted.items()}
     given, taken = set(found), {column.place for column in found.values()}
-    ranks: dict[str, int] = {}
+    ranks: dict[str, tuple[bool, int]] = {}
     for place, name in enumerate(head):
-        quantity, unit = meaning(name)
+        quantity, unit, rank = meaning(name)
         if quantity is None or quantity in given or place in taken:
             continue
-        rank = _rank(quantity, name)
         if quantity in found and rank == ranks[quantity]:
             first = found[quantity].name
             if first == name:
@@ -112,13 +111,6 @@ def named(table: Table, wanted: list[str] | dict[str, str]) -> dict[str, Column]
         if quantity not in found or rank < ranks[quantity]:
             found[quantity], ranks[quantity] = Column(place, name, unit), rank
     return found
-
-
-def _rank(quantity: str, name: str) -> int:
-    """Say how plainly a name is a quantity's: `speed` before `target_speed`."""
-    plain = name.partition("[")[0].partition("(")[0].strip().lower()
-    known = [each for each in QUANTITY_OF if QUANTITY_OF[each] == quantity]
-    return known.index(plain) if plain in known else len(known)
 
 
 def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
@@ -152,9 +144,10 @@ def explained(name: str, values: Floats) -> tuple[dict[str, Column], list[str]]:
     if count > _MANY:
         raise PathError(f"{name}: {count} columns without names (--columns x,y,... names them)")
     if shown.is_degrees(values[:, 0], values[:, 1]):
+        both = ["lon", "lat"] if np.abs(values[:, 0]).max() > 90.0 else ["lat", "lon"]
         raise PathError(
             f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, as"
-            f" --columns {','.join(['lat', 'lon', *['-'] * (count - 2)])}"
+            f" --columns {','.join(both + ['-'] * (count - 2))}"
         )
     tried = [_explain(values, x, y) for x, y in _pairs(values)]
     possible = [known for known in tried if _is_possible(values, known)]
@@ -217,11 +210,20 @@ def _explain(values: Floats, x: int, y: int) -> dict[int, str]:
             known[k] = "curvature curvature"
         elif (k < min(x, y) or column[0] > 1e8) and shown.is_time(column):
             known[k] = "t time"
-    for a, b in pairwise(others):
-        if not {a, b} & known.keys() and shown.is_direction(way, values[:, a], values[:, b]):
-            known |= dict.fromkeys((a, b), "normal a unit vector along or beside the path")
+    _find_pairs(values, way, known, others)
     _find_speed(values, way, known)
     return known
+
+
+def _find_pairs(values: Floats, way: shown.Along, known: dict[int, str], others: list[int]) -> None:
+    """Find columns that are something together."""
+    for a, b in pairwise(others):
+        if {a, b} & known.keys():
+            continue
+        if shown.is_direction(way, values[:, a], values[:, b]):
+            known |= dict.fromkeys((a, b), "normal a unit vector along or beside the path")
+        elif np.array_equal(values[:, a], values[:, b]) and np.ptp(values[:, a]) > 0.0:
+            known |= dict.fromkeys((a, b), "nothing half of the width, as its neighbour is")
 
 
 def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None:

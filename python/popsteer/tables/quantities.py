@@ -55,14 +55,15 @@ _NAMES = {
     "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
     "x": "x tx posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
-    " coord_x x_coord point_x location_x"
+    " coord_x x_coord point_x location_x x_axis"
     " translation_x easting east utm_x utm_easting x_utm positions_x xpos x_raceline",
     "y": "y ty posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
-    " coord_y y_coord point_y location_y"
+    " coord_y y_coord point_y location_y y_axis"
     " translation_y northing north utm_y utm_northing y_utm positions_y ypos y_raceline",
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
     " heading_angle euler_yaw"
-    " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading",
+    " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading"
+    " phi",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
@@ -90,41 +91,14 @@ _NAMES = {
     "y_normal": "y_normvec",
     "alpha": "alpha",
 }
-QUANTITY_OF = {name: key for key, names in _NAMES.items() for name in names.split()}
+_PLAIN = {name: key for key, names in _NAMES.items() for name in names.split()}
+_PLACES = {name: place for place, name in enumerate(_PLAIN)}
 # What says where a value comes from, not what it is: /odom/pose/pose/position/x is an x.
-_SOURCES = frozenset(
-    [
-        "field",
-        "pose",
-        "twist",
-        "odom",
-        "odometry",
-        "ego",
-        "car",
-        "vehicle",
-        "state",
-        "base",
-        "link",
-        "map",
-        "local",
-        "global",
-        "world",
-        "ref",
-        "data",
-        "msg",
-        "current",
-        "actual",
-        "measured",
-        "robot",
-        "path",
-        "wp",
-        "waypoint",
-        "waypoints",
-        "header",
-        "drive",
-        "sample",
-    ]
+_SAID_OF = (
+    "field pose twist odom odometry ego car vehicle state base link map local global world ref data"
+    " msg current actual measured robot path wp waypoint waypoints header drive sample"
 )
+_SOURCES = frozenset(_SAID_OF.split())
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
@@ -133,6 +107,8 @@ class Meaning(NamedTuple):
 
     quantity: str | None
     unit: str | None
+    rank: tuple[bool, int] = (True, 0)
+    """How plainly: without a source before with one, and `speed` before `target_speed`."""
 
 
 def meaning(name: str) -> Meaning:
@@ -140,9 +116,9 @@ def meaning(name: str) -> Meaning:
 
     Examples
     --------
-    >>> meaning("vx_mps"), meaning("/odom/pose/pose/position/x"), meaning("Ground Speed [km/h]")
-    (Meaning(quantity='speed', unit='mps'), Meaning(quantity='x', unit=None), \
-Meaning(quantity='speed', unit='km/h'))
+    >>> names = "vx_mps", "/odom/pose/pose/position/x", "Ground Speed [km/h]"
+    >>> tuple(meaning(name)[:2] for name in names)
+    (('speed', 'mps'), ('x', None), ('speed', 'km/h'))
     """
     bracket = _UNIT.search(name)
     plain = name[: bracket.start()] if bracket else name
@@ -153,16 +129,16 @@ Meaning(quantity='speed', unit='km/h'))
         for count in (1, 2):  # vx_mps, speed_km_h
             shorter, last = _known(words[:-count]), words[-count:]
             for spelled in ("/".join(last), "".join(last)):
-                if shorter is not None and spelled in UNITS[shorter]:
-                    return Meaning(shorter, spelled)
-    return Meaning(found, unit or None)
+                if shorter is not None and spelled in UNITS[shorter.quantity or ""]:
+                    return shorter._replace(unit=spelled)
+    return Meaning(None, unit or None) if found is None else found._replace(unit=unit or None)
 
 
-def _known(words: list[str]) -> str | None:
+def _known(words: list[str]) -> Meaning | None:
     plain = [word for word in words if word not in _SOURCES]
-    for each in (words, plain, words[-2:] if len(plain) > 2 else plain):
-        if "_".join(each) in QUANTITY_OF:
-            return QUANTITY_OF["_".join(each)]
+    for sourced, each in enumerate((words, plain, words[-2:] if len(plain) > 2 else plain)):
+        if (name := "_".join(each)) in _PLAIN:
+            return Meaning(_PLAIN[name], None, (sourced > 0, _PLACES[name]))
     return None
 
 

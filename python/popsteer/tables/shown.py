@@ -92,9 +92,9 @@ def heading(
 
     With `both_ways` it may also look against the waypoints, where they are driven backwards.
     """
-    # A recording's noise hides its direction from one row to the next, not over a hundredth of it.
-    coarse = float(np.hypot(*np.ptp(xy, axis=0))) / 100.0
-    ways = (along(xy), along(xy, coarse))
+    # A recording's noise hides its direction from one row to the next, not over a part of it all.
+    reach = float(np.hypot(*np.ptp(xy, axis=0)))
+    ways = (along(xy, share * reach) for share in (0.0, 0.01, 0.03))
     found = (_heading(way, values, units, both_ways=both_ways) for way in ways)
     return next((each for each in found if each is not None), None)
 

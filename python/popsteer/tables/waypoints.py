@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -11,32 +12,24 @@ import numpy as np
 from popsteer.errors import ConfigError, PathError
 from popsteer.tables import geo, shown
 from popsteer.tables.columns import Column, Columns, asked_for, check_units, explained, named
+from popsteer.tables.poses import poses, yaw_of
+from popsteer.tables.quantities import UNITS
 from popsteer.tables.text import Table, read_text, table_of
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Mapping
 
+    from numpy.typing import NDArray
+
     from popsteer.tables.shown import Floats
 
-_AT_REST = 0.1  # m/s: a negative speed nearer to 0 is no driving backwards, if the yaw says none
+_AT_REST = 0.1  # m/s: a negative speed nearer to 0 may be noise
+_FEW = 20  # waypoints that no one recorded
 _RADIANS: tuple[str, ...] = ("rad",)
-_OF_A_PATH: tuple[str, ...] = (
-    "x",
-    "y",
-    "lat",
-    "lon",
-    "yaw",
-    "qx",
-    "qy",
-    "qz",
-    "qw",
-    "speed",
-    "speed_y",
-)
-_OF_A_PATH += ("curvature", "grade", "direction", "x_normal", "y_normal", "alpha")
+_OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
+_OF_A_PATH = UNITS.keys() - _OF_A_LOG - {"z"}
 _NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
-_SHAPE = ("yaw", "curvature")
 
 
 @dataclass
@@ -138,15 +131,20 @@ def make_path(make: Callable[..., Any], found: Waypoints, *, closed: bool) -> An
 
     A yaw or a curvature that contradicts the waypoints is left out, and said.
     """
+    if np.ptp(found.xy, axis=0).max() == 0.0:
+        raise PathError(f"{found.name}: its {len(found.xy)} waypoints are all at one place")
     given = {**found.more, "closed": closed}
     while True:
         try:
             return make(found.xy, **given, source=found.source())
         except PathError as error:  # noqa: PERF203 - twice at most
-            wrong = next((key for key in _SHAPE if key in given and key in str(error)), None)
+            # A curvature alone is summed to a yaw, which then contradicts the waypoints.
+            said = "yaw" if "yaw of" in str(error) and "yaw" in given else "curvature"
+            wrong = said if said in given and re.match("yaw|curvature", str(error)) else None
             if wrong is None:
                 raise PathError(f"{_place(found, error.index)}: {error}", error.index) from error
             given.pop(wrong)
+            found.read = [each for each in found.read if not each.startswith(wrong)]
             found.notes.append(f"{wrong} ignored: {error}"[:200])
 
 
@@ -172,6 +170,12 @@ def _read_table(
             _refuse_text(table, texts)
         values = table.numbers(range(table.columns))
         _check_count(table.name, len(values))
+        if (posed := poses(values)) is not None:
+            found = Waypoints(
+                table.name, posed.xy, read=[posed.read], notes=[posed.note], table=table
+            )
+            _add_yaw(found, {"yaw": posed.yaw}, "yaw (of the orientation)", both_ways=True)
+            return found
         places, notes = explained(table.name, values)
         columns = {key: values[:, column.place] for key, column in places.items()}
         found = Waypoints(table.name, np.column_stack((columns["x"], columns["y"])), table=table)
@@ -271,8 +275,15 @@ def _said(quantity: str, column: Column) -> str:
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
 def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
     """Add what a path takes beside its positions."""
-    _add_yaw(found, columns, places)
-    _add_speed(found, columns, places)
+    both_ways, ahead = bool(found.table and found.table.head), False
+    if "yaw" in columns:
+        units = _RADIANS if places["yaw"].unit else ("rad", "deg")
+        ahead = _add_yaw(found, columns, _said("yaw", places["yaw"]), units, both_ways=both_ways)
+    elif "qz" in columns and "qw" in columns:
+        columns["yaw"] = yaw_of(columns)
+        ahead = _add_yaw(found, columns, "yaw (of the quaternion)", both_ways=both_ways)
+    if "speed" in columns:
+        _add_speed(found, columns, places, ahead=ahead)
     for key in ("curvature", "grade"):
         if key in columns:
             found.more[key] = columns[key]
@@ -285,20 +296,20 @@ def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Colu
             found.more["reverse"] = back.tolist()
 
 
-def _add_yaw(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
-    if "qz" in columns and "qw" in columns and "yaw" not in columns:
-        columns["yaw"] = yaw_of(columns)
-        said, units = "yaw (of the quaternion)", _RADIANS
-    elif "yaw" in columns:
-        unit = places["yaw"].unit
-        said, units = _said("yaw", places["yaw"]), _RADIANS if unit else ("rad", "deg")
-    else:
-        return
+def _add_yaw(
+    found: Waypoints,
+    columns: Mapping[str, Floats],
+    said: str,
+    units: tuple[str, ...] = _RADIANS,
+    *,
+    both_ways: bool,
+) -> bool:
+    """Add a yaw if it is the waypoints' direction; whether it says that nothing is reversed."""
     yaw = columns["yaw"]
-    turned = shown.heading(found.xy, yaw, units, both_ways=bool(found.table and found.table.head))
+    turned = shown.heading(found.xy, yaw, units, both_ways=both_ways)
     if turned is None:
         found.notes.append(f"{said} ignored: it is not the waypoints' direction")
-        return
+        return False
     found.read.append(said)
     exact = turned.unit == "rad" and not turned.frame
     found.more["yaw"] = yaw if exact else turned.yaw
@@ -306,30 +317,39 @@ def _add_yaw(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, 
         found.notes.append(f"yaw is in {turned}")
     if turned.backwards.any() and not (columns.get("speed", yaw * 0.0) < 0.0).any():
         found.more["reverse"] = turned.backwards.tolist()
-    elif not turned.backwards.any() and "speed" in columns:
-        # Noise at rest: the heading says that nothing is driven backwards.
-        rest = (columns["speed"] < 0.0) & (columns["speed"] > -_AT_REST)
-        columns["speed"][rest] = 0.0
+    return not turned.backwards.any()
 
 
-def yaw_of(columns: Mapping[str, Floats]) -> Floats:
-    """Give the yaw of a quaternion's columns [rad]; x and y are 0 where they are missing."""
-    z, w = columns["qz"], columns["qw"]
-    x, y = columns.get("qx", 0.0 * z), columns.get("qy", 0.0 * z)
-    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
-def _add_speed(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
-    if "speed" not in columns:
-        return
+def _add_speed(
+    found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column], *, ahead: bool
+) -> None:
     speed, said = columns["speed"], _said("speed", places["speed"])
     if "speed_y" in columns and np.any(columns["speed_y"] != 0.0):
         other = columns["speed_y"]
         if shown.heading(found.xy, np.arctan2(other, speed), ("rad",)) is not None:
             said = f"speed (of {places['speed']} and {places['speed_y']})"
             speed = np.hypot(speed, other)
+    if (speed < 0.0).any():
+        speed = np.where(_at_rest(found.xy, speed, ahead=ahead), 0.0, speed)
     found.more["speed"] = speed
     found.read.append(said)
+
+
+def _at_rest(xy: Floats, speed: Floats, *, ahead: bool) -> NDArray[np.bool_]:
+    """Find slow negative speeds that are noise: the yaw says so, or they lead nowhere."""
+    slow = (speed < 0.0) & (speed > -_AT_REST)
+    rest = slow & ahead
+    if len(xy) <= _FEW:
+        return rest
+    steps = np.sort(np.hypot(*np.diff(xy, axis=0).T))
+    spacing = steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum()).clip(0, len(steps) - 1)]
+    # A segment from a speed of 0 is driven as its end says.
+    ends = np.flatnonzero(np.diff(speed <= 0.0, prepend=False, append=False))
+    for first, last in zip(ends[::2], ends[1::2], strict=True):
+        away = np.hypot(*(xy[first : last + 1] - xy[first]).T).max()
+        if away < 0.5 * spacing and speed[first:last].min() > -_AT_REST:
+            rest[first:last] = slow[first:last]
+    return rest
 
 
 @np.errstate(all="ignore")
@@ -343,7 +363,7 @@ def _judged(found: Waypoints) -> Waypoints:
         back = back | (speed < 0.0)
     share = float(steps[back[:-1]].sum()) / total if total > 0.0 else 0.0
     if share > 0.0:
-        found.notes.append(f"{100.0 * share:.0f} % of the length is driven backwards")
+        found.notes.append(f"{100.0 * share:.2g} % of the length is driven backwards")
     gap = float(np.hypot(*(xy[-1] - xy[0])))
     usual = float(np.median(steps[steps > 0.0])) if total > 0.0 else 0.0
     if total > 4.0 * gap and gap <= 3.0 * usual:

@@ -164,6 +164,28 @@ fn test_standstill_in_noise_leaves_one_waypoint() {
 }
 
 #[test]
+fn test_recording_from_before_the_start_leaves_the_standstill_out() {
+    // A car that stands for 10 s, and sets off slowly to 0.5 m/s, in noise of 1 cm; 20 rows a second.
+    let mut points = Vec::new();
+    for k in 0..600_u32 {
+        let noise = |step: f64| 0.02 * ((step * f64::from(k)).fract() - 0.5);
+        let since = (0.05 * f64::from(k) - 10.0).max(0.0);
+        let gone = if since < 5.0 {
+            0.05 * since * since
+        } else {
+            1.25 + 0.5 * (since - 5.0)
+        };
+        points.push((gone + noise(0.754_877_666), noise(0.569_840_291)));
+    }
+    for _ in 0..2 {
+        let (kept, faults) = mended(&points, false);
+        assert!(faults.contains(&Fault::Standstill));
+        assert!(kept.len() < 400 && kept.len() > 320, "{}", kept.len());
+        points.reverse();
+    }
+}
+
+#[test]
 fn test_end_aside_keeps_the_goal_and_the_direction() {
     for spacing in SPACINGS {
         let clean = course(spacing);

@@ -1,6 +1,8 @@
 //! The two ends of an open path: neighbours swapped, a vehicle that stood there, a short last stretch
 //! that points aside.
 
+use alloc::vec::Vec;
+
 use super::chain::{Chain, MOST, TURNED, along, mean, size, turn};
 use super::mends::Fault;
 use crate::geometry::{Point, get_distance, squared_distance};
@@ -60,17 +62,30 @@ impl Chain<'_> {
     /// Leaves one waypoint of a standstill at the end.
     fn leave_last_standstill(&mut self) -> bool {
         let count = self.order.len();
-        let (mut first, mut folds) = (count - 1, 0);
+        let mut folds: Vec<usize> = Vec::new(); // The latest first.
         for place in (1..count - 1).rev() {
-            if place + APART < first {
+            if place + APART < folds.last().copied().unwrap_or(count - 1) {
                 break;
             }
             if self.is_fold(place) {
-                (first, folds) = (place, folds + 1);
+                folds.push(place);
             }
         }
-        let middle = self.middle_of_standstill(first, count - 1, folds);
-        let Some(middle) = middle.filter(|_| first > 1) else {
+        // In noise the vehicle also sets off: of the folds, as many as lie together.
+        let stand = |many: usize| {
+            let first = *folds.get(many.checked_sub(1)?)?;
+            Some((first, self.middle_of_standstill(first, count - 1, many)?))
+        };
+        let (mut many, mut most) = (STANDSTILL, folds.len());
+        while many < most {
+            let half = (many + most).div_ceil(2);
+            if stand(half).is_some() {
+                many = half;
+            } else {
+                most = half - 1;
+            }
+        }
+        let Some((first, middle)) = stand(many).filter(|(first, _)| *first > 1) else {
             return false;
         };
         let index = self.order.get(first).copied().unwrap_or(0);
