@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,8 +21,6 @@ AUTHORS = ROOT.parent / "shared" / "data" / "carla_racetrack"
 """The run that the paper's authors recorded, beside the checkout."""
 AUTHORS_START = (-183.8, 78.7, -1.574)
 """Where its front axle starts [m, m, rad]."""
-
-BEFORE = Path(__file__).with_name("speed_0_3_0.json")
 
 
 def table(page: str, name: str) -> list[str]:
@@ -72,15 +69,6 @@ def write_blocks(file: Path, blocks: Mapping[str, str]) -> bool:
     if new != old:
         write_text_atomic(file, new)
     return new != old
-
-
-def before(name: str) -> list[str]:
-    """Give what version 0.3.0 came to in each row of a table of docs/planning.md, recorded once.
-
-    Its controllers were told what it has fields for: no grade, no brakes, no `steers_at_rest`.
-    """
-    found: dict[str, list[str]] = json.loads(BEFORE.read_text(encoding="utf-8"))
-    return found[name]
 
 
 def track(name: str) -> popsteer.Path:

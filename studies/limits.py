@@ -1,9 +1,9 @@
 """Preview POP behind wheels that turn slowly: the tables and the map of docs/preview_pop.md.
 
-    python -m studies.limits    # draws the map: overshoot over speed and rate, before and after
+    python -m studies.limits    # draws the map: overshoot over speed and rate
 
-"Before" plans without limits and cuts the angle afterwards, as 0.1.0 did. The plant of all but the
-slalom is a bicycle in plain Python, no part of popsteer.
+"Clipped" plans without limits and cuts the angle afterwards. The plant of all but the slalom is a
+bicycle in plain Python, no part of popsteer.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Joined(NamedTuple):
 
 
 def join(case: Straight, *, inside: bool = True) -> Joined:
-    """Drive; `inside` False plans without limits and cuts the angle afterwards, as 0.1.0 did."""
+    """Drive; `inside` False plans without limits and cuts the angle afterwards."""
     car, chain = case.car(), case.chain()
     if inside:
         controller = popsteer.PreviewPop(LINE, car)
@@ -272,7 +272,7 @@ def slalom_lines() -> list[str]:
 
 
 def straight_lines() -> list[str]:
-    """Set out overshoot [m], and time until within 0.1 m [s], before and after."""
+    """Set out overshoot [m], and time until within 0.1 m [s], clipped and within."""
 
     def cell(found: Joined) -> str:
         within = "never" if math.isinf(found.within) else f"{found.within:.1f}"
@@ -308,7 +308,7 @@ def sweep_lines() -> list[str]:
 
 
 def draw_map() -> None:
-    """Draw overshoot over speed and rate, before and after."""
+    """Draw overshoot over speed and rate, clipped and within."""
     from matplotlib import pyplot as plt
     from matplotlib.colors import LogNorm
 

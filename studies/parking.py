@@ -9,7 +9,7 @@ import numpy as np
 
 from popsteer import Path, PreviewPop, SpeedTracker, Vehicle
 from popsteer.lab.suite.scenarios import arcs
-from studies.layout import before, line
+from studies.layout import line
 from studies.slopes import PERIOD, Moved, OwnCar, Shipped
 
 LAG = 0.15
@@ -121,7 +121,5 @@ def parking_lines() -> list[str]:
             ]
             others = f"{kept.aside:.2f}, {kept.place:.2f} m, {kept.heading:.0f}°"
             bay = f"{name}, {radius:.0f} m"
-            lines.append(
-                line(bay, f"{found.time:.0f}", *cells, others, before("parking")[len(lines)])
-            )
+            lines.append(line(bay, f"{found.time:.0f}", *cells, others))
     return lines

@@ -11,7 +11,7 @@ import numpy as np
 from popsteer import Path, PreviewPop, SpeedTracker, Vehicle, planning, sim, tracks
 from popsteer.lab.suite.drive import along, pedals_on, rms
 from popsteer.sim.geometry import object_of, pose_of
-from studies.layout import before, line
+from studies.layout import line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -181,9 +181,8 @@ def stop_lines() -> list[str]:
             has_lag = lag_told and name != "commonroad-mb-2"
             told = ("slope" if slope_told else "", "drive lag" if has_lag else "")
             cells = (f"{most.rms:.2f}", f"{max(most.beyond, 0.0):.2f}", f"{most.changes:.0f}")
-            was = before("stops")[len(lines)]
             words = ", ".join(filter(None, told)) or "neither"
-            lines.append(line(name, words, place, *cells, was))
+            lines.append(line(name, words, place, *cells))
     return lines
 
 
@@ -204,6 +203,5 @@ def speed_lines() -> list[str]:
         side = np.abs(np.gradient(np.unwrap(yaw), PERIOD) * speed)[5:-5]
         most = (along.max(), -along.min(), side.max())
         cells = (f"{rms(speed - wanted):.2f}", ", ".join(f"{each:.1f}" for each in most))
-        was = before("speeds")[len(lines)]
-        lines.append(line(name, *cells, f"{len(speed) * PERIOD / profile.time:.3f}", was))
+        lines.append(line(name, *cells, f"{len(speed) * PERIOD / profile.time:.3f}"))
     return lines
