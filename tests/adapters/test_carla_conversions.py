@@ -253,7 +253,7 @@ def test_plan_behind_a_merge_is_led_in_along_the_lane_of_the_vehicle(
         found = Route(Merging(4.0, 0.0, 0.0))
         plan = [(Merging(2.0 * k, 0.0, 0.0), adapter.RoadOption.LANEFOLLOW) for k in range(2, 20)]
         found.replace(plan, carla.Location(-6.0, lane, 0.0))
-        path = found.path()
+        path = found.path(8.0)
         assert path is not None
         assert path.x[0] <= -6.0
         # CARLA's y points right, popsteer's left.
