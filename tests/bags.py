@@ -22,11 +22,12 @@ def write_bag(
     stamped: bool = True,
     topics: tuple[str, str] = ("/localization/odometry", "/control/drive"),
     more: tuple[str, str] | None = None,
-    packed: bool = False,
+    packed: str = "",
 ) -> Path:
     """Write a log as a bag; the folder, or its file where that is an MCAP.
 
-    `more` are types of poses, 1 m further in x, and of speeds, 0.5 m/s faster, on other topics.
+    `packed` is how: as "STORAGE" (chunks of an MCAP), "FILE" or "MESSAGE". `more` are types of poses,
+    1 m further in x, and of speeds, 0.5 m/s faster, on other topics.
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
@@ -37,7 +38,7 @@ def write_bag(
     plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
     bag = Writer(folder, version=9, storage_plugin=plugin)
     if packed:
-        bag.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        bag.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
     with bag as writer:
         odometry = writer.add_connection(topics[0], ODOMETRY, typestore=store)
         drive = writer.add_connection(topics[1], steering, typestore=store)

@@ -14,6 +14,7 @@ import popsteer
 from popsteer import own, plants, sim
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.names import title_of
 from popsteer.params_file import load_all
 from tests.cli.command import call
 from tests.helpers import ROOT
@@ -354,3 +355,6 @@ def test_own_controllers_of_one_class_name_are_told_apart(
     assert found == ["mine.py-BangBang.csv", "new.py-BangBang.csv"]
     line = "compare --controllers new.py:BangBang,pop --track circle --constant-speed 6"
     assert re.search(r"^BangBang  ", call(capsys, *line.split()).out, re.MULTILINE)
+    # Of those that are shown together alone: nothing is remembered.
+    assert title_of("mine.py:BangBang") == "BangBang"
+    assert title_of("mine.py:BangBang", both.split(",")) == "mine.py:BangBang"

@@ -114,3 +114,10 @@ def test_versions_agree() -> None:
 def test_changelog_tells_of_the_current_version() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert f"\n## [{_version()}]" in changelog
+
+
+@pytest.mark.parametrize("file", ["docs/parameters.md", "rust/c/include/popsteer.h"])
+def test_defaults_are_told_in_words_and_formulas_not_in_rust(file: str) -> None:
+    text = (ROOT / file).read_text(encoding="utf-8")
+    assert "`wheelbase / 12.0`" in text
+    assert not re.findall(r"unwrap_or|`[^`\n]*\bif [^`\n]*\{|} else", text)

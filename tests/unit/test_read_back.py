@@ -346,11 +346,32 @@ def test_packed_bag_is_read_and_unpacks_to_no_more_than_it_says(
     columns = {"t": t, "x": 5.0 * t, "y": 0.0 * t, "yaw": 0.0 * t, "v": 5.0 + 0.0 * t}
     columns["steer"] = 0.1 * np.sin(t)
     plain = logs.read(write_bag(tmp_path / "plain", columns))
-    file = write_bag(tmp_path / "packed", columns, packed=True)
+    file = write_bag(tmp_path / "packed", columns, packed="STORAGE")
     assert (logs.read(file).steer == plain.steer).all()
     for kind, pack in (("zstd", storage.zstd.compress), ("lz4", lz4.compress)):
         found = storage.DECOMPRESSORS[kind](pack(bytes(50_000_000)), 1000)
         assert len(found) == 1001  # one more than was said, which rosbags refuses
     monkeypatch.setattr(bag, "_MOST_OF_CHUNK", 1000)
     with pytest.raises(logs.LogError, match=r"a chunk of [0-9,]+ bytes, more than 1,000"):
+        logs.read(file)
+
+
+@pytest.mark.parametrize("how", ["FILE", "MESSAGE"])
+def test_packed_file_or_message_of_a_bag_unpacks_within_a_bound(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    pytest.importorskip("rosbags.rosbag2")
+    from popsteer import logs
+    from popsteer.logs import bag
+    from tests.bags import write_bag
+
+    t = 0.05 * np.arange(40)
+    columns = {"t": t, "x": 5.0 * t, "y": 0.0 * t, "yaw": 0.0 * t, "v": 5.0 + 0.0 * t}
+    columns["steer"] = 0.1 * np.sin(t)
+    file = write_bag(tmp_path / "packed", columns, mcap=False, packed=how)
+    assert bool([*file.glob("*.zstd")]) == (how == "FILE")
+    assert len(logs.read(file).steer) == 40
+    monkeypatch.setattr(bag, "_MOST_OF_CHUNK", 100)
+    monkeypatch.setattr(bag, "_MOST_PACKED", 1)
+    with pytest.raises(logs.LogError, match=r"unpacks to more than [0-9,]+ bytes"):
         logs.read(file)

@@ -16,7 +16,7 @@ from popsteer.errors import ConfigError, printable
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
-from popsteer.lab.common.names import controller_names, distinguish
+from popsteer.lab.common.names import controller_names
 from popsteer.lab.common.varied import usual, varying
 from popsteer.lab.compare import parameters
 from popsteer.lab.compare.runs import tunings
@@ -180,7 +180,6 @@ def tuned(
     for name in controllers:
         if not (own_too and own.is_named("controller", name)):
             check_known("controller", name, controller_names() if known is None else known)
-    distinguish(controllers)
     begun: dict[str, Any] = parameters(controllers, preset)
     called = dict(tunings(controllers, preset))
     if params is not None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from functools import partial, reduce
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +18,10 @@ from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS, STEERING, Steering, 
 from popsteer.logs.units import converted, factor
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Iterable, Mapping
 
     from numpy.typing import NDArray
+    from typing_extensions import Self
 
     Floats = NDArray[np.float64]
 
@@ -27,6 +29,8 @@ TOPICS = ("odometry", "steer", "pose", "speed")
 """What topics may be asked for."""
 _SHOWN = 12
 _MOST_OF_CHUNK = 1 << 28  # bytes
+_MOST_PACKED = 100
+"""How many times as large as a packed file it may be; recordings shrink to a tenth."""
 
 
 def read_bag(
@@ -74,7 +78,7 @@ def read_bag(
     require("a bag or an MCAP file", "lab", "rosbags")
     from rosbags.highlevel import AnyReader, AnyReaderError
 
-    _bound_chunks()
+    _bound_unpacking()
     path, asked = Path(file), dict(topics or {})
     for key, unit in (units or {}).items():
         factor(key, unit)  # refused before the file is read
@@ -109,13 +113,35 @@ def read_bag(
     return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic, said)
 
 
-def _bound_chunks() -> None:
+class _Bounded:
+    """A stream that is read no farther than so many bytes."""
+
+    def __init__(self, stream: Any, most: int) -> None:  # noqa: ANN401 - zstd's, of two modules
+        self._stream, self._most, self._left = stream, most, most
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stream.close()
+
+    def read(self, size: int) -> bytes:
+        """Read up to so many bytes; ValueError where there are more than are allowed."""
+        found: bytes = self._stream.read(size)
+        self._left -= len(found)
+        if self._left < 0:
+            raise ValueError(f"it unpacks to more than {self._most:,} bytes")
+        return found
+
+
+def _bound_unpacking() -> None:
     """Let rosbags unpack no chunk of an MCAP file to more than the file says, nor beyond a bound.
 
-    It would unpack whatever there is, and compare the sizes then: 4 MB may become 6 GB.
+    It would unpack whatever there is, and compare the sizes then: 4 MB may become 6 GB. Packed
+    messages have the bound of a chunk, packed files (``*.db3.zstd``) that of `_MOST_PACKED`.
     """
     from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
-    from rosbags.rosbag2 import storage_mcap
+    from rosbags.rosbag2 import reader, storage_mcap
 
     def bounded(make: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
         def unpacked(data: bytes, size: int) -> bytes:
@@ -129,6 +155,19 @@ def _bound_chunks() -> None:
     zstd: Any = storage_mcap.zstd
     storage_mcap.DECOMPRESSORS["zstd"] = bounded(zstd.ZstdDecompressor)
     storage_mcap.DECOMPRESSORS["lz4"] = bounded(LZ4FrameDecompressor)
+
+    def opened(packed: Any, mode: str) -> _Bounded:  # noqa: ANN401 - a file
+        size = os.fstat(packed.fileno()).st_size
+        return _Bounded(zstd.open(packed, mode), max(_MOST_PACKED * size, _MOST_OF_CHUNK))
+
+    def message(data: bytes) -> bytes:
+        found: bytes = zstd.ZstdDecompressor().decompress(data, max_length=_MOST_OF_CHUNK + 1)
+        if len(found) > _MOST_OF_CHUNK:
+            raise ValueError(f"a message unpacks to more than {_MOST_OF_CHUNK:,} bytes")
+        return found
+
+    bounds: Any = SimpleNamespace(open=opened, decompress=message)
+    reader.zstd = bounds
 
 
 def _choose(

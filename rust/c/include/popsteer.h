@@ -691,9 +691,9 @@ typedef struct popsteer_options {
 typedef struct popsteer_preview_pop_params {
     /**
      * Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most
-     * this times dt from the last one. Where the vehicle has no `max_steer_rate`, the paper's
-     * 3 degrees in 50 ms. NAN: `max_steer_rate.unwrap_or(60.0 * (PI / 180.0))`, in [0.001,
-     * 1000000.0].
+     * this times dt from the last one. The paper has 3 degrees in 50 ms, which are the 60
+     * degrees a second of the default. NAN: `max_steer_rate`, or `60.0 * (PI / 180.0)` where
+     * that is not given, in [0.001, 1000000.0].
      */
     double steer_span_rate;
     /**
@@ -725,14 +725,14 @@ typedef struct popsteer_preview_pop_params {
      * Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
      * prediction looks as far as at this speed; at rest they keep their angle, unless the
      * vehicle has `steers_at_rest`. Where the vehicle's `max_steer_rate` is given, they turn
-     * at all of it down to half this speed. NAN: `wheelbase * if steers_at_rest { 1.0 / 3.0 }
-     * else { 5.0 / 3.0 }`, in [0.0001, 10000.0].
+     * at all of it down to half this speed. NAN: `wheelbase * 1.0 / 3.0` with
+     * `steers_at_rest`, else `wheelbase * 5.0 / 3.0`, in [0.0001, 10000.0].
      */
     double min_speed;
     /**
      * Length of path over which its direction is taken [m]. More: less of the waypoints' noise
-     * is steered, and bends shorter than this are cut. NAN: `wheelbase * if steers_at_rest {
-     * 0.2 } else { 2.0 / 3.0 }`, in [0.0, 1000.0].
+     * is steered, and bends shorter than this are cut. NAN: `wheelbase * 0.2` with
+     * `steers_at_rest`, else `wheelbase * 2.0 / 3.0`, in [0.0, 1000.0].
      */
     double smoothing_length;
     /**

@@ -70,7 +70,7 @@ fn written_out(
     for field in fields {
         let (kind, default) = match field.default {
             Value::Absent if field.written == "None" => ("f64", "NAN: absent".into()),
-            Value::Absent => ("f64", format!("NAN: `{}`", field.written)),
+            Value::Absent => ("f64", format!("NAN: {}", field.formula())),
             Value::Number(number) if field.optional => {
                 ("f64", format!("Default {number}; NAN: absent"))
             }

@@ -4,6 +4,8 @@
 //! that has the parameters, the Python classes, C's structs, stubs and tables in pages, is made from
 //! the declaration: by the macro of the struct's name, or from `fields()` at build time.
 
+use core::fmt;
+
 use crate::error::{ConfigError, Requirement, in_range};
 use crate::math::from_count;
 
@@ -28,6 +30,33 @@ impl Field {
     /// Its unit; none where it has none.
     pub fn unit(&self) -> Option<&'static str> {
         Some(self.text.split_once('[')?.1.split_once(']')?.0)
+    }
+
+    /// Its formula, for a comment: choices that Rust writes with braces or calls in words.
+    pub fn formula(&self) -> impl fmt::Display {
+        Formula(self.written)
+    }
+}
+
+struct Formula(&'static str);
+
+impl fmt::Display for Formula {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((value, other)) = self.0.split_once(".unwrap_or(") {
+            let other = other.strip_suffix(')').unwrap_or(other);
+            return write!(out, "`{value}`, or `{other}` where that is not given");
+        }
+        let choice = self.0.split_once("if ").and_then(|(before, rest)| {
+            let (condition, rest) = rest.split_once(" { ")?;
+            let (one, rest) = rest.split_once(" } else { ")?;
+            Some((before, condition, one, rest.strip_suffix(" }")?))
+        });
+        match choice {
+            Some((before, condition, one, other)) => {
+                write!(out, "`{before}{one}` with `{condition}`, else `{before}{other}`")
+            }
+            None => write!(out, "`{}`", self.0),
+        }
     }
 }
 

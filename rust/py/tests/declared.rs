@@ -96,7 +96,7 @@ fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
         format!("\n## {name}\n\n| parameter | unit | default | range | |\n|---|---|---|---|---|\n");
     for field in fields {
         let default = match field.default {
-            Value::Absent if field.written != "None" => format!("`{}`", field.written),
+            Value::Absent if field.written != "None" => field.formula().to_string(),
             value => python(value),
         };
         let range = field

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 from popsteer import controllers, own
@@ -19,25 +18,16 @@ def controller_names() -> tuple[str, ...]:
     return (*controllers.names(), *baselines.names())
 
 
-def title_of(law: str) -> str:
+def title_of(law: str, among: Iterable[str] = ()) -> str:
     """Name of a controller as a person reads it; of one's own that of its class, if it is free.
 
-    It is not where a shipped one has it, or two of those that `distinguish` was told last.
+    It is not where a shipped one has it, or another of those `among` which it is shown.
     """
     shipped = {name: controllers.get(name).title for name in controllers.names()}
     shipped |= {name: baselines.get(name).title for name in baselines.names()}
     title = own.title(law)
-    return shipped.get(law, law if title in (*shipped.values(), *_alike) else title)
-
-
-_alike: set[str] = set()
-
-
-def distinguish(laws: Iterable[str]) -> None:
-    """Let `title_of` tell apart the controllers of a command whose classes have the same name."""
-    titles = Counter(map(own.title, laws))
-    _alike.clear()
-    _alike.update(title for title, count in titles.items() if count > 1)
+    taken = {*shipped.values(), *(own.title(each) for each in among if each != law)}
+    return shipped.get(law, law if title in taken else title)
 
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:

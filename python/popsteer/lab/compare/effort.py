@@ -56,7 +56,7 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     for panel in grid[:, 0]:
         panel.set_ylabel(f"mean |cross-track error|\nafter {settling:g} s [m]")
     handles = [
-        Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law))
+        Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law, first.runs))
         for law, colour in colours.items()
     ] + [
         Line2D([], [], linestyle="", marker=marker, color=theme.faint, label=track)

@@ -81,7 +81,7 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
     for column, (name, run) in enumerate(runs.items()):
         track, *panels = axes[:, column]
         _draw_track(track, run, extent, error, theme)
-        track.set_title(title_of(name), color=colours[name], pad=10)
+        track.set_title(title_of(name, runs), color=colours[name], pad=10)
         track.set_xlabel("x [m]")
         for panel, series in zip(panels, _SERIES, strict=True):
             bound = bounds[series.record]
@@ -215,7 +215,7 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
             # A run that left the road is drawn behind those that can be compared.
             alpha=1.0 if run.metrics.finished else 0.4,
             zorder=2.0 if run.metrics.finished else 1.5,
-            label=title_of(name),
+            label=title_of(name, comparison.runs),
         )
     panel.set(xlim=(0.0, comparison.path.length), ylim=(-bound, bound))
     panel.set(xlabel="distance along the path [m]", ylabel="cross-track error [m]")
@@ -273,7 +273,7 @@ def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme)
                 hatch="////" if number else "",
             )
     names = [
-        title_of(name) + ("" if good else "\n(not finished)")
+        title_of(name, runs) + ("" if good else "\n(not finished)")
         for name, good in zip(runs, ended, strict=True)
     ]
     panel.set_xticks(range(len(runs)), names)

@@ -226,7 +226,7 @@ def _matrix_markdown(comparisons: Sequence[Comparison]) -> str:
             points = ", ".join(dict.fromkeys(each.points[law] for each in here))
             times = [each.step_times.get(law, math.nan) for each in here]
             time = [f"{1e6 * median(times):.2f}"] if timed else []
-            lines.append([title_of(law), points, *cells, *time])
+            lines.append([title_of(law, here[0].runs), points, *cells, *time])
         tables.append("".join(f"| {' | '.join(line)} |\n" for line in lines))
     on = describe()
     machine = [f"{on['cpu']}, {on['cores']} cores; {on['python']}.\n"] if timed else []

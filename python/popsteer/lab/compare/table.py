@@ -59,7 +59,11 @@ def heading(*comparisons: Comparison) -> str:
 def notes(*comparisons: Comparison) -> list[str]:
     """Say what a reader has to know of the figures."""
     runs = [
-        (title_of(name), f" on {each.plant}, {each.track}" if len(comparisons) > 1 else "", run)
+        (
+            title_of(name, each.runs),
+            f" on {each.plant}, {each.track}" if len(comparisons) > 1 else "",
+            run,
+        )
         for each in comparisons
         for name, run in each.runs.items()
     ]
@@ -142,7 +146,11 @@ def _table(
     if named:
         add_names(table, "plant", (each.plant for each in comparisons))
         add_names(table, "track", (each.track for each in comparisons))
-    add_names(table, "controller", (title_of(name) for each in comparisons for name in each.runs))
+    add_names(
+        table,
+        "controller",
+        (title_of(name, each.runs) for each in comparisons for name in each.runs),
+    )
     if told:
         table.add_column("outcome", overflow="fold")
         add_names(table, "tuning", (of for each in comparisons for of in each.tuning.values()))
@@ -153,7 +161,7 @@ def _table(
         equal = [_equal(comparison, *each) for each in zip(columns, best, strict=True)]
         for name, run in comparison.runs.items():
             cells = [Text(comparison.plant), Text(comparison.track)] if named else []
-            cells.append(Text(title_of(name)))
+            cells.append(Text(title_of(name, comparison.runs)))
             if told:
                 cells.append(outcome(run.metrics.faults, finished=run.metrics.finished))
                 cells += [Text(comparison.tuning[name]), Text(comparison.points[name])]

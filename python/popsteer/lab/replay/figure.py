@@ -49,7 +49,9 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
             "linewidth": 1.1,
             "linestyle": dashes[name],
         }
-        line(angles, t, np.degrees(shadow.steer), label=title_of(shadow.name), **style)
+        line(
+            angles, t, np.degrees(shadow.steer), label=title_of(shadow.name, found.shadows), **style
+        )
         line(differences, t, np.degrees(shadow.steer - log.steer), **style)
         line(errors, t, shadow.cross_track_error, **style)
         _draw_marks(marks, t, shadow.status, place, theme)
@@ -58,7 +60,11 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     differences.set(ylabel="less driver's [deg]")
     errors.set(ylabel="error [m]")
     marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
-    marks.set_yticks(range(len(found.shadows)), map(title_of, found.shadows), fontsize=8.0)
+    marks.set_yticks(
+        range(len(found.shadows)),
+        [title_of(name, found.shadows) for name in found.shadows],
+        fontsize=8.0,
+    )
     marks.invert_yaxis()
     handles = [
         Line2D([], [], label=level, **_mark(level, theme)) for level in ("degraded", "fault")

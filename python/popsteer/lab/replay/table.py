@@ -53,7 +53,7 @@ def replay_table(found: Replay) -> Table:
             Text(f"{figures[key]:.{places}f}", _COLOURS.get(key, "") if figures[key] else "")
             for key, places in _SHOWN.items()
         )
-        table.add_row(title_of(shadow.name), *cells)
+        table.add_row(title_of(shadow.name, found.shadows), *cells)
     return table
 
 
@@ -77,7 +77,7 @@ def statuses(found: Replay) -> list[str]:
             f"{name} {100.0 * share:.1f} %" for name, share in shadow.conditions().items()
         )
         if held:
-            lines.append(f"{title_of(shadow.name)}: {held}")
+            lines.append(f"{title_of(shadow.name, found.shadows)}: {held}")
     return lines
 
 

@@ -98,13 +98,18 @@ def figure(
 
 
 def stairs(
-    law: str, edges: Iterable[float], shares: Iterable[float], width: float, hover: str
+    law: str,
+    among: Iterable[str],
+    edges: Iterable[float],
+    shares: Iterable[float],
+    width: float,
+    hover: str,
 ) -> dict[str, Any]:
     """Draw a controller's histogram as a line; a share [%] holds until the next edge."""
     return {
         "type": "scatter",
         "mode": "lines",
-        "name": title_of(law),
+        "name": title_of(law, among),
         "x": rounded(edges),
         "y": [round(float(share), 3) for share in shares],
         "line": {"color": f"@{law}", "shape": "hv", "width": width},

@@ -62,7 +62,7 @@ def of_comparison(*comparisons: Comparison, origin: Origin | None = None) -> byt
     first, *others = comparisons
     if not first.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where a report is wanted")
-    titles = [title_of(name) for name in first.runs]
+    titles = [title_of(name, first.runs) for name in first.runs]
     shown = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
     place = f" on {first.track}" if first.track else ""
     results = "".join(table(each, "Errors of the controllers") for each in tables(*comparisons))
@@ -102,7 +102,7 @@ def verdict(comparisons: Sequence[Comparison]) -> str:
         if said:
             where = ", ".join(part for part in (each.plant, each.track) if part)
             on = f" on {where}" if len(comparisons) > 1 else ""
-            wrong.append(f"{title_of(name)}{on} ({'; '.join(said)})")
+            wrong.append(f"{title_of(name, each.runs)}{on} ({'; '.join(said)})")
     head = f"{len(runs) - len(wrong)} of {counted(len(runs), 'run')} finished without a fault"
     return badge(head, wrong, good=not wrong)
 
@@ -125,7 +125,7 @@ def _pivot(comparisons: Sequence[Comparison]) -> str:
         rows.append([escape(each.plant), link, *cells])
     return html_table(
         f"Mean |cross-track error| after {settling:g} s [m]",
-        ["plant", "track", *map(title_of, names)],
+        ["plant", "track", *(title_of(name, names) for name in names)],
         rows,
         [False, False, *[True] * len(names)],
     ) + paragraphs(["In brackets: did not finish. A track leads to its map."])
@@ -152,7 +152,7 @@ def _effort(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
             symbol = [symbols[track] + end for (track, _), end in zip(own, ends, strict=True)]
             traces.append(
                 dots(
-                    title_of(law),
+                    title_of(law, comparisons[0].runs),
                     [math.degrees(found.rms_steer_rate) for _, found in own],
                     [found.settled_mean_abs_cross_track_error for _, found in own],
                     [track + end for (track, _), end in zip(own, said, strict=True)],
@@ -185,7 +185,7 @@ def scene_of(comparison: Comparison) -> Scene:
     return Scene(
         title=", ".join(part for part in parts if part),
         actors=[
-            actor_of(run, name, title_of(name), colours[name])
+            actor_of(run, name, title_of(name, comparison.runs), colours[name])
             for name, run in comparison.runs.items()
         ],
         panels=PANELS,
@@ -241,7 +241,9 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
         shares = 100.0 * counts / len(each)
         hover = "%{y:.1f} % of the steps from %{x:.3g} µs"
         # Up at the first edge.
-        traces.append(stairs(name, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover))
+        traces.append(
+            stairs(name, comparison.runs, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover)
+        )
     on = describe()
     machine = f"{on['cpu']}, {on['cores']} cores, {on['python']}"
     note = f"Share of the steps, as the clock read each; {machine}.{beyond}"
@@ -258,7 +260,15 @@ def latency_table(comparison: Comparison) -> str:
         values = np.percentile(np.array(each), _SHARES, method="higher")
         net = f"{1e6 * comparison.step_times[name]:.2f}"
         shown = [f"{1e-3 * value:.2f}" for value in values]
-        rows.append((title_of(name), net, *shown, f"{1e-3 * max(each):.1f}", str(len(each))))
+        rows.append(
+            (
+                title_of(name, comparison.runs),
+                net,
+                *shown,
+                f"{1e-3 * max(each):.1f}",
+                str(len(each)),
+            )
+        )
     percentiles = [f"p{share:g} [µs]" for share in _SHARES]
     heads = ("controller", "net median [µs]", *percentiles, "max [µs]", "calls")
     note = (

@@ -50,7 +50,7 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     True
     """
     origin = Origin() if origin is None else origin
-    titles = ", ".join(map(title_of, found.shadows))
+    titles = ", ".join([title_of(name, found.shadows) for name in found.shadows])
     return Page(
         title=f"{titles} beside the driver of {found.log.name}",
         lead=caption(found),
@@ -69,7 +69,7 @@ def verdict(found: Replay) -> str:
     """Say how many controllers would have driven the log without a fault."""
     shares = {each.name: each.share("fault") for each in found.shadows.values()}
     wrong = [
-        f"{title_of(name)} (fault in {100.0 * share:.1f} % of the rows)"
+        f"{title_of(name, shares)} (fault in {100.0 * share:.1f} % of the rows)"
         for name, share in shares.items()
         if share > 0.0
     ]
@@ -100,7 +100,9 @@ def _scene(found: Replay) -> Scene:
             "heading_error_deg": cut(np.degrees(shadow.heading_error)),
             "status": shadow.status,
         }
-        actors.append(Actor(name, title_of(name), colours[name], columns, body="ray"))
+        actors.append(
+            Actor(name, title_of(name, found.shadows), colours[name], columns, body="ray")
+        )
     return Scene(
         title=log.name,
         actors=actors,
@@ -129,7 +131,9 @@ def _histogram(found: Replay) -> dict[str, Any]:
     for name, each in differences.items():
         counts, _ = np.histogram(each, edges)
         shares = (*(100.0 * counts / len(each)), 0.0)
-        traces.append(stairs(name, edges, shares, 1.6, "%{y:.2f} % of the rows from %{x:.2f}°"))
+        traces.append(
+            stairs(name, found.shadows, edges, shares, 1.6, "%{y:.2f} % of the rows from %{x:.2f}°")
+        )
     up = {"title": {"text": "rows [%]"}, "rangemode": "tozero"}
     note = "Share of the log's rows."
     return figure("Angle less the driver's", note, traces, "difference [deg]", up)

@@ -102,7 +102,7 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
         panel.yaxis.set_major_formatter("{x:g}")
         panel.minorticks_off()
         panel.set(xlabel="speed [m/s]", xlim=speeds[[0, -1]], ylim=distances[[0, -1]])
-        panel.set_title(title_of(name), pad=8)
+        panel.set_title(title_of(name, result.margins), pad=8)
         panel.grid(visible=False)
         legend = panel.legend(loc="lower right", fontsize=8.5, frameon=True, edgecolor="none")
         legend.get_frame().set(facecolor=theme.background, alpha=0.85)
@@ -131,7 +131,7 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
                 values,
                 color=colours[name],
                 linestyle=dashes[name],
-                label=title_of(name),
+                label=title_of(name, result.margins),
                 linewidth=1.8,
             )
     titles = "gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"

@@ -41,13 +41,13 @@ def stability_caption(result: Stability) -> str:
 def stability_table(result: Stability) -> Table:
     """Set out margins, a row for each controller and speed."""
     table = blank_table()
-    add_names(table, "controller", map(title_of, result.margins))
+    add_names(table, "controller", (title_of(name, result.margins) for name in result.margins))
     add_numbers(table, "speed\n[m/s]", "lookahead\n[m]", "gain\n[-]")
     add_numbers(table, "phase\n[deg]", "dead time\n[ms]")
     for name, rows in result.margins.items():
         for index, (speed, found) in enumerate(zip(result.speeds, rows, strict=True)):
             table.add_row(
-                title_of(name) if index == 0 else "",
+                title_of(name, result.margins) if index == 0 else "",
                 f"{speed:g}",
                 *_cells(_lookahead(result, name, speed), found),
                 end_section=speed == result.speeds[-1],

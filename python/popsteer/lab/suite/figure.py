@@ -23,7 +23,7 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     """Draw the error of each controller in each row of the table, and over its steering."""
     lines = rows(found)[:-1]
     names = list(found.step_times)
-    titles = [title_of(name) for name in names]
+    titles = [title_of(name, names) for name in names]
     figure = Figure(
         figsize=(1.05 * len(names) + 8.2, 0.31 * len(lines) + 2.2), layout="constrained"
     )

@@ -25,7 +25,7 @@ from popsteer.lab.common.names import title_of
 from popsteer.lab.suite.runs import Cell, Suite, grouped, leaders, mean_error, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from rich.table import Table
 
@@ -100,7 +100,7 @@ def suite_tables(found: Suite) -> list[Table]:
     lines += _others(found)
     lines.append(("step [µs]", {k: f"{1e6 * v:.1f}" for k, v in found.step_times.items()}))
     add_names(table, "", (title for title, _ in lines))
-    add_numbers(table, *map(_head, names))
+    add_numbers(table, *(_head(name, names) for name in names))
     for title, cells in lines:
         said = (cells[name] for name in names)
         table.add_row(
@@ -124,7 +124,7 @@ def sentences(found: Suite) -> list[str]:
     """Say what the rows of the table show: who has the least error where."""
     return spoken(
         {
-            title: {title_of(name): word for name, word in _marked(cells, "**").items()}
+            title: {title_of(name, cells): word for name, word in _marked(cells, "**").items()}
             for title, cells in rows(found)
         }
     )
@@ -177,7 +177,10 @@ def suite_files(found: Suite) -> dict[str, bytes]:
 def suite_lines(found: Suite) -> list[str]:
     """Set out the tables in Markdown: what is the same on every machine."""
     names = list(found.step_times)
-    lines = [("", {name: title_of(name) for name in names}), ("---", dict.fromkeys(names, "--:"))]
+    lines = [
+        ("", {name: title_of(name, names) for name in names}),
+        ("---", dict.fromkeys(names, "--:")),
+    ]
     lines += [(title, _marked(cells, "**")) for title, cells in rows(found)]
     lines += _others(found)
     return [
@@ -185,9 +188,9 @@ def suite_lines(found: Suite) -> list[str]:
     ]
 
 
-def _head(name: str) -> str:
+def _head(name: str, among: Iterable[str]) -> str:
     """Fold a title for the head of a column."""
-    title = title_of(name)
+    title = title_of(name, among)
     folded = re.sub(r"(?<=[a-z])(?=[A-Z])", "\n", title, count=2)
     if len(title) > 10 and folded != title:
         return folded

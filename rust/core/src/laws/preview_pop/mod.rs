@@ -45,8 +45,8 @@ law_params! {
     /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
     pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate, steers_at_rest) {
         /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
-        /// times dt from the last one. Where the vehicle has no `max_steer_rate`, the paper's 3
-        /// degrees in 50 ms.
+        /// times dt from the last one. The paper has 3 degrees in 50 ms, which are the 60 degrees a
+        /// second of the default.
         steer_span_rate: Scaled = max_steer_rate.unwrap_or(60.0 * (PI / 180.0)), in [1e-3, 1e6];
         /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         /// anticipated. If it is shorter than the lag and the return to the path, the vehicle
