@@ -207,6 +207,12 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "-,x,y,-,-",
         "",
     ),
+    "boundaries": (
+        "x,y,type\n" + _rows((X, Y, ["left"] * (N // 2) + ["right"] * (N // 2))),
+        "type says left and right: lists of two sides",
+        "x=x,y=y",
+        "",
+    ),
     "no unit of speed": (
         "x,y,speed [furlong]\n" + _rows((X, Y, SPEED)),
         r"speed \[furlong\]: the unit 'furlong' of speed is not known",
@@ -312,6 +318,14 @@ def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> N
         assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
 
 
+def test_yaw_in_a_frame_of_its_own_against_all_the_waypoints_shows_nothing(tmp_path: Any) -> None:
+    for yaw, reverse in ((YAW + np.pi, True), (YAW + np.pi / 2, False)):
+        path = Path.from_csv(_write(tmp_path, "x,y,psi\n" + _rows((X, Y, yaw))))
+        assert (path.reverse is not None) == reverse
+        assert ("100 % of the length is driven backwards" in str(path.source)) == reverse
+        assert (path.yaw is None) == ("yaw (psi) ignored" in str(path.source)) == (not reverse)
+
+
 def test_yaw_that_is_none_of_the_waypoints_is_left_out_and_said(tmp_path: Any) -> None:
     path = Path.from_csv(_write(tmp_path, "x,y,yaw\n" + _rows((X, Y, 7.0 * np.sin(9.0 * S)))))
     assert path.yaw is None
@@ -328,7 +342,7 @@ def test_slow_speed_that_leads_nowhere_is_no_driving_backwards(tmp_path: Any) ->
     for back in (-0.2, -0.02):
         speed = np.concatenate((SPEED[:20], np.full(3, back), SPEED[23:]))
         path = Path.from_csv(_write(tmp_path, "x,y,vx\n" + _rows((X, Y, speed))))
-        assert "6.1 % of the length is driven backwards" in str(path.source)
+        assert "6.12 % of the length is driven backwards" in str(path.source)
 
 
 def test_curvature_that_contradicts_the_waypoints_is_left_out_and_said(tmp_path: Any) -> None:

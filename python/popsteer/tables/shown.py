@@ -126,6 +126,8 @@ def _heading(
         for score, _, other in found[1:]
         if np.quantile(np.abs(_wrapped(other.yaw - chosen.yaw)), _AGREE) > _HEADING
     )
+    if chosen.frame and chosen.backwards.mean() > _AGREE:
+        return None  # in a frame of its own, and against the waypoints: it shows nothing
     if error > _HEADING or (
         way.turn >= _TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02
     ):

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
 
 _AT_REST = 0.1  # m/s: a negative speed nearer to 0 may be noise
+_SIDES = {"left", "right", "inner", "outer", "blue", "yellow", "orange", "big", "small", "cone"}
 _FEW = 20  # waypoints that no one recorded
 _RADIANS: tuple[str, ...] = ("rad",)
 _OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
@@ -189,6 +190,8 @@ def _read_table(
             if key in _OF_A_PATH and (key in _NEEDED or not table.is_text(each.place))
         }
         _check_position(table, places)
+        if not wanted:
+            _refuse_sides(table, places)
         factors = check_units(table.name, places)
         use = list(places)
         values = table.numbers([places[key].place for key in use])
@@ -220,6 +223,18 @@ def _refuse_text(table: Table, texts: list[int]) -> None:
         f"{table.name}: column {texts[0] + 1} is text ({entry!r}) without a name (--columns"
         f" {','.join(shown_as)} reads the others, in the order of the rows)"
     )
+
+
+def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
+    """Refuse lists of both sides of a road: boundaries, or cones by their colours."""
+    for k in filter(table.is_text, range(table.columns)):
+        said = sorted({row[k].lower() for _, row in table.rows() if len(row) > k})
+        if len(said) > 1 and {word for each in said for word in each.split("_")} <= _SIDES:
+            first = ",".join(f"{key}={places[key].name}" for key in ("x", "y") if key in places)
+            raise PathError(
+                f"{table.name}: {(table.head or [])[k]} says {' and '.join(said)[:60]}: lists of"
+                f" two sides, and no path (--columns {first} reads them in the order of the rows)"
+            )
 
 
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
@@ -363,7 +378,7 @@ def _judged(found: Waypoints) -> Waypoints:
         back = back | (speed < 0.0)
     share = float(steps[back[:-1]].sum()) / total if total > 0.0 else 0.0
     if share > 0.0:
-        found.notes.append(f"{100.0 * share:.2g} % of the length is driven backwards")
+        found.notes.append(f"{100.0 * share:.3g} % of the length is driven backwards")
     gap = float(np.hypot(*(xy[-1] - xy[0])))
     usual = float(np.median(steps[steps > 0.0])) if total > 0.0 else 0.0
     if total > 4.0 * gap and gap <= 3.0 * usual:

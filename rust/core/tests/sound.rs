@@ -164,6 +164,24 @@ fn test_standstill_in_noise_leaves_one_waypoint() {
 }
 
 #[test]
+fn test_jump_between_two_drives_is_refused_also_where_directions_are_told() {
+    let clean = course(0.5);
+    let mut points = clean.clone();
+    points.extend(clean.iter().map(|(x, y)| (x - 40.0, y + 90.0)));
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    for directed in [false, true] {
+        let found = sound(&x, &y, false, directed);
+        assert!(matches!(found, Err(PathError::Gap { .. })), "{found:?}");
+    }
+    // A long way to a cusp was meant.
+    let mut points = vec![(-30.0, 0.0)];
+    points.extend((0..40).map(|k| (-0.5 * f64::from(k), 0.1 * f64::from(k * k) / 40.0)));
+    let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+    assert!(sound(&x, &y, false, true).is_ok());
+    assert!(sound(&x, &y, false, false).is_err());
+}
+
+#[test]
 fn test_recording_from_before_the_start_leaves_the_standstill_out() {
     // A car that stands for 10 s, and sets off slowly to 0.5 m/s, in noise of 1 cm; 20 rows a second.
     let mut points = Vec::new();

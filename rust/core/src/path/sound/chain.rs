@@ -1,11 +1,12 @@
 //! Waypoints in the order in which they are mended: their spacing, their twins, their gaps.
 
 use alloc::vec::Vec;
+use core::f64::consts::PI;
 
 use super::mends::{Fault, Mend};
 use crate::error::PathError;
 use crate::geometry::Point;
-use crate::math::{atan2, from_count, larger, sqrt};
+use crate::math::{atan2, from_count, larger, smaller, sqrt};
 
 /// Segments whose lengths differ by no more than this factor are no gap, and none is a twin.
 pub(super) const EVEN: f64 = 10.0;
@@ -168,9 +169,22 @@ impl Chain<'_> {
         goes_on && (turned(before) || turned(onward))
     }
 
+    /// Mends what is certain, and refuses folds that may be cusps.
+    pub(super) fn mend(&mut self, closed: bool) -> Result<(), PathError> {
+        if self.order.len() < CORNERS {
+            return self.check_corners();
+        }
+        self.leave_twins(closed);
+        if closed {
+            return self.mend_lap();
+        }
+        self.mend_ends();
+        self.mend_folds()
+    }
+
     /// Refuses a segment far longer than the others at whose ends the path turns; that which closes a
-    /// path was asked for.
-    pub(super) fn check_gaps(&self) -> Result<(), PathError> {
+    /// path was asked for, and so are cusps if it is `directed`.
+    pub(super) fn check_gaps(&self, directed: bool) -> Result<(), PathError> {
         let count = self.order.len();
         let places = if count < CORNERS { 0..0 } else { 0..count - 1 };
         for place in places {
@@ -182,7 +196,11 @@ impl Chain<'_> {
             let before = place.checked_sub(1).map(|before| self.step(before));
             let after = (place + 2 < count).then(|| self.step(place + 1));
             let beside = [before, after].into_iter().flatten();
-            if beside.map(|other| turn(gap, other)).fold(0.0, larger) > GAP_TURN {
+            let turns = beside.map(|other| match turn(gap, other) {
+                turn if directed => smaller(turn, PI - turn),
+                turn => turn,
+            });
+            if turns.fold(0.0, larger) > GAP_TURN {
                 let index = |place: usize| self.order.get(place).copied().unwrap_or(0);
                 return Err(PathError::Gap {
                     index: index(place),

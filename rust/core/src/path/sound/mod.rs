@@ -57,21 +57,12 @@ pub fn sound(x: &[f64], y: &[f64], closed: bool, directed: bool) -> Result<Sound
         mends: Vec::new(),
     };
     chain.note_coinciding(closed);
-    if !directed && chain.order.len() > 2 {
+    if chain.order.len() > 2 {
         chain.spacing = chain.usual_spacing(closed);
-        let corners = chain.order.len() < CORNERS;
-        if !corners {
-            chain.leave_twins(closed);
+        if !directed {
+            chain.mend(closed)?;
         }
-        if corners {
-            chain.check_corners()?;
-        } else if closed {
-            chain.mend_lap()?;
-        } else {
-            chain.mend_ends();
-            chain.mend_folds()?;
-        }
-        chain.check_gaps()?;
+        chain.check_gaps(directed)?;
     }
     let all = chain.order.len() == x.len() && chain.mends.is_empty();
     Ok(Sound {
