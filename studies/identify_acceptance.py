@@ -30,12 +30,15 @@ if TYPE_CHECKING:
 KINDS: tuple[tuple[str, dict[str, Any]], ...] = (
     *((kind, {}) for kind in logged.KINDS),
     ("lines", {"pose_rate": 5.0}),
-    ("blocks", {"play": 1.0}),
+    ("blocks", {"play": 1.0, "ahead": True}),
     ("brisk", {"play": 0.5}),
     ("laps", {"noise": 2.0}),
     ("brisk", {"rate": math.inf}),
 )
-"""A drive, and what is otherwise: poses that repeat [Hz], play [degrees], more noise, no limit."""
+"""A drive, and what is otherwise: poses that repeat [Hz], play [degrees], a driver who looks ahead,
+more noise, no limit."""
+
+_OF_THE_LOG = ("pose_rate", "noise", "digits", "ahead")
 
 
 class Stated(NamedTuple):
@@ -60,7 +63,9 @@ def car_of(seed: int, **changes: Any) -> logged.Car:
 
 def identified(kind: str, seed: int, **changes: Any) -> tuple[logged.Car, Identification | None]:
     """Identify a drawn car from a drive; None where the log is refused."""
-    own = {key: changes.pop(key) for key in ("pose_rate", "noise", "digits") if key in changes}
+    own = {
+        key: changes.pop(key) for key in ("pose_rate", "noise", "digits", "ahead") if key in changes
+    }
     car = car_of(seed, **changes)
     try:
         return car, popsteer.identify(Log(**logged.log(kind, car, seed, **own)))

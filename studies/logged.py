@@ -8,6 +8,7 @@ with delay, lag, pedals and drag; what is measured of it has noise.
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -100,6 +101,68 @@ def commands(kind: str, car: Car, dt: float, random: np.random.Generator) -> tup
     return t, speeds, rows
 
 
+def pursued(
+    kind: str, car: Car, dt: float, random: np.random.Generator, substeps: int = 10
+) -> tuple[Any, Any, Any, Any]:
+    """Give times, speeds, commanded angles and poses of a driver who looks ahead along the path.
+
+    The driver pursues a point of the path, brakes before bends and stops where the gear changes:
+    the angles are smooth, and answer what the car did.
+    """
+    pace = math.sqrt(car.length / 2.7)
+    step, fastest = 0.1 * car.length, 2.0 * pace
+    paths: list[list[complex]] = []
+    tops: list[list[float]] = []
+    place, course, before = 0j, 0.0, 0.0
+    for seconds, fast, angle in _legs(kind, random):
+        if fast * before <= 0.0:
+            paths.append([])
+            tops.append([])
+        for _ in range(max(1, round(seconds * pace**2 * abs(fast) / step))):
+            place += math.copysign(step, fast) * cmath.exp(1j * course)
+            course += math.copysign(step, fast) * math.tan(angle) / car.length
+            paths[-1].append(place)
+            tops[-1].append(pace * abs(fast))
+        before = fast
+    h = dt / substeps
+    kept, late = math.exp(-h / car.lag), round(car.delay / h)
+    at, yaw, v, leg, near, hand, smooth = 0j, 0.0, 0.0, 0, 0, 0.0, 0.0
+    actuator = wheel = car.offset
+    rows: list[tuple[float, float, float, float]] = []
+    given: list[float] = []
+    while len(rows) < round(230.0 / dt) and leg < len(paths):
+        points = np.array(paths[leg])
+        near += int(np.argmin(np.abs(points[near : near + 40] - at)))
+        if near >= len(points) - 2:
+            leg, near = leg + 1, 0
+            continue
+        way = math.copysign(1.0, ((points[1] - points[0]) * cmath.exp(-1j * yaw)).real)
+        braking = np.arange(len(points) - near) * step * 1.2 * fastest
+        slow = np.append(np.array(tops[leg][near:-1]), 0.3 * pace)
+        wanted = way * math.sqrt(float(np.min(slow**2 + braking)))
+        goal = near + int(max(1.1 * car.length, abs(v) * (0.8 + car.delay + car.lag)) / step)
+        over = max(goal - len(points) + 1, 0) * (points[-1] - points[-2])
+        off = (points[min(goal, len(points) - 1)] + over - at) * cmath.exp(-1j * yaw)
+        hand += -hand * dt / 0.4 + 0.02 * math.sqrt(dt) * random.normal()
+        smooth += (hand - smooth) * dt / (0.2 + dt)
+        bend = 2.0 * off.imag / abs(off) ** 2 * (car.length + car.understeer * v * v)
+        given.append(max(-0.6, min(0.6, math.atan(bend) + smooth)))
+        rows.append((at.real, at.imag, yaw, v))
+        for j in range(len(given) * substeps - substeps, len(given) * substeps):
+            target, held, was = given[max(j - late, 0) // substeps] + car.offset, wheel, v
+            turn = (target - actuator) * (1.0 - kept)
+            actuator += max(-car.rate * h, min(turn, car.rate * h))
+            wheel = max(actuator - 0.5 * car.play, min(wheel, actuator + 0.5 * car.play))
+            v += max(-fastest * h, min(wanted - v, fastest * h))
+            mean = 0.5 * (v + was)
+            turn = mean * math.tan(0.5 * (held + wheel)) / (car.length + car.understeer * mean**2)
+            at += mean * h * cmath.exp(1j * (yaw + 0.5 * turn * h))
+            yaw += turn * h
+    x, y, heading, speed = np.array(rows).T
+    x, y = x + car.point * np.cos(heading), y + car.point * np.sin(heading)
+    return dt * np.arange(len(x)), speed, np.array(given), np.column_stack([x, y, heading])
+
+
 def driven(car: Car, t: Any, speed: Any, steer: Any, substeps: int = 10) -> Any:
     """Drive a car along speeds and commands: the pose of its point at each time, (N, 3)."""
     dt = float(t[1] - t[0])
@@ -132,11 +195,18 @@ def log(
     noise: float = 1.0,
     pose_rate: float | None = None,
     digits: int | None = None,
+    ahead: bool = False,
 ) -> Columns:
-    """Give the columns of a log; poses come at `pose_rate` [Hz] and repeat until the next one."""
+    """Give the columns of a log; poses come at `pose_rate` [Hz] and repeat until the next one.
+
+    With `ahead` the driver is that of `pursued`.
+    """
     random = np.random.default_rng(seed)
-    t, speed, steer = commands(kind, car, dt, random)
-    pose = driven(car, t, speed, steer)
+    if ahead:
+        t, speed, steer, pose = pursued(kind, car, dt, random)
+    else:
+        t, speed, steer = commands(kind, car, dt, random)
+        pose = driven(car, t, speed, steer)
     size = min(car.length / 2.7, 1.0)
     sizes = (0.02 * size, 0.02 * size, 0.002)
     if pose_rate is not None:

@@ -42,3 +42,14 @@ def test_play_leaves_the_delay_as_it_is() -> None:
         assert found is not None
         assert found.delay == pytest.approx(car.lag + car.delay, abs=0.015)
         assert found.fit.values["steer_play"] == pytest.approx(car.play, abs=0.0035)
+
+
+@pytest.mark.parametrize("seed", [6, 8])
+def test_play_of_a_driver_who_looks_ahead_is_told_from_lag(seed: int) -> None:
+    # Without play and rate every structure misfits: none may be dropped for it.
+    car, found = acceptance.identified("blocks", seed, play=1.0, ahead=True)
+    assert found is not None
+    assert found.explains
+    assert found.vehicle.steer_play == pytest.approx(car.play, abs=0.0035)
+    assert found.vehicle.steer_lag == pytest.approx(car.lag, abs=0.03)
+    assert found.delay == pytest.approx(car.lag + car.delay, abs=0.015)

@@ -159,26 +159,32 @@ def fit(
     `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted,
     `prior` the mean and the deviation of what is believed before.
     """
-    tasks = [Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior)) for lag_of in LAGS]
-    tried: list[Candidate] = []
-    for count, task in enumerate(tasks):
-        tried.append(task.candidate(task.solve(task.first(start))))
-        if progress is not None:
-            progress(0.5 * (count + 1) / len(tasks))
-    for count in range(len(tasks)):
-        plain = tried[count]
-        if plain.criterion < min(tried, key=_criterion).criterion + CLOSE:
-            limited = plain.task.limited(plain.values)
-            tried += [plain.task.candidate(limited)] * (len(limited) > len(plain.values))
-        if progress is not None:
-            progress(0.5 + 0.4 * (count + 1) / len(tasks))
-    least = min(tried, key=_criterion).criterion
-    for each in [each for each in tried if each.criterion < least + CLOSE]:
-        # With each that is near enough for play to be its misfit.
-        if _criterion(each) == least or _criterion(min(tried, key=_criterion)) < least:
-            more = each.task.with_play(each.values)
-            tried += [each.task.candidate(more)] * (len(more) > len(each.values))
+    own, *others = (Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior)) for lag_of in LAGS)
+    plain = own.solve(own.first(start))
+    tried = [own.candidate(plain)]
+    _grow(tried)
+    if progress is not None:
+        progress(0.5)
+    # What the lag is of shows only once rate and play are no misfit any more, and they only then.
+    starts = [plain] if len(tried) == 1 else [plain, min(tried, key=_criterion).values]
+    tried += [task.candidate(task.solve(values)) for task in others for values in starts]
+    if progress is not None:
+        progress(0.7)
+    best = _grow(tried)
+    for name in [name for name in best.task.free(best.values) if name in _CORNERS]:
+        less = {key: value for key, value in best.values.items() if key != name}
+        tried.append(best.task.candidate(best.task.solve(less)))
     return _chosen(tried)
+
+
+def _grow(tried: list[Candidate]) -> Candidate:
+    """Add a limit of the rate, and play, to the likeliest in turn; give what is likeliest then."""
+    for grown in (Task.limited, Task.with_play, Task.limited):
+        _, task, values = min(tried, key=_criterion)
+        more = grown(task, values)
+        if len(more) > len(values):
+            tried.append(task.candidate(more))
+    return min(tried, key=_criterion)
 
 
 def refit(found: Fit, fixed: Mapping[str, float]) -> Fit:
@@ -302,7 +308,7 @@ class Task:
 
     def limited(self, values: Values) -> Values:
         """Fit with a limit of the rate, from the best of a row of limits."""
-        if "max_steer_rate" in self.fixed:
+        if "max_steer_rate" in values:
             return values
         wheels = self.chain.wheels(values["steer_lag"])
         response = max(wheels.lag, self.drive.cell)
@@ -312,7 +318,7 @@ class Task:
 
     def with_play(self, values: Values) -> Values:
         """Fit with play, from the best of a row of plays."""
-        return values if "steer_play" in self.fixed else self._added(values, "steer_play", _PLAYS)
+        return values if "steer_play" in values else self._added(values, "steer_play", _PLAYS)
 
     def _added(self, values: Values, name: str, trials: Sequence[float]) -> Values:
         self.weigh(values)
