@@ -152,6 +152,35 @@ def test_opponent_keeps_its_place_when_the_path_is_sent_anew() -> None:
             assert abs(arcs[found] - 20.0 * yaw) < 3.0, (name, k)
 
 
+@looped("name", NAMES)
+def test_opponent_on_a_fresh_path_sees_what_one_that_begins_there_sees(name: str) -> None:
+    # The same bend again: begun later, with other waypoints, and a third of a metre to the left.
+    line = Line(0.0, 0.0004, 150.0)
+    car = CAR.replace(rear_axle=0.0)
+    first = popsteer.Path(line.waypoints(1.0, even=True))
+    x, y, yaw = line.at(np.arange(10.0, 140.0, 0.4))
+    aside = np.column_stack((x - np.sin(yaw) / 3.0, y + np.cos(yaw) / 3.0))
+    opponent = made(name, first, car)
+    for step in range(80):
+        opponent.step(*line.at(20.0 + 0.4 * step), 8.0, 0.05)
+    pose = *line.at(52.0), 8.0, 0.05
+    fresh = made(name, popsteer.Path(aside), car)
+    opponent.set_path(fresh.path)
+    fresh.observer.steer, fresh.observer.wheel = opponent.observer.steer, opponent.observer.wheel
+    seen, wanted = opponent.observer.see(*pose), fresh.observer.see(*pose)
+    assert wanted.error == pytest.approx(-1.0 / 3.0, abs=2e-3)
+    assert seen.segment == wanted.segment
+    assert seen.arc == pytest.approx(wanted.arc, abs=1e-6)
+    assert seen.error == pytest.approx(wanted.error, abs=1e-6)
+    assert seen.heading == pytest.approx(wanted.heading, abs=2e-3)  # slip has been estimated
+    ahead = np.array((0.0, 2.0, 5.0))
+    for each in (opponent, fresh):
+        bends = each.observer.curvature(seen, ahead)
+        assert bends == pytest.approx(0.0004 * np.array((53.0, 55.5)), abs=2e-4)
+    angles = [each.step(*line.at(52.4), 8.0, 0.05) for each in (opponent, fresh)]
+    assert angles[0] == pytest.approx(angles[1], abs=5e-3)
+
+
 def straight() -> popsteer.Path:
     return popsteer.Path([(float(x), 0.0) for x in range(0, 201, 2)])
 

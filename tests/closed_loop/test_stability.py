@@ -98,6 +98,18 @@ def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
+@pytest.mark.parametrize("name", controllers.names())
+@pytest.mark.parametrize("point", [-1.0, 0.6])
+def test_dead_time_margin_where_another_point_is_believed_is_that_of_the_driven_loop(
+    name: str, point: float
+) -> None:
+    """It is told where it does not slip, and a dead time, neither of which is true."""
+    given = _given(name, CAR.replace(no_slip_point=point, dead_time=0.06), None)
+    computed = margins(given.params, CAR, 8.0, believed=given.vehicle).dead_time
+    driven = critical_dead_time(given, CAR, 8.0, computed, most=1.5 * computed + 0.02)
+    assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
+
+
 @pytest.mark.parametrize("dead_time", [0.0, 0.13])
 @pytest.mark.parametrize("speed", [5.0, 15.0])
 def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(

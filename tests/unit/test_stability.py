@@ -178,6 +178,18 @@ def test_tracked_point_is_that_of_the_controller(name: str) -> None:
         assert linearised(params, vehicle, 10.0, 0.05).tracked_point == tracked
 
 
+def test_map_of_dead_times_has_the_margins_of_its_cells_for_what_is_believed() -> None:
+    params, late = popsteer.PopParams(), Vehicle(dead_time=0.05)
+    found = stability.dead_time_map(params, late, [6.0, 10.0], [8.0, 12.0], believed=Vehicle())
+    told = stability.dead_time_map(params, late, [6.0, 10.0], [8.0, 12.0])
+    for (row, column), value in np.ndenumerate(found):
+        fixed = params.replace(lookahead_gain=0.0, min_lookahead=(8.0, 12.0)[row])
+        speed = (6.0, 10.0)[column]
+        wanted = margins(fixed, late, speed, believed=Vehicle()).dead_time
+        assert value == pytest.approx(wanted, abs=1e-3)
+        assert value < told[row, column] - 0.01
+
+
 def test_stability_sets_controllers_beside_speeds() -> None:
     result = stability.run(["stanley", "pop"], Vehicle(), [5.0, 10.0])
     assert {name: len(rows) for name, rows in result.margins.items()} == {"stanley": 2, "pop": 2}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
@@ -102,6 +103,18 @@ def test_page_of_a_replay_has_degrees_and_breaks_at_the_gap() -> None:
     assert (trace["x"][0], trace["x"][-1]) == pytest.approx((-largest, largest), rel=1e-3)
     counted = {x: y for x, y in zip(trace["x"], trace["y"], strict=True) if y}
     assert sorted(counted.values()) == pytest.approx([20.0, 20.0, 20.0, 40.0])
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_histogram_of_differences_to_one_side_has_all_of_them(side: float) -> None:
+    found = replay()
+    away = np.array(STEER) + side * np.array([0.1, 0.1, 0.2, 0.2, 0.3])
+    shadows = {"pop": dataclasses.replace(found.shadows["pop"], steer=away)}
+    figure = report._histogram(dataclasses.replace(found, shadows=shadows))
+    (trace,) = figure["traces"]
+    counted = {x: y for x, y in zip(trace["x"], trace["y"], strict=True) if y}
+    assert list(counted.values()) == pytest.approx([40.0, 40.0, 20.0][:: int(side)])
+    assert all(side * x > 0.0 for x in counted)
 
 
 def identification() -> Identification:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields, replace
 from typing import Any
 
@@ -162,3 +163,15 @@ def test_speed_of_the_node_is_the_lower_of_the_vehicles_and_its_own() -> None:
 
     for car, asked, wanted in ((None, 3.0, 3.0), (10.0, 3.0, 3.0), (2.0, 3.0, 2.0)):
         assert _limited(popsteer.Vehicle(max_speed=car), asked).max_speed == wanted
+
+
+def test_angle_that_a_yaw_rate_shows_is_the_one_commanded() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, understeer=0.004, steer_offset=0.02)
+    for speed in (8.0, -8.0):
+        rate = speed * math.tan(0.1 + 0.02) / (2.7 + 0.004 * speed**2)
+        seen = conversions.Measured(0.0, 0.0, 0.0, speed, 0, "map", "base_link", rate)
+        assert conversions.shown_steer(car, seen) == pytest.approx(0.1)
+        # Below half a wheelbase a second the noise is more than the angle.
+        for slow, shows in ((1.34, False), (1.36, True)):
+            seen = seen._replace(speed=math.copysign(slow, speed))
+            assert (conversions.shown_steer(car, seen) != 0.0) is shows
