@@ -111,11 +111,13 @@ def test_rates_over_tenths_cover_the_values_without_a_gap() -> None:
 
 def test_run_at_the_end_of_a_tenth_counts_in_the_next_and_the_last_in_the_last() -> None:
     values = np.arange(11.0)
-    found = list(summary.success_rates(values, values == 5.0))
-    assert [round(rate.share * 2) for *_, rate in found] == [0] * 5 + [2] + [0] * 4
-    assert found[5][:2] == (5.0, 6.0)
-    (*_, last) = list(summary.success_rates(values, values == 10.0))
-    assert last[2].share == 0.5
+    for at, tenth in ((5.0, (5.0, 6.0)), (10.0, (9.0, 10.0)), (0.0, (0.0, 1.0))):
+        found = {
+            (low, high): share
+            for low, high, (share, *_) in summary.success_rates(values, values == at)
+        }
+        (where,) = [ends for ends, share in found.items() if share]
+        assert where == pytest.approx(tenth)
 
 
 def test_rates_over_tenths_count_each_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
