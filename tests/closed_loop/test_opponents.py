@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_discrete_are
 
 import popsteer
@@ -14,7 +15,15 @@ from popsteer import own, sim, tracks
 from popsteer.lab import opponents
 from popsteer.lab.opponents.ahead import Ahead
 from popsteer.lab.opponents.lqr import cost_to_go, model, weights
+from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.lab.opponents.pure_pursuit import AutowareGains, AutowarePurePursuit
+from popsteer.lab.suite import suite_car
+from popsteer.lab.suite.conditions import CONDITIONS
+from popsteer.lab.suite.drive import drive
+from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.sim.geometry import object_of
+from studies import solvers
+from studies.limits import Slalom
 from tests.helpers import looped
 
 if TYPE_CHECKING:
@@ -297,3 +306,73 @@ def test_opponents_look_ahead_across_the_seam_of_a_path_with_cusps() -> None:
     assert found.turning(70, reverse=True) == 70
     whole = Ahead(popsteer.Path(xy[:20]), popsteer.Vehicle())
     assert whole.turning(7, reverse=True) == 7
+
+
+def test_mpc_far_beside_a_slalom_returns_behind_wheels_that_turn_slowly() -> None:
+    pytest.importorskip("daqp")
+    metrics = Slalom("carla-identified", 0.2, 8.0).drive("mpc")
+    assert metrics.settled_mean_abs_cross_track_error < 0.2
+
+
+def test_problem_by_stages_costs_what_the_condensed_one_does() -> None:
+    pytest.importorskip("daqp")
+    given = solvers.record("noise", ["slalom"])
+    q, r = weights(2.7, Weights().heading, Weights().change)
+    random = np.random.default_rng(0)
+    for k in range(0, len(given["fresh"]), 50):
+        last = np.flatnonzero(given["fresh"][: k + 1])[-1]
+        a, b = given["dynamics"][k], given["inputs"][k]
+        p = cost_to_go(a, b, q, r)
+
+        def staged(changes: Any, k: int = k, a: Any = a, b: Any = b, p: Any = p) -> float:
+            x, cost = given["start"][k], 0.0
+            for stage, change in enumerate(changes, 1):
+                x = a @ x + b[:, 0] * change
+                off = x - given["wanted"][k][stage]
+                cost += off @ (p if stage == len(changes) else q) @ off + r[0, 0] * change**2
+            return 0.5 * cost
+
+        assert np.array_equal(given["hessian"][k], given["hessian"][last])
+        changes = 0.05 * random.standard_normal(20)
+        condensed = 0.5 * changes @ given["hessian"][k] @ changes + given["gradient"][k] @ changes
+        assert staged(changes) - staged(0.0 * changes) == pytest.approx(condensed, rel=1e-6)
+
+
+def splined(path: popsteer.Path, car: popsteer.Vehicle) -> Mpc:
+    """The MPC, told error, heading and curvature of a cubic spline by scipy, and not of `Path`."""
+    mpc, xy = Mpc(path, car, Weights()), np.column_stack((path.x, path.y))
+    spline = CubicSpline(np.append(0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))), xy)
+    at = np.linspace(0.0, spline.x[-1], round(100.0 * spline.x[-1]))
+    place, tangent = spline(at), spline(at, 1)
+    yaws = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
+    arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(place, axis=0).T)))
+    observed, point = mpc.observer.see, mpc.tracked_point
+
+    def see(x: float, y: float, yaw: float, speed: float, dt: float) -> Seen:
+        seen = observed(x, y, yaw, speed, dt)
+        x, y = x + point * math.cos(yaw), y + point * math.sin(yaw)
+        nearest = int(np.argmin(np.hypot(place[:, 0] - x, place[:, 1] - y)))
+        along, (dx, dy) = yaws[nearest], (x, y) - place[nearest]
+        arc = arcs[nearest] + math.cos(along) * dx + math.sin(along) * dy
+        heading = yaw - float(np.interp(arc, arcs, yaws)) + mpc.observer.eye.estimate.slip
+        aside = math.cos(along) * dy - math.sin(along) * dx
+        return seen._replace(error=aside, heading=heading, arc=arc)
+
+    def curvature(seen: Seen, distances: Any) -> Any:
+        return np.diff(np.interp(seen.arc + distances, arcs, yaws)) / np.diff(distances)
+
+    mpc.observer.see, mpc.observer.curvature = see, curvature  # type: ignore[method-assign]
+    return mpc
+
+
+@pytest.mark.parametrize("plant", ["suite-car", "carla-identified"])
+@pytest.mark.parametrize("name", ["double-lane-change", "step-steer", "slalom"])
+def test_mpc_errs_as_one_that_is_told_a_spline(name: str, plant: str) -> None:
+    pytest.importorskip("daqp")
+    mover = suite_car() if plant == "suite-car" else plant
+    errors = [
+        drive(SCENARIOS[name], CONDITIONS["as told"], object_of(mover), make).metrics
+        for make in (splined, lambda path, car: Mpc(path, car, Weights()))
+    ]
+    ours, theirs = (each.rear_axle_mean_abs_cross_track_error for each in errors)
+    assert ours == pytest.approx(theirs, rel=0.01, abs=1e-6)

@@ -95,7 +95,10 @@ class Mpc(Opponent):
         wanted = np.zeros((_STAGES, 4))
         wanted[:, 1] = -seen.slope * bends
         wanted[:, 2] = wanted[:, 3] = reference
-        start = np.array([seen.error, seen.heading, seen.wheel, before])
+        # Its model is that of small angles: from farther off it approaches as from there.
+        far = 0.5 * car.wheelbase
+        error = min(max(seen.error, -far), far)
+        start = np.array([error, seen.heading, seen.wheel, before])
         off = self._start @ start - self._drift @ reference - wanted.ravel()
         # Bounds of the changes, then of the angles that they come to.
         fastest = math.inf if car.max_steer_rate is None else car.max_steer_rate
