@@ -19,7 +19,7 @@ from studies.driver import fault_lines
 from studies.grip import grip_lines
 from studies.layout import table, write_table
 from studies.parking import parking_lines
-from studies.preview_pop import preview_lines
+from studies.preview_pop import preview_lines, slip_lines
 from studies.replanning import input_lines, replanning_lines
 from studies.slopes import speed_lines, stop_lines
 from studies.theory import carrot_lines, choice_lines, late_line, margin_lines
@@ -47,6 +47,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "late": ("theory.md", lambda: [late_line(name) for name in controllers.names()]),
     "choice": ("theory.md", choice_lines),
     "preview": ("preview_pop.md", lambda: list(preview_lines())),
+    "slip": ("preview_pop.md", lambda: list(slip_lines())),
     "limits, slalom": ("preview_pop.md", limits.slalom_lines),
     "limits, straight": ("preview_pop.md", limits.straight_lines),
     "limits, sweep": ("preview_pop.md", limits.sweep_lines),

@@ -1,4 +1,4 @@
-"""The table of docs/preview_pop.md: the authors' waypoints, a vehicle that is wrong, noise."""
+"""The tables of docs/preview_pop.md: the authors' waypoints, a vehicle that is wrong, noise."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer import AdaptParams, Pop, PreviewPop, Vehicle, sim, vehicles
+from popsteer import AdaptParams, Path, Pop, PreviewPop, Vehicle, sim, vehicles
 from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.sim import CarlaIdentified, Noise, OwnSimpleController
+from popsteer.sim.geometry import object_of
 from studies.layout import course, line
 
 if TYPE_CHECKING:
@@ -82,3 +83,33 @@ def preview_lines() -> Iterator[str]:
     ):
         yield _row(name, Misinformed(law(), **wrong))
         yield _row("... not adapting", Misinformed(law(adapt=None), **wrong))
+
+
+def slip_lines() -> Iterator[str]:
+    """Yield a row for each plant: the error after 5 s [m], not estimating the slip, and so."""
+    path, _ = course("authors")
+    angles = np.linspace(0.0, math.tau, 315, endpoint=False)
+    circle = Path(50.0 * np.column_stack((np.cos(angles), np.sin(angles))), closed=True)
+    cases: tuple[tuple[str, Path, str, float | None, int], ...] = (
+        ("carla-identified", path, "", None, 10),
+        ("carla-identified", path, ", 200 substeps a period", None, 200),
+        ("commonroad-mb-2", path, "", 10.0, 10),
+        ("commonroad-mb-2", path, "", 14.0, 10),
+        ("commonroad-std-2", circle, ", circle", 10.0, 10),
+        ("mujoco-car", circle, ", circle", 8.0, 10),
+    )
+    for plant, way, note, speed, substeps in cases:
+        car = sim.vehicle_of(object_of(plant))
+        start = START if speed is None else sim.default_start(way, 1.0, car)
+        errors = [
+            sim.run(
+                PreviewPop(way, car, adapt=adapt),
+                plant,
+                start=start,
+                constant_speed=speed,
+                settings=sim.Settings(substeps=substeps),
+            ).metrics.settled_mean_abs_cross_track_error
+            for adapt in (NO_SLIP, AdaptParams())
+        ]
+        at = "" if speed is None else f", {speed:g} m/s"
+        yield line(f"`{plant}`{note}{at}", *(f"{each:.4f}" for each in errors))

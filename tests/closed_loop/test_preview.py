@@ -13,7 +13,7 @@ from popsteer import AdaptParams, PreviewPop, Vehicle, sim, tracks
 from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.sim import CarlaIdentified, Noise, Settings
 from studies.layout import table
-from studies.preview_pop import CAR, START, Misinformed, preview_lines
+from studies.preview_pop import CAR, START, Misinformed, preview_lines, slip_lines
 from tests.helpers import authors_data
 
 PLANT = "carla-identified"
@@ -49,6 +49,13 @@ def test_page_table_of_preview_pop_is_what_is_driven() -> None:
     pytest.importorskip("daqp")
     authors_data()  # one of the paths of the table
     assert table("preview_pop.md", "preview") == list(preview_lines())
+
+
+def test_page_table_of_the_slip_is_what_is_driven() -> None:
+    for module in ("mujoco", "vehiclemodels"):
+        pytest.importorskip(module)
+    authors_data()
+    assert table("preview_pop.md", "slip") == list(slip_lines())
 
 
 def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
