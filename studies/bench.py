@@ -39,19 +39,30 @@ def machine(latency: dict[str, Any], rustc: str) -> str:
     return f"{of['cpu']}, {of['cores']} cores; {of['python']}; {rustc}."
 
 
-SHORT = ("pop_command_ns", "preview_pop_car_step_ns", "daqp_step_ns")
+SHORT = {
+    "pop_command_ns": "POP",
+    "preview_pop_car_step_ns": "preview POP, of a real car",
+    "daqp_step_ns": "MPC on daqp, in numpy",
+}
 """The rows of README."""
 
 
-def latency_table(latency: dict[str, Any], names: Sequence[str] = ()) -> str:
-    """Lay out the steps as called from Python, or some; a yardstick not at hand says why."""
+def short_table(latency: dict[str, Any]) -> str:
+    """Lay out the rows of README that are at hand."""
+    heading = ("step", "p50", "p99", "p99.9", "max")
+    step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
+    found = {name: latency["results"].get(name) for name in SHORT}
+    rows = [[SHORT[k], *cells(row, step, empty)[:4]] for k, row in found.items() if row]
+    return markdown(heading, rows)
+
+
+def latency_table(latency: dict[str, Any]) -> str:
+    """Lay out the steps as called from Python; a yardstick not at hand says why."""
     heading = ["call", "p50", "p99", "p99.9", "max", "net p50"]
     heading += ["times an empty call", "the same, net", "times POP's angle"]
     step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
     rows = []
     for name, row in latency["results"].items():
-        if names and name not in names:
-            continue
         label = LABELS.get(name, name)
         if row is None:
             if not label.startswith("-"):
@@ -130,7 +141,7 @@ def figures(folder: Path, criterion: Path, rustc: str) -> dict[str, str]:
     parts += ["### In Rust alone", criterion_table(criterion, since)]
     return {
         "figures": "\n\n".join(parts),
-        "steps": f"{latency_table(latency, SHORT)}\n\n{on}",
+        "steps": f"{short_table(latency)}\n\n{on}",
     }
 
 
