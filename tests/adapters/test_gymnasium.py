@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import pickle
 import subprocess
 import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -483,3 +485,44 @@ def test_batch_is_a_vec_env_of_stable_baselines3() -> None:
     assert envs.get_attr("dt") == [0.05] * 3
     assert not any(envs.env_is_wrapped(vec_env.VecMonitor))
     envs.close()
+
+
+class _VecEnv:
+    """What stable-baselines3's base class does with seeds, where it is not installed."""
+
+    def __init__(self, num_envs: int, *spaces: Any) -> None:
+        self.num_envs = num_envs
+        self._reset_seeds()
+
+    def seed(self, seed: int) -> None:
+        self._seeds: list[int | None] = [seed + place for place in range(self.num_envs)]
+
+    def _reset_seeds(self) -> None:
+        self._seeds = [None] * self.num_envs
+
+    def _reset_options(self) -> None:
+        pass
+
+
+def test_seed_of_stable_baselines3_counts_for_the_reset_after_it_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("stable_baselines3", "stable_baselines3.common"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    base: Any = ModuleType("stable_baselines3.common.vec_env")
+    base.VecEnv = _VecEnv
+    monkeypatch.setitem(sys.modules, base.__name__, base)
+    adapter = "popsteer.adapters.gymnasium.stable_baselines3"
+    monkeypatch.delitem(sys.modules, adapter, raising=False)
+    options: dict[str, Any] = {"track": "slalom", "constant_speed": 8.0}
+    envs = importlib.import_module(adapter).TrackVecEnv(3, **options)
+    monkeypatch.delitem(sys.modules, adapter)
+    plain = TrackVectorEnv(3, **options)
+    envs.seed(4)
+    first = envs.reset()
+    np.testing.assert_array_equal(first, plain.reset(seed=4)[0])
+    second = envs.reset()
+    np.testing.assert_array_equal(second, plain.reset()[0])
+    assert (first != second).any()
+    envs.seed(4)
+    np.testing.assert_array_equal(envs.reset(), first)

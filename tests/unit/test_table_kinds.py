@@ -316,6 +316,9 @@ def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> N
     for name in ("gear", "direction"):
         path = Path.from_csv(_write(tmp_path, f"x,y,{name}\n" + _rows((x, y, signs))))
         assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
+    # A column that is called reverse says so by anything but 0.
+    path = Path.from_csv(_write(tmp_path, "x,y,reverse\n" + _rows((x, y, 1.0 * (signs < 0.0)))))
+    assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
 
 
 def test_yaw_in_a_frame_of_its_own_against_all_the_waypoints_shows_nothing(tmp_path: Any) -> None:
@@ -508,3 +511,21 @@ def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
         if path.yaw is not None:
             off = (np.asarray(path.yaw)[:60] - yaw + np.pi) % (2.0 * np.pi) - np.pi
             assert np.abs(off).max() < 0.06, file.name
+
+
+def test_share_driven_backwards_is_of_the_segments_from_their_first_waypoints(
+    tmp_path: Any,
+) -> None:
+    file = _write(tmp_path, "x,y,speed\n0,0,2\n10,0,-2\n8,0,-2\n5,0,2\n9,0,2\n15,0,2\n")
+    assert "20 % of the length is driven backwards" in read_waypoints(file).source()
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg", "rad-north", "deg-north"])
+def test_heading_in_a_unit_that_is_named_is_taken_as_named(tmp_path: Any, unit: str) -> None:
+    bend = np.linspace(0.3, 1.4, 60)
+    named = np.pi / 2.0 - bend if unit.endswith("north") else bend
+    named = np.degrees(named) if unit.startswith("deg") else named
+    rows = _rows((20.0 * np.sin(bend), -20.0 * np.cos(bend), named))
+    found = read_waypoints(_write(tmp_path, f"x,y,yaw [{unit}]\n" + rows))
+    assert found.more["yaw"] == pytest.approx(bend, abs=1e-8)
+    assert "yaw is in" not in found.source()

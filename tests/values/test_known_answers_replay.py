@@ -154,6 +154,19 @@ def identification() -> Identification:
     )
 
 
+def test_bars_of_an_identification_stand_in_the_middle_of_what_they_count() -> None:
+    from popsteer.lab.report import identify as page
+
+    rate, aside = (figure["traces"][0] for figure in page._histograms(identification()))
+    # Residuals 0, 0, 0 and 0.2 rad/s; 0.1, 0.1, -0.1 and 0.1 m; the last row does not count.
+    for bars, (low, high), counts in ((rate, (0.0, 0.2), (3, 1)), (aside, (-0.1, 0.1), (1, 3))):
+        width = (high - low) / len(bars["x"])
+        assert bars["x"][0] == pytest.approx(low + 0.5 * width, abs=1e-5)
+        assert bars["x"][-1] == pytest.approx(high - 0.5 * width, abs=1e-5)
+        assert (bars["y"][0], bars["y"][-1]) == counts
+        assert sum(bars["y"]) == 4
+
+
 def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     pytest.importorskip("scipy")
     from popsteer.lab.identify.table import caption as identified_caption
