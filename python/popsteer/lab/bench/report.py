@@ -45,7 +45,8 @@ def table(report: LatencyReport) -> Table:
         padding=0,
     )
     layout.add_column("call", no_wrap=True)
-    for heading in ("p50", "p99", "p99.9", "max", "net p50", "/empty", "net /empty", "/POP"):
+    ratios = "times\nan empty", "the same,\nnet", "times\nPOP"
+    for heading in ("p50", "p99", "p99.9", "max", "net p50", *ratios):
         layout.add_column(heading, justify="right", no_wrap=True)
     step, empty = report.row(POP_STEP), report.row(EMPTY_CALL)
     for name, row in report.results.items():
