@@ -12,13 +12,12 @@ import pytest
 from popsteer import ConfigError, Path, PathError, planning, tracks
 from popsteer.tables import read_waypoints
 from popsteer.tables.quantities import meaning
-from tests.helpers import ROOT, looped
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path as FilePath
 
-CASES = ROOT.parent / "shared" / "cases" / "paths"
 # An arc of 14 m radius, 50 waypoints 1.4 m apart along it, from (3, -2) in direction 0.4.
 N, RADIUS, STEP, START = 50, 14.0, 1.4, 0.4
 S = STEP * np.arange(N)
@@ -486,46 +485,3 @@ def test_degrees_without_a_name_are_refused_and_read_as_they_are_called(
     with pytest.raises(PathError, match="are degrees"):
         Path.from_csv(file)
     _flat(Path.from_csv(file, columns=columns))
-
-
-@pytest.mark.skipif(not CASES.is_dir(), reason="needs the cases beside the checkout")
-def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
-    pytest.importorskip("pyproj")
-    yaw = 0.1 * np.arange(60)
-    x, y = 20.0 * np.sin(yaw), 20.0 * (1.0 - np.cos(yaw))
-    special = ("lap_small_open", "closed_first_repeated", "comment_header_reordered")
-    for file in sorted(CASES.iterdir()):
-        try:
-            path = Path.from_csv(file)
-        except PathError as error:
-            said = str(error)
-        else:
-            said = ""
-        if said or file.stem in special:
-            assert not said or "--columns " in said, file.name
-            continue
-        assert np.asarray(path.x)[:60] - path.x[0] == pytest.approx(x, abs=0.2), file.name
-        assert np.asarray(path.y)[:60] - path.y[0] == pytest.approx(y, abs=0.2), file.name
-        if path.speed is not None:
-            assert np.asarray(path.speed) == pytest.approx(5.0, abs=1e-3), file.name
-        if path.yaw is not None:
-            off = (np.asarray(path.yaw)[:60] - yaw + np.pi) % (2.0 * np.pi) - np.pi
-            assert np.abs(off).max() < 0.06, file.name
-
-
-def test_share_driven_backwards_is_of_the_segments_from_their_first_waypoints(
-    tmp_path: Any,
-) -> None:
-    file = _write(tmp_path, "x,y,speed\n0,0,2\n10,0,-2\n8,0,-2\n5,0,2\n9,0,2\n15,0,2\n")
-    assert "20 % of the length is driven backwards" in read_waypoints(file).source()
-
-
-@pytest.mark.parametrize("unit", ["rad", "deg", "rad-north", "deg-north"])
-def test_heading_in_a_unit_that_is_named_is_taken_as_named(tmp_path: Any, unit: str) -> None:
-    bend = np.linspace(0.3, 1.4, 60)
-    named = np.pi / 2.0 - bend if unit.endswith("north") else bend
-    named = np.degrees(named) if unit.startswith("deg") else named
-    rows = _rows((20.0 * np.sin(bend), -20.0 * np.cos(bend), named))
-    found = read_waypoints(_write(tmp_path, f"x,y,yaw [{unit}]\n" + rows))
-    assert found.more["yaw"] == pytest.approx(bend, abs=1e-8)
-    assert "yaw is in" not in found.source()

@@ -10,14 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import popsteer
 from popsteer.errors import PathError
 from popsteer.tables import read_waypoints
 from popsteer.tracks import Track
-from tests.helpers import looped
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+CASES = ROOT.parent / "shared" / "cases" / "paths"
 FINITE = st.floats(-1e100, 1e100, allow_nan=False)
 # Each example writes its file anew, so one folder serves all; and a disk may be slow.
 ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -197,3 +199,47 @@ def test_read_waypoints_any_content_gives_finite_waypoints_or_a_path_error(
     assert len(xy) >= 2
     assert np.isfinite(xy).all()
     assert speed is None or np.isfinite(speed).all()
+
+
+def test_share_driven_backwards_is_of_the_segments_from_their_first_waypoints(
+    tmp_path: Path,
+) -> None:
+    file = _file(tmp_path, "x,y,speed\n0,0,2\n10,0,-2\n8,0,-2\n5,0,2\n9,0,2\n15,0,2\n")
+    assert "20 % of the length is driven backwards" in read_waypoints(file).source()
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg", "rad-north", "deg-north"])
+def test_heading_in_a_unit_that_is_named_is_taken_as_named(tmp_path: Path, unit: str) -> None:
+    bend = np.linspace(0.3, 1.4, 60)
+    named = np.pi / 2.0 - bend if unit.endswith("north") else bend
+    named = np.degrees(named) if unit.startswith("deg") else named
+    columns = 20.0 * np.sin(bend), -20.0 * np.cos(bend), named
+    rows = "".join(f"{x:.9f},{y:.9f},{yaw:.9f}\n" for x, y, yaw in zip(*columns, strict=True))
+    found = read_waypoints(_file(tmp_path, f"x,y,yaw [{unit}]\n" + rows))
+    assert found.more["yaw"] == pytest.approx(bend, abs=1e-8)
+    assert "yaw is in" not in found.source()
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs the cases beside the checkout")
+def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
+    pytest.importorskip("pyproj")
+    yaw = 0.1 * np.arange(60)
+    x, y = 20.0 * np.sin(yaw), 20.0 * (1.0 - np.cos(yaw))
+    special = ("lap_small_open", "closed_first_repeated", "comment_header_reordered")
+    for file in sorted(CASES.iterdir()):
+        try:
+            path = popsteer.Path.from_csv(file)
+        except PathError as error:
+            said = str(error)
+        else:
+            said = ""
+        if said or file.stem in special:
+            assert not said or "--columns " in said, file.name
+            continue
+        assert np.asarray(path.x)[:60] - path.x[0] == pytest.approx(x, abs=0.2), file.name
+        assert np.asarray(path.y)[:60] - path.y[0] == pytest.approx(y, abs=0.2), file.name
+        if path.speed is not None:
+            assert np.asarray(path.speed) == pytest.approx(5.0, abs=1e-3), file.name
+        if path.yaw is not None:
+            off = (np.asarray(path.yaw)[:60] - yaw + np.pi) % (2.0 * np.pi) - np.pi
+            assert np.abs(off).max() < 0.06, file.name
