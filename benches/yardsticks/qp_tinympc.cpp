@@ -7,7 +7,7 @@ using In = Eigen::Map<const Rows>;
 
 // Solves `count` problems of `stages` changes of one command, four states each, whose dynamics are
 // kept where `fresh` is 0: gives the first changes, and the time of setting and solving [s].
-extern "C" void solve_all(int count, int stages, const double *dynamics, const double *inputs,
+extern "C" int solve_all(int count, int stages, const double *dynamics, const double *inputs,
                           const double *q, double r, double rho, double tolerance, int most_passes,
                           const int *fresh, const double *starts, const double *wanted,
                           const double *change, const double *low, const double *high,
@@ -47,4 +47,5 @@ extern "C" void solve_all(int count, int stages, const double *dynamics, const d
         seconds[k] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
         moves[k] = solver->solution->u(0, 0);
     }
+    return 0;
 }

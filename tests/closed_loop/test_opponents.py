@@ -27,6 +27,8 @@ from studies.limits import Slalom
 from tests.helpers import looped
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from popsteer.lab.opponents import Seen
 
 CAR = popsteer.Vehicle(
@@ -376,3 +378,11 @@ def test_mpc_errs_as_one_that_is_told_a_spline(name: str, plant: str) -> None:
     ]
     ours, theirs = (each.rear_axle_mean_abs_cross_track_error for each in errors)
     assert ours == pytest.approx(theirs, rel=0.01, abs=1e-6)
+
+
+def test_solvers_whose_sources_are_missing_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["solvers", str(tmp_path)])
+    with pytest.raises(SystemExit, match=r"holds no daqp-\*.tar.gz"):
+        solvers.main()
