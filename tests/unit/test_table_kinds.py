@@ -124,6 +124,11 @@ READ: dict[str, tuple[str, str]] = {
         "vyk",
     ),
     "pandas": (",x,y,speed\n" + _rows(([str(k) for k in range(N)], X, Y, SPEED)), "v"),
+    "an index between tabs": (
+        "\tyaw\tsog_kn\ty\tx\n"
+        + _rows(([str(k) for k in range(N)], YAW, SPEED * 3600 / 1852, Y, X), "\t"),
+        "vy",
+    ),
     "semicolons": ("x;y;speed\n" + _rows((X, Y, SPEED), ";"), "v"),
     "decimal commas": ("x;y;speed\n" + _rows((X, Y, SPEED), ";").replace(".", ","), "v"),
     "tabs": ("x [m]\ty [m]\tspeed\n" + _rows((X, Y, SPEED), "\t"), "v"),

@@ -63,11 +63,12 @@ _NAMES = {
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
     " heading_angle euler_yaw"
     " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading"
-    " phi",
+    " cog phi",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
-    " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed",
+    " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed"
+    " sog",
     "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
     " steer_angle wheel_angle steering_tire_angle"

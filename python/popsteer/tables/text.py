@@ -217,9 +217,8 @@ def _contents(name: str, text: str) -> Iterator[tuple[int, str]]:
         if len(line) > _LONGEST:
             raise PathError(f"{name}, line {number}: is longer than {_LONGEST:,} characters")
         content = line if '"' in line else line.partition("#")[0]
-        content = content.strip()
-        if content and not content.startswith(("#", "%", "//")):
-            yield number, content
+        if content.strip() and not content.lstrip().startswith(("#", "%", "//")):
+            yield number, content.strip(" \n")  # a tab may stand before a column without a name
 
 
 def _comments(text: str, before: int) -> list[str]:
