@@ -166,7 +166,8 @@ def test_wrong_use_is_one_line_and_writes_nothing(
         (RAGGED, "line 3: found 3 columns, the first row has 2"),
         ("0,0\n1,x\n", "line 2, column 2: 'x' is not a number"),
         ("0,0\n1,nan\n", "line 2, column 2: 'nan' is not finite"),
-        ("0,0\n0,0\n", "coincide"),
+        ("0,0\n0,0\n", "way.csv: its 2 waypoints are all at one place"),
+        ("0,0\n0.2,0\n", "way.csv is 0.2 m long, and the vehicle 3 m from axle to axle"),
         ("0,0,1\n1,0,fast\n", "line 2, column 3: 'fast' is not a number"),
     ],
 )
@@ -188,7 +189,7 @@ def test_speed_pid_on_waypoints_without_speeds_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "way.csv"
-    file.write_text("0,0\n1,0\n", encoding="utf-8")
+    file.write_text("0,0\n9,0\n", encoding="utf-8")
     arguments = (
         "compare",
         "--controllers",

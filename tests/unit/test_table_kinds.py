@@ -358,6 +358,42 @@ def test_curvature_that_contradicts_the_waypoints_is_left_out_and_said(tmp_path:
     assert "of x, y; curvature ignored: " in str(path.source)
 
 
+def _hairpin(step: float, radius: float = 8.0) -> Any:
+    """Two straights and half a circle between them, `step` [m] apart."""
+    bend, straight = math.pi * radius, 8.0 * step
+    s = np.arange(0.0, 2.0 * straight + bend, step)
+    angle = np.clip(s - straight, 0.0, bend) / radius
+    x = radius * np.sin(angle) + np.minimum(s, straight) - np.maximum(s - straight - bend, 0.0)
+    return x, radius * (1.0 - np.cos(angle))
+
+
+def test_coarse_waypoints_of_a_hairpin_are_a_curve(tmp_path: Any) -> None:
+    said = "coarse bends, which lie on a curve"
+    path = Path.from_csv(_write(tmp_path, _rows(_hairpin(4.0))))
+    assert said in str(path.source)
+    assert path.curvature is not None
+    assert np.asarray(path.curvature)[12:15] == pytest.approx(1.0 / 8.0, rel=0.1)
+    assert path.yaw is not None
+    # As they are: fine ones, noise, a corner, and what is driven backwards.
+    x, y = _hairpin(4.0)
+    draw = np.random.default_rng(2).normal(0.0, 0.8, (2, len(x)))
+    corner = np.concatenate((np.arange(0.0, 40.0, 4.0), np.full(10, 40.0)))
+    for columns in (
+        _hairpin(1.0),
+        (x + draw[0], y + draw[1]),
+        (corner, corner[::-1]),
+    ):
+        path = Path.from_csv(_write(tmp_path, _rows(columns)))
+        assert path.yaw is None
+        assert said not in str(path.source)
+    back = Path.from_csv(_write(tmp_path, "x,y,v\n" + _rows((x, y, -np.ones(len(x))))))
+    assert back.yaw is None
+    lap = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    file = _write(tmp_path, _rows((20.0 * np.cos(lap), 20.0 * np.sin(lap))))
+    curved = np.asarray(Path.from_csv(file, closed=True).curvature)
+    assert curved == pytest.approx(0.05, rel=0.03)
+
+
 def test_waypoints_at_one_place_are_refused(tmp_path: Any) -> None:
     with pytest.raises(PathError, match="its 50 waypoints are all at one place"):
         Path.from_csv(_write(tmp_path, "x,y\n" + _rows((ONE, ONE))))

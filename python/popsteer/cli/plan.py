@@ -18,6 +18,7 @@ from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import write_files_atomic
 from popsteer.planning import SpeedLimits
+from popsteer.sim.geometry import check_length
 from popsteer.tables import Waypoints, make_path, read_waypoints
 
 HELP = """\
@@ -101,6 +102,7 @@ def plan(
         else:
             progress.update("smooth", 0.1)
             path = planning.smooth(_recorded(found, closed=closed), smooth, closed=closed)
+        check_length(path, car, str(waypoints))
         bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
         progress.update("plan", 0.3)
         profile = planning.speed_profile(path, limits, car, speed_limits=bounds)

@@ -6,7 +6,8 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 from popsteer import plants
-from popsteer._core import CarlaIdentified, KinematicBicycle, Vehicle
+from popsteer._core import CarlaIdentified, KinematicBicycle, Path, Vehicle
+from popsteer.errors import PathError
 from popsteer.plants.protocol import PythonPlant
 from popsteer.plants.registry import ASKED
 from popsteer.ranges import check_known
@@ -131,3 +132,13 @@ def pose_of(start: Pose, start_at: StartAt, vehicle: Vehicle) -> Pose:
     if ahead == 0.0 or not math.isfinite(yaw):  # what is not finite, the simulation refuses by name
         return x, y, yaw
     return x - ahead * math.cos(yaw), y - ahead * math.sin(yaw), yaw
+
+
+def check_length(path: Path, car: Vehicle, name: str = "the path") -> None:
+    """Refuse a course shorter than its vehicle, PathError: its unit is another, or its vehicle."""
+    if path.length < car.wheelbase:
+        name = path.source.partition(": ")[0] if path.source else name
+        raise PathError(
+            f"{name} is {path.length:.3g} m long, and the vehicle {car.wheelbase:g} m from axle to"
+            " axle: give the columns' unit, as --columns x='NAME [km]', or a vehicle of its size"
+        )

@@ -11,7 +11,7 @@ from popsteer import toml_file
 from popsteer._core import CoupledLongitudinal, Path, SpeedPid, SpeedTracker, Vehicle
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
-from popsteer.sim.geometry import Plant, object_of
+from popsteer.sim.geometry import Plant, check_length, object_of
 
 if TYPE_CHECKING:
     import os
@@ -169,9 +169,10 @@ def check_longitudinal(
 ) -> None:
     """Refuse a longitudinal controller that cannot work in a run; `whose` path it is, for messages.
 
-    PathError where `SpeedPid` needs a path's speeds, ConfigError where a `SpeedTracker` has another
-    path, or its rear axle elsewhere than the plant.
+    PathError where `SpeedPid` needs a path's speeds or the path is shorter than the plant,
+    ConfigError where a `SpeedTracker` has another path, or its rear axle elsewhere than the plant.
     """
+    check_length(path, plant, f"the path{whose}")
     if isinstance(longitudinal, SpeedPid) and path.speed is None:
         raise PathError(f"the path{whose} has no reference speeds for SpeedPid to follow")
     if isinstance(longitudinal, SpeedTracker):

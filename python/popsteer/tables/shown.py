@@ -261,6 +261,36 @@ def is_direction(way: Along, first: Floats, second: Floats) -> bool:
     )
 
 
+def is_curve(xy: Floats, *, closed: bool) -> bool:
+    """Whether coarse waypoints lie on a smooth curve, by leave-one-out cross-validation.
+
+    Where they turn by 11 degrees and more, the cubic through two neighbours on either side has to
+    predict a waypoint three times as well as their chord (public and made-up hairpins: 0.1 to 0.35
+    of its error; corners 0.67, noise from 0.8 on). Fewer than nine a circle are corners.
+    """
+    there = along(xy).points
+    if closed:
+        there = np.vstack((there[-2:], there, there[:2]))
+    steps = np.diff(there, axis=0)
+    lengths = np.hypot(*steps.T)
+    turns = np.abs(_wrapped(np.diff(np.arctan2(steps[:, 1], steps[:, 0]))))[1:-1]
+    if len(turns) < _LEAST or turns.max() > 0.75 or np.count_nonzero(turns > 0.2) < _LEAST - 1:
+        return False
+    s = np.concatenate(([0.0], np.cumsum(lengths)))
+    here = np.arange(2, len(there) - 2)
+
+    def off(*beside: int) -> float:
+        """Lagrange's polynomial through neighbours: how far it is off, over all coarse ones."""
+        predicted = np.zeros((len(here), 2))
+        for j in beside:
+            others = [k for k in beside if k != j]
+            weights = [(s[here] - s[here + k]) / (s[here + j] - s[here + k]) for k in others]
+            predicted += np.prod(weights, axis=0)[:, None] * there[here + j]
+        return float(np.sum((there[here] - predicted)[turns > 0.2] ** 2))
+
+    return off(-2, -1, 1, 2) <= 0.35**2 * off(-1, 1)
+
+
 def is_degrees(first: Floats, second: Floats) -> bool:
     """Whether two columns are latitude and longitude: a road of a few hundredths of a degree."""
     both = np.column_stack((first, second))

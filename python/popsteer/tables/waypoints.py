@@ -130,11 +130,18 @@ def _read(
 def make_path(make: Callable[..., Any], found: Waypoints, *, closed: bool) -> Any:  # noqa: ANN401
     """Make a `Path` of waypoints that were read; PathError names file and line.
 
-    A yaw or a curvature that contradicts the waypoints is left out, and said.
+    A yaw or a curvature that contradicts the waypoints is left out, and said; so it is where coarse
+    waypoints show themselves to lie on a curve, whose directions are then a spline's.
     """
     if np.ptp(found.xy, axis=0).max() == 0.0:
         raise PathError(f"{found.name}: its {len(found.xy)} waypoints are all at one place")
     given = {**found.more, "closed": closed}
+    backwards = "reverse" in given or (found.speed is not None and (found.speed < 0.0).any())
+    if not (backwards or {"yaw", "curvature"} & given.keys()) and shown.is_curve(
+        found.xy, closed=closed
+    ):
+        given["yaw"] = "spline"
+        found.notes.append("coarse bends, which lie on a curve: yaw and curvature are a spline's")
     while True:
         try:
             return make(found.xy, **given, source=found.source())

@@ -25,6 +25,7 @@ from popsteer.adapters.ros2.node import RANGES
 from popsteer.adapters.ros2.pacing import Pace
 from popsteer.adapters.ros2.topics import COMMANDS
 from popsteer.cli.inputs import tuned
+from popsteer.sim.geometry import check_length
 
 from .frames import Frames
 from .transport import Transport
@@ -221,6 +222,7 @@ class Track(LifecycleNode):
             columns = given["path_columns"] or None
             path = Path.from_csv(file, closed=given["closed"], columns=columns) if file else None
             if path is not None:
+                check_length(path, car, file)
                 self.get_logger().info(f"read {path.source}")
             kind = given["controller"]
             tuning = tuned(

@@ -182,6 +182,21 @@ fn test_jump_between_two_drives_is_refused_also_where_directions_are_told() {
 }
 
 #[test]
+fn test_three_waypoints_in_a_circle_leave_two_out() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        for place in [clean.len() / 4, clean.len() / 2, 3 * clean.len() / 4] {
+            let mut points = clean.clone();
+            points[place..place + 3].rotate_right(1);
+            let (kept, faults) = mended(&points, false);
+            assert_eq!(faults, vec![Fault::StepBack], "{spacing} {place}");
+            assert!(kept.len() >= clean.len() - 2, "{spacing} {place}");
+            assert!(largest_turn(&kept) < 0.5, "{spacing} {place}");
+        }
+    }
+}
+
+#[test]
 fn test_recording_from_before_the_start_leaves_the_standstill_out() {
     // A car that stands for 10 s, and sets off slowly to 0.5 m/s, in noise of 1 cm; 20 rows a second.
     let mut points = Vec::new();

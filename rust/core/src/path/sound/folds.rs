@@ -11,6 +11,9 @@ use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
 use crate::math::larger;
 
+/// What is left out lies within this many spacings of what stays: one, and what spacings vary by.
+const PASSED: f64 = 1.1;
+
 /// What a repair at a fold leaves.
 struct Repair {
     fault: Fault,
@@ -219,7 +222,7 @@ impl Chain<'_> {
         let passed = |at: usize| {
             let near = done.iter().rev().take(MOST).chain([&on]);
             near.into_iter()
-                .any(|&kept| get_distance(self.at(kept), self.at(at)) <= spacing)
+                .any(|&kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing)
         };
         let certain = !driven && !folded && straight && (place..on).all(passed);
         certain.then_some(Repair {
@@ -256,7 +259,7 @@ impl Chain<'_> {
                 .is_none_or(|inward| along(inward, here - self.at(before)));
         let passed = |at: usize| {
             let mut near = (place..end).chain([before]);
-            near.any(|kept| get_distance(self.at(kept), self.at(at)) <= spacing)
+            near.any(|kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing)
         };
         let gone = done.get(done.len() - back..)?;
         let certain = straight && back > 0 && gone.iter().all(|&at| passed(at));
