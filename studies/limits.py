@@ -242,7 +242,9 @@ class Slalom(NamedTuple):
         law: Any = popsteer.PreviewPop(path)
         if controller == "mpc":
             law = Mpc(path, plant.vehicle, Weights())
-        return sim.run(law, plant, path=path, constant_speed=self.speed).metrics
+        start = sim.default_start(path, -sim.closed_loop.START_OFFSET, plant.vehicle)
+        run = sim.run(law, plant, path=path, start=start, constant_speed=self.speed)
+        return run.metrics
 
 
 SLALOMS = (

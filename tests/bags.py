@@ -26,8 +26,8 @@ def write_bag(
 ) -> Path:
     """Write a log as a bag; the folder, or its file where that is an MCAP.
 
-    `packed` is how: as "STORAGE" (chunks of an MCAP), "FILE" or "MESSAGE". `more` are types of poses,
-    1 m further in x, and of speeds, 0.5 m/s faster, on other topics.
+    `packed` is how: as "STORAGE" (chunks of an MCAP), "FILE" or "MESSAGE". `more` are types of
+    poses, 1 m further in x, and of speeds, 0.5 m/s faster, on other topics.
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.rosbag2.enums import CompressionFormat, CompressionMode

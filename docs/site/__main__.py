@@ -43,11 +43,18 @@ def _chapters(folder: Path, places: dict[str, str]) -> list[Any]:
     return navigation
 
 
-def _api(folder: Path) -> list[dict[str, str]]:
+def _api(folder: Path) -> list[Any]:
     (folder / "api").mkdir()
+    navigation: list[Any] = []
     for module in pages.MODULES:
-        (folder / "api" / f"{module}.md").write_text(pages.api_page(module), encoding="utf-8")
-    return [{module: f"api/{module}.md"} for module in pages.MODULES]
+        written = pages.api_pages(module)
+        for name, text in written.items():
+            (folder / "api" / f"{name}.md").write_text(text, encoding="utf-8")
+        # The module's own page is that of its heading.
+        entries: list[Any] = [f"api/{module}.md"]
+        entries += [{name.rpartition(".")[2]: f"api/{name}.md"} for name in list(written)[1:]]
+        navigation.append({module: entries if len(entries) > 1 else entries[0]})
+    return navigation
 
 
 def stage(folder: Path) -> None:
@@ -65,6 +72,8 @@ def stage(folder: Path) -> None:
     navigation = _chapters(content, places)
     if PLAYGROUND.is_dir():
         navigation.insert(1, {"Playground": "playground/index.html"})
+        first = content / "index.md"
+        first.write_text(led_by_playground(first.read_text(encoding="utf-8")), encoding="utf-8")
     development = navigation.pop()
     chapters = [*navigation, {"API": _api(content)}, development]
     configuration = (HERE / "mkdocs.yml").read_text(encoding="utf-8").replace("$ROOT", str(ROOT))
@@ -82,6 +91,13 @@ def fold_members(file: Path) -> None:
         else:
             found.append(item)
     file.write_text(json.dumps(index | {"items": found}), encoding="utf-8")
+
+
+def led_by_playground(first: str) -> str:
+    """Let the first page lead to the playground, below its title."""
+    title, _, rest = first.partition("\n")
+    play = '<a class="play" href="playground/index.html">Drive it in your browser</a>'
+    return f"{title}\n\n{play}\n{rest}"
 
 
 def linked_back(playground: str) -> str:

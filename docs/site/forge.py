@@ -14,6 +14,9 @@ _HEADING = re.compile(r"^(#{1,6}) +(.+?) *$")
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|`[^`]*`)*)\]\(([^()\s]+)\)")
 _FILE = re.compile(r"[\w/]+\.md")
 _SOURCE = re.compile(r'\b(src|srcset|href)="([^"]+)"')
+_PICTURE = re.compile(
+    r'<picture>\s*<source [^>]*srcset="([^"]+)">\s*<img\s+src="([^"]+)"\s+alt="([^"]*)">\s*</picture>'
+)
 _CODE = re.compile(r"(`+)(?!`).+?(?<!`)\1(?!`)", re.DOTALL)
 _MATHS = re.compile(r"\$\$(.+?)\$\$|(?<![\w$])\$(?!\s)([^$]+?)(?<!\s)\$(?!\w)", re.DOTALL)
 
@@ -91,6 +94,19 @@ def _maths(found: re.Match[str]) -> str:
     return f"\n\n{maths}\n\n" if block else f'<span class="maths">{maths}</span>'
 
 
+def _figure(found: re.Match[str]) -> str:
+    """Give a picture as two, of which the page shows that of its colours; each opens at full size.
+
+    A browser would choose by the setting of the system, which the page's switch does not change.
+    """
+    dark, light, said = found[1], found[2], " ".join(found[3].split())
+    return "".join(
+        f'<a class="figure {kind}" href="{file}" title="Open at full size">'
+        f'<img src="{file}" alt="{said}" loading="lazy"></a>'
+        for kind, file in (("light", light), ("dark", dark))
+    )
+
+
 def staged(
     text: str, source: str, moved: Callable[[str], str | None], titles: Mapping[str, str]
 ) -> str:
@@ -125,7 +141,7 @@ def staged(
 
         part = _MATHS.sub(_maths, _CODE.sub(keep, part))
         # Code within the words of a link stays: links are sought where it is away.
-        part = _SOURCE.sub(resourced, _LINK.sub(relinked, part))
+        part = _PICTURE.sub(_figure, _SOURCE.sub(resourced, _LINK.sub(relinked, part)))
         return re.sub("\0(\\d+)\0", lambda found: kept[int(found[1])], part)
 
     return "".join(part if code else prose(part) for code, part in parts(text))

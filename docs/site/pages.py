@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import posixpath
 
 # Chapters, each with its pages as docs/ has them. A page's title is its first heading.
@@ -58,17 +59,26 @@ def name_of(source: str) -> str:
     return NAMES.get(source, source.rpartition("/")[2].lower())
 
 
-def api_page(module: str) -> str:
-    """Write the page of a module: its docstring, then what it exports, in its own order."""
+def api_pages(module: str) -> dict[str, str]:
+    """Write the pages of a module by their names: its docstring with what it exports, in its own
+    order, and one for each of its classes.
+    """
     try:
-        exported = importlib.import_module(module).__all__
+        found = importlib.import_module(module)
     except ImportError as missing:  # an adapter whose extra is not installed
-        return f"# {module}\n\nNot made where the site was built: `{missing}`.\n"
+        return {module: f"# {module}\n\nNot made where the site was built: `{missing}`.\n"}
     lines = [f"# {module}", "", f"::: {module}"]
     lines += ["    options:", "      show_root_heading: false", "      show_root_toc_entry: false"]
     lines += ["      members: false"]
     modules = {each.removeprefix(f"{module}.") for each in MODULES}
+    exported = [each for each in found.__all__ if each not in modules and each != "__version__"]
+    classes = [each for each in exported if inspect.isclass(getattr(found, each))]
+    if classes:
+        lines += ["", "Classes: " + ", ".join(f"[{each}]({module}.{each}.md)" for each in classes)]
     for name in exported:
-        if name not in modules and name != "__version__":
+        if name not in classes:
             lines += ["", f"::: {module}.{name}"]
-    return "\n".join(lines) + "\n"
+    pages = {module: "\n".join(lines) + "\n"}
+    for name in classes:
+        pages[f"{module}.{name}"] = f"# {name}\n\n::: {module}.{name}\n"
+    return pages

@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
@@ -342,7 +341,9 @@ def test_compare_where_drawing_fails_writes_nothing(
 def test_compare_again_in_another_process_writes_the_same_files(demo: tuple[Outcome, Path]) -> None:
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
-    comparison = replace(lab.compare.run(path, LAWS), track=track.name)
+    (comparison,) = lab.compare.run_each(
+        {track.name: path}, LAWS, ["carla-identified"], joined=True
+    )
     for name, data in lab.compare.files.files(comparison).items():
         assert (demo[1] / name).read_bytes() == data, name
 

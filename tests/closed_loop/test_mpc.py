@@ -43,7 +43,7 @@ def test_mpc_that_knows_its_car_tracks_better(changes: dict[str, float]) -> None
     assert known < 0.02
     if "dead_time" in changes:  # the others it finds, or a pose that is another is refused
         wrong = sim.run(_mpc(path, plain), plant).metrics
-        assert not wrong.settled_mean_abs_cross_track_error < 2.0 * known
+        assert wrong.settled_mean_abs_cross_track_error > 1.5 * known
 
 
 def test_mpc_keeps_its_limits() -> None:

@@ -373,7 +373,8 @@ def test_multi_body_at_low_speed_says_so() -> None:
             plant.reset(0.0, 0.0, 0.0, speed)
     with pytest.raises(InputError, match="commonroad-mb-2"):
         sim.run(popsteer.Pop(path), plant, speed=0.0)
-    slowed = sim.run(popsteer.Pop(path), plant, speed=3.0, longitudinal=_braking(path))
+    aside = sim.default_start(path, -2.44, plant.vehicle)
+    slowed = sim.run(popsteer.Pop(path), plant, start=aside, speed=3.0, longitudinal=_braking(path))
     assert slowed.ending.startswith("plant limit: speed 0.9")
     assert np.isfinite(slowed.records["x"]).all()
 

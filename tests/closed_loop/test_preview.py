@@ -58,13 +58,15 @@ def test_page_table_of_the_slip_is_what_is_driven() -> None:
     assert table("preview_pop.md", "slip") == list(slip_lines())
 
 
-def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
+def test_preview_pop_on_authors_track_comes_near_the_mpc_with_a_third_of_its_steering(
     path: popsteer.Path,
 ) -> None:
     pytest.importorskip("daqp")
     mpc = Mpc(path, CAR, Weights())
-    most = 1.1 * sim.run(mpc, start=START).metrics.settled_mean_abs_cross_track_error
-    assert _metrics(path).settled_mean_abs_cross_track_error <= most
+    best, found = sim.run(mpc, start=START).metrics, _metrics(path)
+    most = 1.25 * best.settled_mean_abs_cross_track_error
+    assert found.settled_mean_abs_cross_track_error <= most
+    assert found.rms_steer_rate <= best.rms_steer_rate / 3.0
 
 
 @pytest.mark.parametrize(

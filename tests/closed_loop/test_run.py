@@ -173,14 +173,13 @@ class Believing:
         return -0.1 * y - yaw
 
 
-def test_default_start_is_right_of_the_first_waypoint_along_the_path() -> None:
+def test_default_start_is_on_the_first_waypoint_along_the_path() -> None:
     path = popsteer.Path([(5.0, 5.0), (5.0, 15.0), (20.0, 30.0)])
     for car in (popsteer.Vehicle(), popsteer.Vehicle(wheelbase=2.0, rear_axle=-1.2)):
         x, y, yaw = sim.default_start(path, vehicle=car)
-        # A small vehicle starts no more than a wheelbase beside the path.
-        assert (x, y + car.front_axle) == pytest.approx((5.0 + min(2.44, car.wheelbase), 5.0))
+        assert (x, y + car.front_axle) == pytest.approx((5.0, 5.0))
         assert yaw == pytest.approx(math.pi / 2)
-    assert sim.default_start(path) == sim.default_start(path, -2.44, popsteer.Vehicle())
+    assert sim.default_start(path) == sim.default_start(path, 0.0, popsteer.Vehicle())
 
 
 def test_default_start_of_a_path_that_begins_backwards_looks_against_it() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -11,7 +12,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from docs.site.__main__ import linked_back
+from docs.site.__main__ import led_by_playground, linked_back
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -106,8 +107,11 @@ def test_pages_load_nothing_from_elsewhere(read: dict[Path, Page]) -> None:
 
 
 def test_api_pages_show_docstrings_of_the_compiled_module(site: Path) -> None:
-    page = (site / "api" / "popsteer.html").read_text(encoding="utf-8")
-    for part in ("popsteer.PreviewPop.step", "popsteer.Vehicle", "popsteer.Status", "Returns"):
+    module = (site / "api" / "popsteer.html").read_text(encoding="utf-8")
+    assert 'href="popsteer.Vehicle.html"' in module
+    assert "popsteer.PreviewPop.step" not in module  # each class has a page
+    page = (site / "api" / "popsteer.PreviewPop.html").read_text(encoding="utf-8")
+    for part in ("popsteer.PreviewPop.step", "Returns"):
         assert part in page
     assert "the vehicle's point" in page.replace("&#39;", "'")
     assert "&gt;&gt;&gt; " in page.replace('<span class="gp">&gt;&gt;&gt; </span>', "&gt;&gt;&gt; ")
@@ -134,7 +138,26 @@ def test_search_leads_to_the_guide_and_the_playground_back(site: Path) -> None:
 
 def test_first_screen_says_how_to_install(site: Path) -> None:
     page = (site / "index.html").read_text(encoding="utf-8").partition("<article")[2]
-    assert "pip install" in page.partition("<picture")[0]
+    assert "pip install" in page.partition("<img")[0]
+
+
+def test_first_page_leads_to_the_playground_before_all_else() -> None:
+    page = led_by_playground("# popsteer\n\nIt drives.\n")
+    assert page.startswith("# popsteer\n\n<a ")
+    assert Page(page).links == ["playground/index.html"]
+    assert page.endswith("It drives.\n")
+
+
+def test_figures_follow_the_switch_of_the_page_and_open_at_full_size(site: Path) -> None:
+    page = (site / "theory.html").read_text(encoding="utf-8")
+    assert page.count('data-md-color-scheme="') >= 2  # the page's, and the switch's
+    assert "Dark pages" in page
+    assert "<picture" not in page
+    for kind, dark in (("light", ""), ("dark", "-dark")):
+        file = f"figures/stability-margins{dark}.png"
+        assert re.search(f'<a class="figure {kind}" href="{file}"[^>]*><img src="{file}"', page)
+    style = (site / "site.css").read_text(encoding="utf-8")
+    assert '[data-md-color-scheme="slate"] .figure.light' in style
 
 
 def test_mathematics_is_in_the_page_itself(site: Path) -> None:

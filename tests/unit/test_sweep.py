@@ -170,13 +170,13 @@ def test_page_tells_influence_as_the_terminal_does(rows: list[dict[str, Any]]) -
 
 def test_errors_count_from_ten_wheelbases_on() -> None:
     job = _job(2, vary={}, constant_speed=5.0)
-    assert job.joining(job.path) == pytest.approx(6.0, abs=0.11)
+    assert job.joining([job.path]).settling_time == pytest.approx(6.0, abs=0.11)
     short = popsteer.Path([(0.0, 0.0), (40.0, 0.0)])
-    assert job.joining(short) == pytest.approx(0.5 * 40.0 / 5.0, abs=0.11)
-    assert job.settled([job.path]) == "after the first 5 s"
-    joined = _job(2, vary={}, settings=sim.Settings(settling_time=_job(2).joining(job.path)))
+    assert job.joining([short]).settling_time == pytest.approx(0.5 * 40.0 / 5.0, abs=0.11)
+    assert job.settled == "after the first 5 s"
+    joined = replace(job, settings=job.joining([job.path]), joined=True)
     said = ", in which the vehicle drives 10 wheelbases (30 m)"
-    assert joined.settled([job.path]).endswith(f" s{said}")
+    assert joined.settled.endswith(f" s{said}")
     assert said in notes(joined, sweep.run(joined))[0]
 
 
@@ -197,7 +197,7 @@ def test_truck_at_rest_does_not_fail_for_its_start() -> None:
     assert not any(row["success"] for row in sweep.run(replace(job, start_offset=-2.44)))
     # Drawn beside the path, it counts from where it has joined it.
     drawn = replace(job, vary={"start_offset": distribution("start_offset", "uniform(-2,2)")})
-    joined = sim.Settings(settling_time=drawn.joining(job.path))
+    joined = drawn.joining([job.path])
     assert not all(row["success"] for row in sweep.run(drawn))
     assert all(row["success"] for row in sweep.run(replace(drawn, settings=joined)))
 

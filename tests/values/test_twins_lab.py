@@ -42,11 +42,10 @@ def test_run_backwards_is_the_run_forwards_turned_by_half_a_turn() -> None:
 
 
 def test_default_start_backwards_has_the_rear_axle_where_forwards_the_front_is() -> None:
-    for offset in (None, 0.5, -0.5):
-        x, y, yaw = sim.default_start(SELF.path(STRAIGHT), offset, CAR)
-        side = -min(2.44, 2.7) if offset is None else offset
+    for side in (0.0, 0.5, -0.5):
+        x, y, yaw = sim.default_start(SELF.path(STRAIGHT), side, CAR)
         assert (x, y, yaw) == pytest.approx((-1.35, side, 0.0))
-        x, y, yaw = sim.default_start(BACKWARDS.path(STRAIGHT), offset, CAR)
+        x, y, yaw = sim.default_start(BACKWARDS.path(STRAIGHT), side, CAR)
         # Backwards along -x the nose points to +x, and left of the path is -y.
         assert (x, y, yaw) == pytest.approx((1.35, -side, 0.0), abs=1e-9)
 

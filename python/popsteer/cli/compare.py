@@ -10,7 +10,7 @@ import typer
 
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
-from popsteer.cli.assignments import assigned
+from popsteer.cli.assignments import assigned, pairs
 from popsteer.cli.options import flag, optional
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError, printable
@@ -108,6 +108,7 @@ def compare(
                 longitudinal, set_longitudinal, constant_speed, courses, movers.values()
             ),
             settings=settings,
+            joined=not any(name == "settling_time" for name, _ in pairs("--set-run", set_run)),
             step_time=step_time,
             progress=progress.update,
         )

@@ -122,8 +122,7 @@ def sweep(
         course=course.name,
         label=label,
     )
-    settling = job.joining(course.path)
-    job = replace(job, settings=Settings(dt=dt, settling_time=settling))
+    job = replace(job, settings=job.joining([course.path]), joined=True)
     pictures = outputs.check_file(out)
     outputs.check_page(report)
     with kept_in(out and journal_of(out)), Progress() as progress:

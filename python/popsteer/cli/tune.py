@@ -117,8 +117,8 @@ def tune(
         longitudinal=pedals,
         settings=Settings(dt=dt),
     )
-    settling = max(map(problem.joining, problem.paths.values()))
-    problem = replace(problem, settings=Settings(dt=dt, settling_time=settling))
+    joining = problem.joining(problem.paths.values())
+    problem = replace(problem, settings=joining, joined=True)
     kept: str | Path | None = storage
     pictures = outputs.check_file(out, ".toml")
     if out is not None and storage is None:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 START_OFFSET = 2.44
-"""How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
+"""How far to the right of the first waypoint the paper's run started [m]."""
 
 KEEPING = SpeedPidParams(kp=1.0, ki=0.5)
 """A PI law of the pedals, without overshoot also behind a throttle that lags."""
@@ -96,18 +96,18 @@ class Run:
         return self.settings.dt
 
 
-def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
+def default_start(path: Path, offset: float = 0.0, vehicle: Vehicle | None = None) -> Pose:
     """Give the pose that a run starts from by default.
 
-    The front axle is beside the first waypoint, by default `START_OFFSET` to the right, as in the
-    paper's run, but no more than a wheelbase. The vehicle points along the first segment. If that
-    segment is driven backwards, the rear axle is there, and the vehicle points against it.
+    The front axle is at the first waypoint, or beside it. The vehicle points along the first
+    segment. If that segment is driven backwards, the rear axle is there, and the vehicle points
+    against it.
 
     Parameters
     ----------
     path : Path
         The path to follow.
-    offset : float, optional
+    offset : float, default 0.0
         How far to the left of the first waypoint [m]; negative to the right.
     vehicle : Vehicle, optional
         The vehicle that starts; ``Vehicle()`` by default.
@@ -127,12 +127,11 @@ def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | No
     >>> import popsteer
     >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0)])
     >>> default_start(path)
-    (-3.0, -2.44, 0.0)
+    (-3.0, 0.0, 0.0)
     >>> default_start(path, 1.0, popsteer.Vehicle(rear_axle=-1.5))
     (-1.5, 1.0, 0.0)
     """
     vehicle = Vehicle() if vehicle is None else vehicle
-    offset = -min(START_OFFSET, vehicle.wheelbase) if offset is None else offset
     check_in_range("start_offset", offset, -1e3, 1e3)
     x, y = float(path.x[0]), float(path.y[0])
     yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)

@@ -107,6 +107,7 @@ class Experiment:
     constant_speed: float | None
     longitudinal: LongitudinalParams | None
     settings: Settings | None
+    joined: bool = False
 
     @cached_property
     def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
@@ -149,13 +150,17 @@ class Experiment:
         check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))
         return road
 
-    def joining(self, path: Path) -> float:
-        """Give the time in which the plant, as it is, drives `JOINED` wheelbases along a path [s].
+    def joining(self, paths: Iterable[Path]) -> Settings:
+        """Let errors count when the plant, as it is, has driven `JOINED` wheelbases of each path.
 
-        It is at most half of its run, and 30 s.
+        The settling time is at most half of a run, and 30 s.
         """
+        settings = Settings() if self.settings is None else self.settings
+        return settings.replace(settling_time=max(map(self._joining, paths)))
+
+    def _joining(self, path: Path) -> float:
         road, car = self.road_of(path), sim.vehicle_of(self.whole)
-        start = sim.default_start(path, 0.0, car)
+        start = sim.default_start(path, vehicle=car)
         settings = Settings() if self.settings is None else self.settings
         found = sim.run(
             Pop(road[0], car),
@@ -172,11 +177,12 @@ class Experiment:
         ended = found.metrics.time * (0.5 if found.metrics.finished else 1.0)
         return round(min(taken, ended), 2)
 
-    def settled(self, paths: Iterable[Path]) -> str:
+    @property
+    def settled(self) -> str:
         """Say from when on errors count: whether that is when the vehicle has joined its path."""
         settings = Settings() if self.settings is None else self.settings
         said = f"after the first {settings.settling_time:g} s"
-        if settings.settling_time not in map(self.joining, paths):
+        if not self.joined:
             return said
         distance = JOINED * sim.vehicle_of(self.whole).wheelbase
         return f"{said}, in which the vehicle drives {JOINED:g} wheelbases ({distance:.3g} m)"

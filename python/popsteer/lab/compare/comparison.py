@@ -34,6 +34,8 @@ class Comparison:
     """What the plant is called."""
     track: str = ""
     """What the path is called; ``dataclasses.replace`` gives it a name."""
+    joined: bool = False
+    """Whether the settling time is that in which the vehicle drives `JOINED` wheelbases."""
     begins: str = ""
     """Where the runs start and how fast they drive, in one line."""
     constant_speed: float | None = None

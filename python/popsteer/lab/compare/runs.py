@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
-from popsteer.lab.common.experiment import controller
+from popsteer.lab.common.experiment import Experiment, controller
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning, made, usual
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.compare.comparison import Comparison
@@ -148,7 +148,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     {'pid': True, 'pure-pursuit': True, 'stanley': True, 'pop': True}
     """
     if start is None:
-        start, start_at = sim.default_start(path, 0.0, vehicle_of(plant)), "pose"
+        start, start_at = sim.default_start(path, vehicle=vehicle_of(plant)), "pose"
     chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     believed = vehicle_of(plant) if vehicle is None else vehicle
     if longitudinal is None and constant_speed is None:
@@ -189,7 +189,19 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     )
 
 
-def run_each(
+@dataclass
+class _Joining(Experiment):
+    """What finds out when a plant has joined a path."""
+
+    plant: Any
+    vehicle: Vehicle | None
+    longitudinal: LongitudinalParams | None
+    speed: float | None = None
+    constant_speed: float | None = None
+    settings: Settings | None = None
+
+
+def run_each(  # noqa: PLR0913 - as `run`
     paths: Mapping[str, Path],
     names: Sequence[str] | Mapping[str, Params | Parameters],
     plants: Sequence[Plant] | Mapping[str, Plant],
@@ -197,6 +209,7 @@ def run_each(
     vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
     start_offset: float | None = None,
     longitudinal: LongitudinalParams | None = None,
+    joined: bool = False,
     step_time: bool = False,
     progress: Callable[[str, float], object] | None = None,
     **how: Any,  # noqa: ANN401 - as `run` takes it
@@ -221,6 +234,9 @@ def run_each(
         Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; by default
         what `usual` there gives. A `SpeedTracker` plans for the vehicle that the controllers are
         given.
+    joined : bool, default False
+        Whether errors count as settled when each plant has driven `JOINED` wheelbases of each path,
+        in place of the settling time of the settings.
     step_time : bool, default False
         Whether the steps are timed, as `time_steps` does.
     progress : callable, optional
@@ -256,6 +272,15 @@ def run_each(
     movers = {name: object_of(plant) for name, plant in plants.items()}
     preset = how.get("preset", "default")
     params = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
+    believed = {
+        name: (vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle) or plant.vehicle
+        for name, plant in movers.items()
+    }
+    if joined:
+        alike = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
+        each = [_Joining(movers[name], None, longitudinal, **alike) for name in movers]
+        times = [found.joining(paths.values()) for found in each]
+        how["settings"] = max(times, key=lambda settings: settings.settling_time)
     cells = [(name, track) for name in movers for track in paths]
     total, done = len(cells) * len(params) * (2 if step_time else 1), 0
     found = []
@@ -269,19 +294,18 @@ def run_each(
             done += share >= 1.0
 
         plant, path = movers[name], paths[track]
-        believed = vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle
         if start_offset is not None:
             how["start"] = sim.default_start(path, start_offset, plant.vehicle)
         comparison = run(
             path,
             params,
             plant,
-            vehicle=believed,
-            longitudinal=made(longitudinal, path, believed or plant.vehicle),
+            vehicle=believed[name],
+            longitudinal=made(longitudinal, path, believed[name]),
             progress=advance,
             **how,
         )
-        comparison = replace(comparison, track=track, plant=name)
+        comparison = replace(comparison, track=track, plant=name, joined=joined)
         if step_time:
             watching = {key: how[key] for key in ("adapt", "monitor") if key in how}
             comparison = time_steps(comparison, params, advance, **watching)

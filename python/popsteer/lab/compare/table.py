@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.lab.common.experiment import JOINED
 from popsteer.lab.common.layout import (
     SIGN,
     WIDE,
@@ -79,6 +80,15 @@ def notes(*comparisons: Comparison) -> list[str]:
         if run.metrics.faults
     ]
     said += [*dict.fromkeys(each.begins for each in comparisons if each.begins), WHERE]
+    first = comparisons[0]
+    if first.joined:
+        settling = first.first.settings.settling_time
+        lengths = {each.vehicle.wheelbase for each in comparisons}
+        far = f" ({JOINED * max(lengths):.3g} m)" if len(lengths) == 1 else ""
+        said.append(
+            f"In the first {settling:g} s the vehicle joins its path: it drives {JOINED:g}"
+            f" wheelbases{far}."
+        )
     if len(comparisons) > 1:
         believed = {each.plant: differences(each.believed, each.vehicle) for each in comparisons}
         return said + [f"{plant}{which}" for plant, which in believed.items() if which]

@@ -242,7 +242,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
         hover = "%{y:.1f} % of the steps from %{x:.3g} µs"
         # Up at the first edge.
         traces.append(
-            stairs(name, comparison.runs, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover)
+            stairs(name, comparison.latencies, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover)
         )
     on = describe()
     machine = f"{on['cpu']}, {on['cores']} cores, {on['python']}"
@@ -262,7 +262,7 @@ def latency_table(comparison: Comparison) -> str:
         shown = [f"{1e-3 * value:.2f}" for value in values]
         rows.append(
             (
-                title_of(name, comparison.runs),
+                title_of(name, comparison.latencies),
                 net,
                 *shown,
                 f"{1e-3 * max(each):.1f}",

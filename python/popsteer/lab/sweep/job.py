@@ -78,6 +78,8 @@ class Job(Experiment):
         before it varies.
     settings : Settings, optional
         Control period, limits and the like.
+    joined : bool, default False
+        Whether its settling time is that of `joining`, which reports then say.
     course, label : str, optional
         What to call the path and the plant.
 
@@ -112,6 +114,7 @@ class Job(Experiment):
     constant_speed: float | None = None
     longitudinal: LongitudinalParams | None = None
     settings: Settings | None = None
+    joined: bool = False
     course: str = ""
     label: str = ""
 
@@ -235,10 +238,10 @@ def _made(document: dict[str, Any]) -> Job:
         del document[name]
     document.pop("files", None)
     text = dict.fromkeys(("controller", "course", "label"), str)
-    for name, wanted in {**text, "runs": int, "seed": int}.items():
+    said = {str: "text", int: "a whole number", bool: "true or false"}
+    for name, wanted in {**text, "runs": int, "seed": int, "joined": bool}.items():
         if type(document[name]) is not wanted:
-            said = "text" if wanted is str else "a whole number"
-            raise ConfigError(name, document[name], said)
+            raise ConfigError(name, document[name], said[wanted])
     for name in ("speed", "start_offset", "constant_speed"):
         if isinstance(document[name], str | bool | list | dict):
             raise ConfigError(name, document[name], "a number")

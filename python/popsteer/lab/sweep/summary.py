@@ -208,7 +208,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     settled = job.settings.settling_time if job.settings is not None else 5.0
     success = (
         "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
-        f" {job.deviation:g} m {job.settled([job.path])}. The errors are those after that."
+        f" {job.deviation:g} m {job.settled}. The errors are those after that."
     )
     said = []
     if stopped := sum(not row["finished"] for row in rows):

@@ -110,6 +110,8 @@ class Problem(Experiment):
         Those of the controller of the pedals, as `popsteer.lab.sweep.Job` has them.
     settings : Settings, optional
         Control period, limits and the like.
+    joined : bool, default False
+        Whether its settling time is that of `joining`, which reports then say.
 
     Raises
     ------
@@ -131,6 +133,7 @@ class Problem(Experiment):
     constant_speed: float | None = None
     longitudinal: LongitudinalParams | None = None
     settings: Settings | None = None
+    joined: bool = False
 
     def __post_init__(self) -> None:
         if not own.is_named("controller", self.controller):

@@ -128,7 +128,7 @@ def losses(judged: list[Judged]) -> list[str]:
 def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     """Say what the table has no room for."""
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
-    settled = tuned.problem.settled(tuned.problem.paths.values())
+    settled = tuned.problem.settled
     said = [
         (
             f"Mean |cross-track error| {settled}, of each of {tuned.problem.cars + 1} cars, and"
