@@ -23,6 +23,7 @@ MADE_BY = {
     "preview-choice": "popsteer stability",
     "stability-map": "popsteer stability",
     "stability-margins": "popsteer stability",
+    "stability-loops": "popsteer stability",
     "versus": "python -m studies.versus",
     "matrix": "make matrix",
     "report": "python -m studies.report",

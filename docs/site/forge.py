@@ -15,7 +15,8 @@ _LINK = re.compile(r"(!?)\[((?:[^\[\]]|`[^`]*`)*)\]\(([^()\s]+)\)")
 _FILE = re.compile(r"[\w/]+\.md")
 _SOURCE = re.compile(r'\b(src|srcset|href)="([^"]+)"')
 _PICTURE = re.compile(
-    r'<picture>\s*<source [^>]*srcset="([^"]+)">\s*<img\s+src="([^"]+)"\s+alt="([^"]*)">\s*</picture>'
+    r'<picture>\s*<source [^>]*srcset="([^"]+)">\s*'
+    r'<img\s+src="([^"]+)"\s+alt="([^"]*)">\s*</picture>'
 )
 _CODE = re.compile(r"(`+)(?!`).+?(?<!`)\1(?!`)", re.DOTALL)
 _MATHS = re.compile(r"\$\$(.+?)\$\$|(?<![\w$])\$(?!\s)([^$]+?)(?<!\s)\$(?!\w)", re.DOTALL)

@@ -60,8 +60,9 @@ def name_of(source: str) -> str:
 
 
 def api_pages(module: str) -> dict[str, str]:
-    """Write the pages of a module by their names: its docstring with what it exports, in its own
-    order, and one for each of its classes.
+    """Write the pages of a module by their names: its own, and one for each of its classes.
+
+    Its own has its docstring, and what else it exports in its order.
     """
     try:
         found = importlib.import_module(module)

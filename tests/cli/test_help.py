@@ -283,12 +283,12 @@ WANTED = {
     "suite": RUNS - {"--preset", "--dt"} | {"--plants", "--scenarios", "--conditions"},
     "params": {"--vehicle"},
     # Nothing is driven.
-    "stability": RUNS - {"--no-adapt"} | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "stability": RUNS - {"--no-adapt"} | GIVEN | {"--plant", "--set-plant", "--speeds", "--report"},
     "new": set(),
     "plan": GIVEN
     | TABLE
     | {"--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
-    | {"--driving", "--braking"},
+    | {"--driving", "--braking", "--report"},
     "identify": GIVEN | LOG | {"--out", "--report", "--course", "--stops"},
     "replay": GIVEN
     | LOG
@@ -308,7 +308,7 @@ WANTED = {
     | GIVEN
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
-    | {"--effort-limit", "--storage"},
+    | {"--effort-limit", "--storage", "--report"},
     "ros2": GIVEN
     | WIRE
     | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}

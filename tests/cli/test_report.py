@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import io
+import math
 import re
 import shlex
 import zlib
@@ -52,7 +53,15 @@ WATCHED = {
     "identify": ("identify", "drive.csv", "--set-vehicle", "wheelbase=2.7"),
     "replay": ("replay", "drive.csv", "--vehicle", "car.toml", "--controllers", "stanley,pop"),
 }
-ALL = {**DRIVEN, **WATCHED}
+PLANNED = {
+    "plan": ("plan", "course.csv", "--vehicle", "car.toml"),
+    "stability": ("stability", "--controllers", "stanley,pop", "--speeds", "5,10"),
+    "tune": (
+        *("tune", "--controller", "pop", "--tracks", "straight", "--trials", "3"),
+        *("--cars", "1", "--constant-speed", "8"),
+    ),
+}
+ALL = {**DRIVEN, **WATCHED, **PLANNED}
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +70,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Html, str]
     folder = tmp_path_factory.mktemp("reports")
     command.write_csv(folder / "drive.csv", command.drive())
     command.CAR.save(folder / "car.toml")
+    bends = "".join(f"{x},{5.0 * math.sin(0.05 * x):.4f}\n" for x in range(120))
+    (folder / "course.csv").write_text(bends, encoding="utf-8")
     found = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -116,6 +127,9 @@ def test_page_begins_with_a_verdict(made: dict[str, tuple[Html, str]], name: str
         "sweep": "30 of 30 runs succeeded, 100 %",
         "identify": "The vehicle explains the heading to within the noise of the log",
         "replay": "2 of 2 controllers reported no fault along the drive",
+        "plan": "The wheels turn far enough for every bend",
+        "stability": "4 of 4 loops are stable",
+        "tune": "of 3 trials",
     }
     assert said.get(name, "runs finished") in " ".join(page.texts["strong"])
 
@@ -136,9 +150,11 @@ def test_page_has_the_figures_of_the_printed_table(
 ) -> None:
     page, printed = made[name]
     cells = {text for tag in ("td", "th", "strong") for text in page.texts.get(tag, [])}
+    cells |= {word for cell in cells for word in cell.split()}
     # Every number with decimals that the tables hold.
     rows = [line for line in printed.splitlines() if re.match(r"^\S.* {2,}", line)]
-    numbers = {each for line in rows for each in re.findall(r"(?<= )-?\d+\.\d{2,}(?= |$)", line)}
+    pattern = rf"(?<= )-?\d+\.\d{{{1 if name in ('plan', 'stability') else 2},}}(?= |$)"
+    numbers = {each for line in rows for each in re.findall(pattern, line)}
     assert len(numbers) >= 4
     assert numbers <= cells
 

@@ -123,7 +123,10 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
 ) -> None:
     outcome = command.call(capsys, "stability", "--speeds", "5", "--out", str(tmp_path / "f"))
     assert outcome.status == 0
-    figures = {"stability-margins", "stability-map", "carrot-offset", "preview-choice"}
+    figures = {
+        *("stability-margins", "stability-loops", "stability-map", "carrot-offset"),
+        "preview-choice",
+    }
     names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
     assert {file.name for file in (tmp_path / "f").iterdir()} == names | {"stability.json"}
     for name in names:
@@ -137,7 +140,8 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
     drawn = drawing.stability_figures(
         stability.run(["stanley"]), lambda what, share: reported.append(share)
     )
-    assert set(drawn) == {"stability-margins.png", "stability-margins-dark.png"}
+    wanted = {f"stability-{of}{dark}.png" for of in ("margins", "loops") for dark in ("", "-dark")}
+    assert set(drawn) == wanted
     assert reported == sorted(reported)
     assert reported[-1] == pytest.approx(1.0)
 

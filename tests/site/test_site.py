@@ -114,6 +114,7 @@ def test_api_pages_show_docstrings_of_the_compiled_module(site: Path) -> None:
     for part in ("popsteer.PreviewPop.step", "Returns"):
         assert part in page
     assert "the vehicle's point" in page.replace("&#39;", "'")
+    page = (site / "api" / "popsteer.State.html").read_text(encoding="utf-8")
     assert "&gt;&gt;&gt; " in page.replace('<span class="gp">&gt;&gt;&gt; </span>', "&gt;&gt;&gt; ")
 
 

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,6 +13,9 @@ from popsteer.lab import stability
 from popsteer.lab.stability import margins
 from popsteer.lab.stability.linear import LinearLaw, linearised, lookahead
 from popsteer.lab.stability.loop import Loop
+from popsteer.lab.stability.response import respond
+from studies.chain import Chain
+from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -188,6 +191,48 @@ def test_map_of_dead_times_has_the_margins_of_its_cells_for_what_is_believed() -
         wanted = margins(fixed, late, speed, believed=Vehicle()).dead_time
         assert value == pytest.approx(wanted, abs=1e-3)
         assert value < told[row, column] - 0.01
+
+
+@looped(
+    ("law", "params"),
+    [
+        (popsteer.Stanley, popsteer.StanleyParams()),
+        (popsteer.PurePursuit, popsteer.PurePursuitParams()),
+        (popsteer.PreviewPop, popsteer.PreviewPopParams()),
+    ],
+)
+@looped("dead_time", [0.0, 0.12])
+def test_answer_to_a_step_is_that_of_a_driven_vehicle(
+    law: Any, params: Any, dead_time: float
+) -> None:
+    car = Vehicle(steer_lag=0.1, dead_time=dead_time, max_lateral_acceleration=None)
+    found = respond(params, car, 10.0)
+    path, aside = popsteer.Path([(float(x), 0.0) for x in range(121)]), 1e-3
+    controller, chain = (
+        law(path, car, params, adapt=None),
+        Chain(car, (20.0, -aside, 0.0), 10.0, 0.05),
+    )
+    driven = []
+    for _ in found.time:
+        driven.append(1.0 + chain.y / aside)
+        chain.advance(controller.steer(*chain.pose, 10.0, 0.05))
+    assert found.offset == pytest.approx(np.array(driven), abs=0.005)
+    assert 0.9 < found.offset[-1] < 1.1
+
+
+def test_margins_are_where_the_answers_to_frequencies_cross() -> None:
+    car = Vehicle(steer_lag=0.1)
+    for name in ("pop", "stanley", "pure-pursuit", "preview-pop"):
+        params = presets.get(name, "default")
+        found, wanted = respond(params, car, 12.0), margins(params, car, 12.0)
+        gains, phases = found.crossings()
+        least = min((value + math.pi) % math.tau for _, value in gains)
+        assert least == pytest.approx(wanted.phase, rel=1e-3), name
+        below = [1.0 / gain for _, gain in phases if gain < 1.0]
+        assert min(below) == pytest.approx(wanted.gain, rel=5e-3), name
+    # An unstable loop has no answer to a step.
+    late = respond(popsteer.PidParams(), Vehicle(dead_time=0.4), 20.0, believed=Vehicle())
+    assert np.isnan(late.offset).all()
 
 
 def test_stability_sets_controllers_beside_speeds() -> None:

@@ -56,6 +56,7 @@ OTHERS: dict[str, tuple[Any, ...]] = {
     "start_offset": (-0.4,),
     "speed": (2.5,),
     "constant_speed": (4.5,),
+    "joined": (True,),
     "course": ('slalom, "é"',),
     "label": ("another",),
 }

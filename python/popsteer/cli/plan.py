@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from popsteer import planning
+from popsteer import lab, planning
 from popsteer._core import Path
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned
@@ -79,6 +79,8 @@ def plan(
         FilePath | None,
         optional("FILE", "File for the course, CSV; a figure is drawn beside it."),
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Find the fastest speeds along a path."""
     from popsteer.lab.plan.table import plan_caption, plan_table
@@ -90,6 +92,7 @@ def plan(
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
     pictures = outputs.check_file(out)
+    outputs.check_page(report)
     if out in pictures or out == waypoints:
         raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     if smooth is not None and keep_speeds:
@@ -111,14 +114,20 @@ def plan(
 
             drawn = outputs.draw_figures(out, partial(plan_figure, profile), progress)
             write_files_atomic({out: (found.origin_line() + profile.as_csv()).encode(), **drawn})
-    read = [found.source()]
-    outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)], read=read)
+    below = []
     if profile.too_sharp.size:
-        print(
+        below.append(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
             " more sharply than the wheels turn (max_steer)."
         )
-    print(outputs.written(out, pictures, "--out FILE writes the course, and a figure of it."))
+    said = outputs.written(out, pictures, "--out FILE writes the course, and a figure of it.")
+    name, line = waypoints.name, outputs.command_line(context)
+
+    def draw(_: object) -> bytes:
+        return lab.report.of_plan(profile, name, lab.report.Origin(line))
+
+    caption = plan_caption(profile, name)
+    outputs.show(caption, [plan_table(profile)], below, said, report, [found.source()], draw)
 
 
 def _recorded(found: Waypoints, *, closed: bool) -> Path | np.ndarray:

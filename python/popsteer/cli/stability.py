@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import typer
+
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
@@ -14,7 +16,10 @@ from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 _CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
 # Some of the figures are drawn for some controllers alone.
-_FIGURES = ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
+_FIGURES = (
+    *("stability-margins", "stability-loops", "stability-map", "carrot-offset"),
+    "preview-choice",
+)
 _FILES = ["stability.json", *(f"{name}{dark}.png" for name in _FIGURES for dark in ("", "-dark"))]
 
 HELP = """\
@@ -57,6 +62,8 @@ def stability(
     ] = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
@@ -72,7 +79,7 @@ def stability(
         in_loop=False,
     )
     at = _speeds(speeds)
-    outputs.check_folder(out, _FILES)
+    outputs.check_folder(out, _FILES, report)
     with Progress() as progress:
         result = lab.stability.run(
             tuning.params,
@@ -90,8 +97,14 @@ def stability(
             content["stability.json"] = lab.stability.table.stability_json(result).encode()
     said = outputs.write(content, out, "--out DIR writes stability.json and figures.")
     table = lab.stability.table
+    made_by = lab.report.Origin(outputs.command_line(context), tuning.params)
     outputs.show(
-        table.stability_caption(result), [table.stability_table(result)], [table.NOTE], said
+        table.stability_caption(result),
+        [table.stability_table(result)],
+        [table.NOTE],
+        said,
+        report,
+        draw=lambda _: lab.report.of_stability(result, made_by),
     )
 
 

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
+import typer
+
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import pairs
@@ -85,6 +87,8 @@ def tune(
     out: Annotated[
         Path | None, optional("FILE", "File for the tuning, *.toml; a figure is drawn beside it.")
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""
     moved, given, _ = inputs.varied(plant, set_plant, vehicle, set_vehicle)
@@ -121,6 +125,7 @@ def tune(
     problem = replace(problem, settings=joining, joined=True)
     kept: str | Path | None = storage
     pictures = outputs.check_file(out, ".toml")
+    outputs.check_page(report)
     if out is not None and storage is None:
         kept = out.with_suffix(".journal")
     with kept_in(kept), Progress() as progress:
@@ -138,11 +143,16 @@ def tune(
 
             drawn = outputs.draw_figures(out, partial(tune_figure, tuned), progress)
             write_files_atomic({**drawn, out: as_toml(tuned.params, name).encode()})
-    report = lab.tune.report
+    judging = lab.tune.report
     nothing = "--out FILE writes the tuning, and a figure of the trials."
     said = outputs.written(out, pictures, nothing)
     if out is not None:
         said += f"\nThe trials are in {kept}."
-    below = report.notes(tuned, judged)
+    below = judging.notes(tuned, judged)
     read = [course.path.source for course in courses]
-    outputs.show(report.caption(tuned), report.tables(judged), below, said, read=read)
+    made_by = lab.report.Origin(outputs.command_line(context))
+
+    def draw(_: object) -> bytes:
+        return lab.report.of_tuning(tuned, judged, made_by)
+
+    outputs.show(judging.caption(tuned), judging.tables(judged), below, said, report, read, draw)

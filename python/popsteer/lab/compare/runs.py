@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -201,6 +201,24 @@ class _Joining(Experiment):
     settings: Settings | None = None
 
 
+def _check_some(**given: Collection[Any]) -> None:
+    for name, each in given.items():
+        if not each:
+            raise ConfigError(name, list(each), "at least one")
+
+
+def _joined(
+    paths: Mapping[str, Path],
+    movers: Mapping[str, Any],
+    longitudinal: LongitudinalParams | None,
+    how: Mapping[str, Any],
+) -> Settings:
+    alike = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
+    each = [_Joining(mover, None, longitudinal, **alike) for mover in movers.values()]
+    found = [joining.joining(paths.values()) for joining in each]
+    return max(found, key=lambda settings: settings.settling_time)
+
+
 def run_each(  # noqa: PLR0913 - as `run`
     paths: Mapping[str, Path],
     names: Sequence[str] | Mapping[str, Params | Parameters],
@@ -264,9 +282,7 @@ def run_each(  # noqa: PLR0913 - as `run`
     >>> [(each.plant, each.track, list(each.runs)) for each in found]
     [('kinematic-bicycle', 'straight', ['pop'])]
     """
-    for field_, given in (("tracks", paths), ("controllers", names), ("plants", plants)):
-        if not given:
-            raise ConfigError(field_, list(given), "at least one")
+    _check_some(tracks=paths, controllers=names, plants=plants)
     if not isinstance(plants, Mapping):
         plants = {plant_name(plant): plant for plant in plants}
     movers = {name: object_of(plant) for name, plant in plants.items()}
@@ -276,11 +292,10 @@ def run_each(  # noqa: PLR0913 - as `run`
         name: (vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle) or plant.vehicle
         for name, plant in movers.items()
     }
+    if longitudinal is None and how.get("constant_speed") is None:
+        longitudinal = usual(paths.values(), movers.values())
     if joined:
-        alike = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
-        each = [_Joining(movers[name], None, longitudinal, **alike) for name in movers]
-        times = [found.joining(paths.values()) for found in each]
-        how["settings"] = max(times, key=lambda settings: settings.settling_time)
+        how["settings"] = _joined(paths, movers, longitudinal, how)
     cells = [(name, track) for name in movers for track in paths]
     total, done = len(cells) * len(params) * (2 if step_time else 1), 0
     found = []

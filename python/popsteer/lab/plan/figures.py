@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from popsteer.planning import SpeedProfile
 
 # Limits that are alike share a colour of the theme.
-_COLOURS = {
+COLOURS = {
     "driving": "pure-pursuit",
     "braking": "pid",
     "lateral": "pop",
@@ -71,7 +71,7 @@ def _draw_speeds(
     )
     stops = limit == LIMITS.index("stop")
     for name in profile.shares():
-        colour = theme.colour(_COLOURS[name])
+        colour = theme.colour(COLOURS[name])
         mine = limit == LIMITS.index(name)
         if name == "stop":
             panel.scatter(

@@ -18,13 +18,19 @@ True
 from popsteer.lab.report.compare import of_comparison
 from popsteer.lab.report.identify import of_identification
 from popsteer.lab.report.origin import Origin
+from popsteer.lab.report.plan import of_plan
 from popsteer.lab.report.replay import of_replay
+from popsteer.lab.report.stability import of_stability
 from popsteer.lab.report.sweep import of_sweep
+from popsteer.lab.report.tune import of_tuning
 
 __all__ = [
     "Origin",
     "of_comparison",
     "of_identification",
+    "of_plan",
     "of_replay",
+    "of_stability",
     "of_sweep",
+    "of_tuning",
 ]

@@ -97,6 +97,23 @@ def figure(
     return {"title": title, "note": note, "traces": traces, "layout": layout}
 
 
+def line(
+    name: str,
+    x: Iterable[float],
+    y: Iterable[float],
+    colour: str,
+    *,
+    width: float = 1.6,
+    shape: str = "linear",
+    **more: Any,  # noqa: ANN401 - as plotly takes it
+) -> dict[str, Any]:
+    """Draw a line of some colour, such as ``@pop``; where a number is not finite it breaks."""
+    up = [float(f"{value:.5g}") if math.isfinite(value) else None for value in y]
+    look = {"color": colour, "width": width, "shape": shape}
+    places = {"x": rounded(x, 5), "y": up, "line": look, "marker": {"color": colour}}
+    return {"type": "scatter", "mode": "lines", "name": name, **places, **more}
+
+
 def stairs(
     law: str,
     among: Iterable[str],

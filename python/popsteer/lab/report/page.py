@@ -56,8 +56,8 @@ class Page:
     """How to repeat it on the command line; empty where it was not from there."""
     results: str
     """Tables and notes, HTML."""
-    scenes: Sequence[Scene]
-    """What drives on the map; one of them is shown at a time."""
+    scenes: Sequence[Scene] = ()
+    """What drives on the map; one of them is shown at a time. Without any there is no map."""
     figures: Sequence[dict[str, Any]] = ()
     """Figures for plotly: `title`, `traces`, `layout`; ``@name`` stands for a colour of `roles`."""
     roles: dict[str, list[str]] = field(default_factory=dict)
@@ -141,6 +141,7 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         else "",
         "results": page.results,
         "choice": _choice(page),
+        "driven": "" if page.scenes else " hidden",
         "precision": "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°."
         + kept
         + page.left_out,
@@ -158,7 +159,7 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
 
 
 def _links(page: Page) -> str:
-    links = [("results", "Results"), ("drive", "Drive")]
+    links = [("results", "Results"), *([("drive", "Drive")] if page.scenes else [])]
     if page.figures or any(scene.figures for scene in page.scenes):
         links.append(("figures", "Figures"))
     links += [(each.name, each.title) for each in page.sections]

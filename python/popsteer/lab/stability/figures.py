@@ -17,6 +17,7 @@ from popsteer.lab.common.draw import files_of, headline
 from popsteer.lab.common.names import title_of
 from popsteer.lab.stability.carrot import LATERAL, Carrot, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
+from popsteer.lab.stability.response import Response, respond
 from popsteer.lab.stability.runs import dead_time_map, run
 from popsteer.lab.stability.table import stability_caption
 
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from popsteer.lab.stability import Stability
 
 
+USUAL = ((2.0, 5.0), (30.0, 60.0))
+"""Gain [-] and phase margins [deg] that are usual: K. J. Åström, R. M. Murray, *Feedback Systems*,
+2nd ed. 2021, section 10.3."""
 _LEVELS = (0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 1000.0)  # ms
 # Of a car of 3 m wheelbase; `_sized` fits them to the vehicle.
 _SPEEDS = np.linspace(1.0, 30.0, 59)
@@ -64,7 +68,8 @@ def stability_figures(
     }
     tell(0.7)
     draw: dict[str, Callable[[Theme], Figure]] = {
-        "stability-margins": partial(_margins_figure, fine)
+        "stability-margins": partial(_margins_figure, fine),
+        "stability-loops": partial(loops_figure, result, responses(result)),
     }
     if maps:
         draw["stability-map"] = partial(_map_figure, result, maps)
@@ -143,9 +148,75 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
         panel.set_yscale("log")
         panel.yaxis.set_major_formatter("{x:g}")
         panel.set_ylim(bottom=1.0)
-    panels[2].legend(fontsize=8.5)
-    note = "a line ends where the loop becomes unstable"
+    for panel, usual in zip(panels, USUAL, strict=False):
+        panel.axhspan(*usual, color=theme.faint, alpha=0.18, linewidth=0.0, zorder=0)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), handlelength=3.2)
+    note = "a line ends where the loop becomes unstable; grey: margins that are usually asked for"
     return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
+
+
+def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Theme) -> Figure:
+    """Draw Bode's and Nyquist's diagrams of the open loops, and the answers to a step."""
+    figure = Figure(figsize=(11.4, 5.4), layout="constrained")
+    grid = figure.add_gridspec(2, 3)
+    size, phase = (figure.add_subplot(grid[row, 0]) for row in (0, 1))
+    nyquist, step = (figure.add_subplot(grid[:, column]) for column in (1, 2))
+    colours, dashes = theme.colours(result.params), theme.styles(result.params)
+    for name, found in responses.items():
+        look: dict[str, Any] = {
+            "color": colours[name],
+            "linestyle": dashes[name],
+            "linewidth": 1.6,
+        }
+        gains, phases = found.crossings()
+        size.plot(found.frequency, np.abs(found.gain), **look)
+        phase.plot(found.frequency, np.degrees(found.phase), **look)
+        mark: dict[str, Any] = {
+            "marker": "o",
+            "linestyle": "",
+            "color": colours[name],
+            "markersize": 4.5,
+        }
+        size.plot([at for at, _ in phases], [value for _, value in phases], **mark)
+        phase.plot([at for at, _ in gains], [math.degrees(value) for _, value in gains], **mark)
+        nyquist.plot(found.gain.real, found.gain.imag, **look)
+        step.plot(found.time, found.offset, label=title_of(name, responses), **look)
+    size.axhline(1.0, color=theme.faint, linewidth=0.8, linestyle=":")
+    phase.axhline(-180.0, color=theme.faint, linewidth=0.8, linestyle=":")
+    size.set(yscale="log", ylabel="magnitude", ylim=(1e-3, 1e2), title="Bode, open loop")
+    phase.set(ylabel="phase [deg]", xlabel="frequency [rad/s]", ylim=(-360.0, 0.0))
+    phase.set_yticks(range(-360, 1, 90))
+    for panel in (size, phase):
+        panel.set(xscale="log", xlim=(0.05, math.pi / result.dt))
+    # No nearer to -1 than half: what is amplified at most twofold.
+    circle = np.exp(1j * np.linspace(0.0, math.tau, 181))
+    nyquist.plot(circle.real, circle.imag, color=theme.faint, linewidth=0.8, linestyle=":")
+    near = -1.0 + 0.5 * circle
+    nyquist.fill(near.real, near.imag, color=theme.faint, alpha=0.18, linewidth=0.0)
+    nyquist.plot(-1.0, 0.0, "+", color=theme.text, markersize=9)
+    nyquist.set(xlim=(-2.5, 1.5), ylim=(-2.0, 2.0), xlabel="real", ylabel="imaginary")
+    nyquist.set(aspect="equal", title="Nyquist, open loop")
+    step.set(xlabel="time [s]", ylabel="offset of the vehicle [m]", ylim=(-0.2, 1.8))
+    last = max(each.time[-1] for each in responses.values())
+    step.set(title="the path moves by 1 m", xlim=(0.0, last))
+    handles, labels = step.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), handlelength=3.2)
+    at = f"at {middle(result):g} m/s; dots: where the margins are read"
+    return _captioned(figure, f"{stability_caption(result)}, {at}", theme)
+
+
+def middle(result: Stability) -> float:
+    """Give the speed that the answers are shown at: the middle one [m/s]."""
+    return sorted(result.speeds)[len(result.speeds) // 2]
+
+
+def responses(result: Stability) -> dict[str, Response]:
+    """Compute the answers of the controllers at the middle speed."""
+    return {
+        name: respond(params, result.vehicle, middle(result), result.dt, believed=result.believed)
+        for name, params in result.params.items()
+    }
 
 
 def _carrot_figure(result: Stability, curve: Carrot, theme: Theme) -> Figure:

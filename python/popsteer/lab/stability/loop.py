@@ -43,7 +43,8 @@ class Loop:
     """The loop of a controller and a vehicle at one speed [m/s], on a grid of frequencies.
 
     `dt` is the control period Δt [s]. The controller is given `believed`, the vehicle by default.
-    `frequencies` is how many there are up to the half of the control rate.
+    `frequencies` is how many there are up to the half of the control rate; `back` has other places
+    instead, as 1 / z.
     """
 
     def __init__(
@@ -55,13 +56,14 @@ class Loop:
         *,
         believed: Vehicle | None = None,
         frequencies: int = 3000,
+        back: _Response | None = None,
     ) -> None:
         slow = np.geomspace(1e-5, 0.1, frequencies // 4, endpoint=False)
         angles = np.concatenate((slow, np.linspace(0.1, math.pi, frequencies - len(slow))))
         self.angles = angles
         """Frequencies ω Δt [rad], up to π."""
         self._vehicle, self._speed, self._dt = vehicle, speed, dt
-        self._back = back = np.exp(-1j * angles)  # 1 / z
+        self._back = back = np.exp(-1j * angles) if back is None else back  # 1 / z
 
         believed = vehicle if believed is None else believed
         weights = (law.cross_track, law.heading, law.steer)
@@ -72,6 +74,7 @@ class Loop:
         aside, turn = _predicted(believed, speed, dt, back)
         aside = aside + (law.tracked_point - no_slip(believed)) * turn
         self._steer = steer + cross_track * aside + heading * turn
+        self._aside = cross_track
         # ... and along its heading.
         heading = heading + speed * believed.dead_time * cross_track
 
@@ -81,6 +84,16 @@ class Loop:
 
     def gain(self, dead_time: float | None = None) -> _Response:
         """Evaluate the open loop's gain L; `dead_time` [s] stands for the vehicle's own."""
+        offset, yaw = self._moved(dead_time)
+        return np.asarray((self._cross_track * offset + self._heading * yaw) / self._steer)
+
+    def answer(self) -> _Response:
+        """Evaluate the closed loop: the offset of the no-slip point over that of the path."""
+        offset, _ = self._moved(None)
+        return np.asarray(self._aside * offset / self._steer / (1.0 + self.gain()))
+
+    def _moved(self, dead_time: float | None) -> tuple[_Response, _Response]:
+        """Offset of the no-slip point and heading of the vehicle, for a command."""
         dead_time = self._vehicle.dead_time if dead_time is None else dead_time
         speed, dt, lag, back = self._speed, self._dt, self._vehicle.steer_lag, self._back
         steps = math.floor(dead_time / dt + 1e-9)
@@ -95,7 +108,7 @@ class Loop:
         rate = pushed[2] / (z - kept)
         yaw = (pushed[1] + swing * rate) / (z - 1.0)
         offset = (pushed[0] + speed * dt * yaw + speed * lag * (dt - swing) * rate) / (z - 1.0)
-        return np.asarray((self._cross_track * offset + self._heading * yaw) / self._steer)
+        return offset, yaw
 
     def is_stable(self, dead_time: float | None = None) -> bool:
         """Whether all poles of the closed loop lie inside the unit circle.

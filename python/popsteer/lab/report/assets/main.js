@@ -53,7 +53,10 @@ async function showAxis(chosen) {
 
 // All that has colours or a width; plotly draws at once, and its promises tell of more.
 function redraw() {
-  if (!scene) return;
+  if (!scene) {
+    redrawFigures(gallery);
+    return;
+  }
   const drawn = [map.draw(), panels.draw()];
   readout.colour();
   redrawFigures(gallery);
@@ -127,6 +130,7 @@ async function begin() {
   }
   listen();
   if (page.scenes.length) await showScene(page.scenes[0]);
+  else showFigures(gallery, page.figures);
   document.documentElement.dataset.ready = Math.round(performance.now());
 }
 

@@ -78,7 +78,7 @@ class Player {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!this.scene || event.ctrlKey || event.metaKey || event.altKey) return;
     const { target } = event;
     const own = target === this.slider;
     if (!own && target.closest?.("input, select, textarea, button, summary, a, pre, .scroll")) return;
