@@ -226,8 +226,8 @@ parts! {
         /// The poses that are believed; None before the first step, and without a gate.
         gate: Option<Gate>,
     }
-    /// What is remembered of a vehicle that is modelled: 5.6 kB, of which a batch keeps none for
-    /// other vehicles. Its default is that of those.
+    /// What is remembered of a vehicle that is modelled: 5.9 kB, of which a batch keeps what is in
+    /// flight, and nothing for other vehicles. Its default is that of those.
     Model {
         /// Commands in flight, if the vehicle is modelled.
         in_flight: Option<InFlight>,

@@ -27,6 +27,14 @@ impl InFlight {
     /// The most commands in flight; shorter ones are joined, see [`elapse`](Self::elapse).
     pub const CAPACITY: usize = 3 * Self::RESOLUTION + 4;
 
+    /// Nothing in flight, and the wheels straight on.
+    pub const fn empty() -> Self {
+        Self {
+            commands: Timed::EMPTY,
+            wheel: 0.0,
+        }
+    }
+
     /// The wheels at rest under the command `steer` [rad], and that command in flight.
     pub fn settled(vehicle: &Vehicle, steer: f64) -> Self {
         let mut in_flight = Self {
@@ -67,6 +75,13 @@ impl InFlight {
         };
         in_flight.check(vehicle, longer)?;
         Ok(in_flight)
+    }
+
+    /// Becomes what gave these [`commands`](Self::commands) and this angle of the wheels.
+    #[inline]
+    pub fn refill(&mut self, commands: &[(f64, f64)], wheel: f64) {
+        self.commands.refill(commands);
+        self.wheel = wheel;
     }
 
     /// Whether commands are ones that can be in flight to the wheels of this vehicle.

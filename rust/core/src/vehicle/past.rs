@@ -62,6 +62,13 @@ impl Past {
         past
     }
 
+    /// Becomes what gave these [`angles`](Self::angles), this angle now and this time since a pose.
+    #[inline]
+    pub fn refill(&mut self, angles: &[(f64, f64)], wheel: f64, since: f64) {
+        self.angles.refill(angles);
+        (self.wheel, self.since) = (wheel, since);
+    }
+
     /// Whether it is a past that wheels can have.
     ///
     /// # Errors

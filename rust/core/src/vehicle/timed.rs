@@ -64,6 +64,15 @@ impl<const N: usize> Timed<N> {
         Ok(restored)
     }
 
+    /// Takes angles [rad] and durations [s], oldest first, in place of its own.
+    #[inline]
+    pub(super) fn refill(&mut self, timed: &[(f64, f64)]) {
+        (self.first, self.count) = (0, 0);
+        for &(angle, duration) in timed {
+            self.push(angle, duration);
+        }
+    }
+
     /// Angles [rad] and durations [s], oldest first.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (f64, f64)> + '_ {

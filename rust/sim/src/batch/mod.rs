@@ -9,12 +9,12 @@ pub use member::{Member, OnError};
 
 use std::sync::Arc;
 
-use popsteer_core::tracker::{Model, Reported, TrackerState};
+use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
-use self::member::Kept;
+use self::member::{Kept, Scratch};
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
 /// stepped on the thread that asks for it.
@@ -125,8 +125,8 @@ where
         out: &mut [T],
         write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, empty: &mut _, input, reported, place: &mut T| {
-            write(place, member.step(empty, input, dt, on_error, reported));
+        let one = |member: &mut Kept<L>, scratch: &mut _, input, reported, place: &mut T| {
+            write(place, member.step(scratch, input, dt, on_error, reported));
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -148,8 +148,8 @@ where
         reported: &[Reported],
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        let one = |member: &mut Kept<L>, empty: &mut _, input, reported, angle: &mut f64| {
-            *angle = member.steer(empty, input, dt, on_error, reported);
+        let one = |member: &mut Kept<L>, scratch: &mut _, input, reported, angle: &mut f64| {
+            *angle = member.steer(scratch, input, dt, on_error, reported);
         };
         self.drive(inputs, dt, on_error, reported, out, one)
     }
@@ -161,7 +161,7 @@ where
         on_error: OnError,
         reported: &[Reported],
         out: &mut [T],
-        one: impl Fn(&mut Kept<L>, &mut Model, VehicleState, Reported, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, &mut Scratch, VehicleState, Reported, &mut T) + Sync,
     ) -> Result<(), BatchError> {
         let reported_of = |vehicle: usize| reported.get(vehicle).copied().unwrap_or_default();
         let given = reported.is_empty() || reported.len() == self.len();
@@ -190,10 +190,10 @@ where
             refused.map_or(Ok(()), Err)?;
         }
         if self.len() <= CHUNK {
-            let mut empty = Model::default();
+            let mut scratch = Scratch::default();
             let members = self.members.iter_mut().zip(inputs).zip(out);
             for (vehicle, ((member, &input), place)) in members.enumerate() {
-                one(member, &mut empty, input, reported_of(vehicle), place);
+                one(member, &mut scratch, input, reported_of(vehicle), place);
             }
             return Ok(());
         }
@@ -204,9 +204,9 @@ where
             .enumerate()
             .with_min_len(CHUNK)
             .for_each_init(
-                Model::default,
-                |empty, (vehicle, ((member, &input), place))| {
-                    one(member, empty, input, reported_of(vehicle), place);
+                Scratch::default,
+                |scratch, (vehicle, ((member, &input), place))| {
+                    one(member, scratch, input, reported_of(vehicle), place);
                 },
             );
         Ok(())

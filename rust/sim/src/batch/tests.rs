@@ -1,7 +1,7 @@
 //! Batches against single vehicles.
 
 use super::*;
-use popsteer_core::laws::{Pop, PopParams};
+use popsteer_core::laws::{Pop, PopParams, PreviewPop, PreviewPopParams};
 use popsteer_core::{Reported, Status, Tracker, Vehicle};
 
 fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {
@@ -83,6 +83,63 @@ fn test_batch_keeps_little_of_a_vehicle_that_is_not_modelled() {
     assert!(mixed.states().eq(states.clone()));
     mixed.reset();
     assert!(!mixed.states().eq(states));
+}
+
+#[test]
+fn test_batch_keeps_late_vehicles_as_their_single_steps_have_them_in_3_kb_each() {
+    let (_, _, path) = batch(1);
+    let late = |dead_time| {
+        let vehicle = Vehicle {
+            dead_time,
+            ..Vehicle::DEFAULT
+        };
+        Tracker::of(PreviewPop::new(vehicle, PreviewPopParams::default()).unwrap())
+    };
+    let trackers = [0.3, 0.0, 0.05].map(late);
+    let mut states = trackers.map(|tracker| tracker.initial_state());
+    let member = |k: usize| Member {
+        tracker: trackers[k],
+        path: Arc::clone(&path),
+        state: states[k],
+    };
+    let mut batch = Batch::new((0..3).map(member));
+    // Periods that join commands, poses with ages and without, and a gap.
+    for step in 0..200_u32 {
+        let dt = [0.002, 0.05, 0.03][(step % 3) as usize] * if step == 90 { 20.0 } else { 1.0 };
+        let inputs = [VehicleState {
+            x: 0.1 * f64::from(step),
+            y: 5.0 * (0.005 * f64::from(step)).sin() + 0.1,
+            yaw: 0.24,
+            speed: 4.0,
+        }; 3];
+        let reported = [Reported {
+            pose_age: if step > 50 { 0.12 } else { 0.0 },
+            ..Reported::NOTHING
+        }; 3];
+        let mut angles = [0.0_f64; 3];
+        batch
+            .steer(&inputs, dt, OnError::Raise, &reported, &mut angles)
+            .unwrap();
+        for (k, (tracker, state)) in trackers.iter().zip(&mut states).enumerate() {
+            let single = tracker.steer(&path.view(), state, inputs[k], dt, reported[k]);
+            assert_eq!(single.unwrap().to_bits(), angles[k].to_bits(), "{step}");
+        }
+        assert!(batch.states().eq(states), "{step}");
+        // Poses with an age take the wheels' last second besides.
+        let most = if step <= 50 { 3000 } else { 4000 };
+        assert!(most_bytes(&batch) <= most, "{}", most_bytes(&batch));
+    }
+}
+
+/// What the widest vehicle of a batch takes.
+fn most_bytes(batch: &Batch<PreviewPop>) -> usize {
+    let bytes = |kept: &Kept<PreviewPop>| {
+        let packed = kept.model.as_ref().map_or(0, |packed| {
+            size_of_val(&**packed) + packed.timed.capacity() * size_of::<(f64, f64)>()
+        });
+        size_of_val(kept) + packed
+    };
+    batch.members.iter().map(bytes).max().unwrap()
 }
 
 #[test]
