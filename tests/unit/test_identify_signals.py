@@ -12,6 +12,7 @@ import pytest
 import popsteer
 from popsteer import logs
 from popsteer.identification.checks import refuse_steer
+from popsteer.identification.drive import _on_clock
 from popsteer.identification.signals import checked, looks, unrepeated
 from popsteer.logs import Log, LogError
 from studies import logged
@@ -66,12 +67,26 @@ def test_signal_that_disagrees_is_refused_by_name_and_right_with_the_option(
     with pytest.raises(LogError, match=f"--unit {option}") as refused:
         popsteer.identify(Log(**changed))
     assert str(refused.value).count("\n") == 0
+    with pytest.raises(LogError, match=f"--unit {option}"):
+        popsteer.identify(logs.read(file))
     name, _, unit = option.partition("=")
     unit = {"MAX_STEER": "0.58"}.get(unit, unit)
     found = popsteer.identify(logs.read(file, units={name: unit}))
     for field in ("wheelbase", "steer_offset", "steer_lag", "dead_time"):
         value = getattr(plain.vehicle, field)
         assert getattr(found.vehicle, field) == pytest.approx(value, rel=1e-2, abs=1e-4), field
+
+
+def test_positions_in_centimetres_are_named_and_not_the_steering(
+    columns: dict[str, Any], tmp_path: Path
+) -> None:
+    changed = columns | {name: 100.0 * columns[name] for name in ("x", "y")}
+    file = tmp_path / "drive.csv"
+    rows = np.column_stack(list(changed.values()))
+    np.savetxt(file, rows, delimiter=",", header=",".join(changed), comments="")
+    for read in (lambda: logs.read(file), lambda: popsteer.identify(Log(**changed))):
+        with pytest.raises(LogError, match="--unit x=cm --unit y=cm"):
+            read()
 
 
 def test_speed_signal_off_by_a_fifth_is_scaled_and_said(
@@ -169,3 +184,9 @@ def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
     refuse_steer(found(4.6, 0.6, 7.9), None, "log")
     with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
         refuse_steer(found(4.6, 0.6, 8.1), None, "log")
+
+
+def test_commands_in_a_gap_keep_their_distance_to_its_end() -> None:
+    log, clock = np.array([0.0, 0.1, 0.2, 60.0, 60.1]), np.array([0.0, 0.1, 0.2, 5.2, 5.3])
+    found = _on_clock(np.array([-0.05, 0.15, 30.0, 59.0, 60.05, 61.0]), log, clock)
+    assert found == pytest.approx([-0.05, 0.15, 0.2, 4.2, 5.25, 6.2], abs=1e-7)

@@ -35,6 +35,8 @@ FULL_SIZE = 2.0
 REST = 0.1
 REST_TIME = 1.0
 """A full-size car slower than `REST` [m/s] for as long as this [s] stands."""
+SEEN = 4.0
+"""Nor is a speed seen that is below this many standard deviations of its noise."""
 SMOOTHING = 0.3
 """Standard deviation of what the acceleration is smoothed by [s]: noise of 0.02 m/s leaves 0.03
 m/s² at 20 Hz."""
@@ -109,7 +111,8 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
     ends = np.append(starts[1:], len(log.t))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
-    moving = _moving(log.t, log.speed / size, starts, ends)
+    slowest = max(REST * size, SEEN * _noise(log.speed))
+    moving = _moving(log.t, np.abs(log.speed) > slowest, starts, ends)
     clean, outliers = {}, {}
     for name, values in columns.items():
         kept, found, grain = values.copy(), 0, _grain(values)
@@ -168,10 +171,9 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
 
 
 def _moving(
-    t: Array, speed: Array, starts: NDArray[np.int64], ends: NDArray[np.int64]
+    t: Array, moving: NDArray[np.bool_], starts: NDArray[np.int64], ends: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """Say where the car moves; a rest is as long as `REST_TIME` at least."""
-    moving: NDArray[np.bool_] = np.abs(speed) > REST
     for start, end in zip(starts, ends, strict=True):
         edges = np.flatnonzero(np.diff(np.pad((~moving[start:end]).astype(np.int8), 1)))
         for begin, stop in zip(edges[::2] + start, edges[1::2] + start, strict=True):
@@ -204,9 +206,11 @@ def _rounding(values: Array) -> float:
 
 def _on_clock(times: Array, log: Array, clock: Array) -> Array:
     """Bring times onto the clock without gaps; before and after the log it goes on."""
-    mapped = np.interp(times, log, clock)
-    mapped += np.minimum(times - log[0], 0.0) + np.maximum(times - log[-1], 0.0)
-    # Where a gap shrinks commands may fall together: the least step keeps their order.
+    after = np.clip(np.searchsorted(log, times), 1, len(log) - 1)
+    # In a gap the last ones keep their distance to its end: what the wheels did just before.
+    mapped = np.maximum(clock[after] - (log[after] - times), clock[after - 1])
+    mapped += np.minimum(times - log[0], 0.0)
+    # The earlier ones fall together: the least step keeps their order.
     risen: Array = np.maximum.accumulate(mapped) + 1e-9 * np.arange(len(mapped))
     return risen
 

@@ -24,7 +24,7 @@ NEAR = 0.04
 CLEARLY = 0.25
 """The share that a reading of the heading must leave of what the next one does."""
 NORTH = math.radians(10.0)
-LONGEST, BLOCK = 600.0, 60.0
+LONGEST, BLOCK = 300.0, 60.0
 """Of longer drives the blocks [s] that steer most are used, up to this time [s] in all."""
 
 _SPEEDS = (
@@ -71,6 +71,11 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
 
     With `course` yaw is the course of the pose's point, which lies -`rear_axle` ahead of the axle.
     """
+    for column, unit in log.shown.items():
+        raise LogError(
+            f"{log.name}: {column} is in {unit}, as the positions show: --unit {column}={unit} says"
+            " so"
+        )
     most = float(np.max(np.abs(log.steer)))
     if most > 0.5 * math.pi:
         raise LogError(

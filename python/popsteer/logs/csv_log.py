@@ -206,7 +206,9 @@ def _log(
         notes.append(series["t"].said)
     if merged:
         notes.append(f"{', '.join(merged)} put on the position's clock")
-    notes += _settle(name, columns, {key for key in COLUMNS if series[key].is_sure}, units)
+    sure = {key for key in COLUMNS if series[key].is_sure}
+    shown_units, settled = _settle(name, columns, sure, units)
+    notes += settled
     notes += [f"{key} is in {unit}, as asked for" for key, unit in units.items()]
     label = Path(files[0]).name
     read = ", ".join(["t", *(series[key].said for key in there)])
@@ -224,6 +226,7 @@ def _log(
         remarks=_still(columns),
         source=source,
         signals=signals,
+        shown=shown_units,
     )
 
 
@@ -261,12 +264,13 @@ def _on_clock(key: str, each: _Series, t: Floats) -> Floats:
 @np.errstate(all="ignore")
 def _settle(
     name: str, columns: dict[str, Floats], sure: set[str], units: Mapping[str, str]
-) -> list[str]:
+) -> tuple[dict[str, str], list[str]]:
     """Convert what the motion shows to be in another unit, and say it; refuse what stays open."""
     whole = np.isfinite(np.column_stack([columns[key] for key in COLUMNS])).all(axis=1)
     if whole.sum() < 20:
-        return []
+        return {}, []
     t, x, y, yaw, speed, steer = (columns[key][whole] for key in COLUMNS)
+    found: dict[str, str] = {}
     notes = []
     step = max(1, len(t) // 200)  # over some rows: the noise of a position hides a row's motion
     gone, passed = np.hypot(np.diff(x[::step]), np.diff(y[::step])), np.diff(t[::step])
@@ -283,7 +287,14 @@ def _settle(
         fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
         if fits and "speed" not in sure:
             columns["speed"] = columns["speed"] * factor("speed", fits[0])
+            found["speed"] = fits[0]
             notes.append(f"speed is in {fits[0]}, as the positions show")
+        for unit, size in (("cm", 0.01), ("mm", 0.001)):
+            if "x" not in sure and abs(ratio / size - 1.0) < _FITS:
+                raise LogError(
+                    f"{name}: the positions move {1.0 / ratio:.4g} times as far as speed says: x"
+                    f" and y are in {unit} (--unit x={unit} --unit y={unit})"
+                )
     turned = shown.heading(
         np.column_stack((x, y)), yaw, ("rad",) if "yaw" in sure else ("rad", "deg"), both_ways=True
     )
@@ -292,9 +303,10 @@ def _settle(
         scale, offset = shown.to_yaw(turned)
         if scale != 1.0:
             columns["yaw"] = scale * columns["yaw"] + offset
+            found["yaw"] = turned.unit + ("-north" if turned.frame else "")
             notes.append(f"yaw is in {turned}, as the positions show")
     _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer)
-    return notes
+    return found, notes
 
 
 def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats) -> None:

@@ -65,6 +65,8 @@ class Log:
         `t` by default.
     source : str, optional
         Where the log came from and how it was read.
+    shown : mapping of str to str, optional
+        Units from which columns were converted that nobody told: the motion showed them.
 
     Attributes
     ----------
@@ -98,6 +100,7 @@ class Log:
     commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     source: str = ""
+    shown: Mapping[str, str] = field(default_factory=dict)
 
     def __init__(  # noqa: PLR0913 - a column each
         self,
@@ -113,6 +116,7 @@ class Log:
         commands: tuple[ArrayLike, ArrayLike] | None = None,
         signals: Mapping[str, ArrayLike] | None = None,
         source: str = "",
+        shown: Mapping[str, str] | None = None,
     ) -> None:
         given = dict(zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)) | dict(signals or {})
         columns = {key: np.array(values, dtype=np.float64) for key, values in given.items()}
@@ -141,6 +145,7 @@ class Log:
             "remarks": (*remarks, *found),
             "commands": own,
             "source": source,
+            "shown": dict(shown or {}),
             "signals": {key: columns.pop(key) for key in SIGNALS if key in columns},
         }
         for key, value in {**columns, **others}.items():
