@@ -13,12 +13,14 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 import popsteer
 from popsteer.logs import Log, LogError
+from popsteer.sim import PedalMap
 from studies import logged
 from studies.layout import line, write_table
 
@@ -118,6 +120,55 @@ def delay_off(kind: str, seeds: Iterable[int], **changes: Any) -> float:
     return max(off)
 
 
+def pedalled(seed: int) -> logged.Car:
+    """Draw a car with a drive."""
+    random = np.random.default_rng(seed)
+    drive = {
+        "drive_delay": 0.005 * int(random.integers(10, 80)),
+        "drive_lag": float(random.uniform(0.05, 0.5)),
+        "throttle": float(random.uniform(2.0, 6.0)),
+        "braking": float(random.uniform(4.0, 9.0)),
+        "drag": float(random.uniform(0.02, 0.2)),
+    }
+    return replace(logged.drawn(random, float(random.uniform(0.5, 5.0))), **drive)
+
+
+def drive_log(car: logged.Car, seed: int, **options: Any) -> Log:
+    """Give the log of three stops and starts with throttle and brake."""
+    columns = logged.stops(car, seed, **options)
+    poses = {name: columns.pop(name) for name in ("t", "x", "y", "yaw", "speed", "steer")}
+    return Log(**poses, signals=columns)
+
+
+def beyond_stop(car: logged.Car, file: Path, seed: int, dt: float = 0.05) -> float:
+    """Drive a straight path to its end with a vehicle file: how far beyond it the car rests [m]."""
+    pedals, random = PedalMap.load(file), np.random.default_rng(seed)
+    top = float(random.uniform(2.0, 4.0)) * min(car.length, 2.5)
+    told = popsteer.Vehicle.load(file).replace(
+        max_speed=top, max_acceleration=1.2, max_deceleration=1.5
+    )
+    # Poses are the rear axle's: what is driven is a line.
+    end = max(10.0 * top, 10.0 * car.length)
+    line_on = [(x, 0.0) for x in np.arange(0.0, end, 0.1 * car.length)]
+    driver = popsteer.Driver(popsteer.Path(line_on), told.replace(rear_axle=0.0))
+    h, at, speed, pull = 0.1 * dt, 0.0, 0.0, 0.0
+    late = [0.0] * round(car.drive_delay / h)
+    for _ in range(round(90.0 / dt)):
+        noise = 0.005 * min(car.length, 1.0) * random.standard_normal(2)
+        answer = driver.step(at + noise[0], 0.0, 0.0, speed + noise[1], dt=dt)
+        throttle, brake = pedals(answer.acceleration, speed)
+        brake = max(brake, 0.3) if answer.hold else brake
+        for _ in range(10):
+            late.append(car.throttle * throttle - car.braking * brake)
+            wanted, before = late.pop(0), speed
+            pull = wanted + (pull - wanted) * math.exp(-h / car.drive_lag)
+            speed = max(speed + (pull - car.drag * speed) * h, 0.0)
+            at += 0.5 * (before + speed) * h
+        if answer.phase == "standing" and speed == 0.0:
+            break
+    return at - line_on[-1][0]
+
+
 def main() -> None:
     """Print what is stated of all drives, put the table onto its page, and print the delays."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
@@ -141,6 +192,13 @@ def main() -> None:
     for play in (0.5, 1.0, 2.0):
         off = delay_off("blocks", seeds, play=play)
         print(f"play of {play:g} degrees: the delay is off by {1e3 * off:.1f} ms")
+    file, stops = Path("car.toml"), []
+    for seed in seeds:
+        car = pedalled(seed)
+        log = Log(**logged.log("brisk", car, seed))
+        popsteer.identify(log, stops=drive_log(car, seed)).save(file)
+        stops.append(abs(beyond_stop(car, file, seed)))
+    print(f"a stop with the file of three stops and starts: {100.0 * max(stops):.1f} cm off")
 
 
 def _row(name: str, those: list[Stated]) -> str:

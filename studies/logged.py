@@ -148,12 +148,13 @@ def pursued(
         bend = 2.0 * off.imag / abs(off) ** 2 * (car.length + car.understeer * v * v)
         given.append(max(-0.6, min(0.6, math.atan(bend) + smooth)))
         rows.append((at.real, at.imag, yaw, v))
+        pull = max(-fastest, min((wanted - v) / dt, fastest))
         for j in range(len(given) * substeps - substeps, len(given) * substeps):
             target, held, was = given[max(j - late, 0) // substeps] + car.offset, wheel, v
             turn = (target - actuator) * (1.0 - kept)
             actuator += max(-car.rate * h, min(turn, car.rate * h))
             wheel = max(actuator - 0.5 * car.play, min(wheel, actuator + 0.5 * car.play))
-            v += max(-fastest * h, min(wanted - v, fastest * h))
+            v += pull * h
             mean = 0.5 * (v + was)
             turn = mean * math.tan(0.5 * (held + wheel)) / (car.length + car.understeer * mean**2)
             at += mean * h * cmath.exp(1j * (yaw + 0.5 * turn * h))

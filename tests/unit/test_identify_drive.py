@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,33 +14,19 @@ from popsteer import sim
 from popsteer.identification.pedals import fit_drive
 from popsteer.logs import Log
 from studies import logged
+from studies.identify_acceptance import beyond_stop, drive_log, pedalled
 from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 pytest.importorskip("scipy")
 
 
-def _log(car: logged.Car, seed: int = 0, **options: Any) -> Log:
-    columns = logged.stops(car, seed, **options)
-    poses = {name: columns.pop(name) for name in ("t", "x", "y", "yaw", "speed", "steer")}
-    return Log(**poses, signals=columns)
-
-
-def _drawn(seed: int) -> logged.Car:
-    random = np.random.default_rng(seed)
-    return replace(
-        logged.Car(),
-        drive_delay=0.005 * int(random.integers(10, 80)),
-        drive_lag=float(random.uniform(0.05, 0.5)),
-        throttle=float(random.uniform(2.0, 6.0)),
-        braking=float(random.uniform(4.0, 9.0)),
-        drag=float(random.uniform(0.02, 0.2)),
-    )
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_drive_of_three_stops_is_found_on_the_level_and_on_hills(seed: int) -> None:
-    car = _drawn(seed)
-    found = fit_drive(_log(car, seed, hills=0.05 * (seed % 2)))
+    car = pedalled(seed)
+    found = fit_drive(drive_log(car, seed, hills=0.05 * (seed % 2)))
     assert found is not None
     assert found.values["drive_delay"] == pytest.approx(car.drive_delay, abs=0.02)
     assert found.values["drive_lag"] == pytest.approx(car.drive_lag, abs=0.03)
@@ -51,9 +38,40 @@ def test_drive_of_three_stops_is_found_on_the_level_and_on_hills(seed: int) -> N
     assert pedals(2.0, 0.0)[0] == pytest.approx(2.0 / car.throttle, rel=0.05)
 
 
+def test_drive_of_a_small_robot_is_found_though_its_rest_is_noisy() -> None:
+    # What is 0.1 m/s of a car would be 0.012 m/s of it, less than the noise of its speed.
+    car = pedalled(3)
+    found = fit_drive(drive_log(car, 3), size=0.12)
+    assert found is not None
+    assert found.values["drive_delay"] == pytest.approx(car.drive_delay, abs=0.02)
+    assert found.values["drive_lag"] == pytest.approx(car.drive_lag, abs=0.03)
+    assert found.values["braking"] == pytest.approx(car.braking, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", [4, 8])
+def test_car_stops_in_its_place_with_the_file_of_three_stops(seed: int, tmp_path: Path) -> None:
+    car, file = pedalled(seed), tmp_path / "car.toml"
+    log = Log(**logged.log("brisk", car, seed))
+    popsteer.identify(log, stops=drive_log(car, seed)).save(file)
+    assert abs(beyond_stop(car, file, seed)) < 0.05
+    # It is the drive in the file that brings it there.
+    text = re.sub(r"^drive_(delay|lag) = .*$", "", file.read_text(), flags=re.MULTILINE)
+    file.write_text(text)
+    assert abs(beyond_stop(car, file, seed)) > 0.05
+
+
+def test_log_that_begins_with_throttle_at_rest_shows_the_lag() -> None:
+    # Before it the pedals were not what they are in the first row.
+    car = replace(pedalled(8), drive_lag=0.5)
+    found = fit_drive(drive_log(car, 8))
+    assert found is not None
+    assert found.values["drive_lag"] == pytest.approx(car.drive_lag, abs=0.03)
+    assert found.values["braking"] == pytest.approx(car.braking, rel=0.03)
+
+
 def test_hills_without_their_height_are_not_taken_for_the_drive() -> None:
-    car = _drawn(1)
-    log = _log(car, 1, hills=0.05)
+    car = pedalled(1)
+    log = drive_log(car, 1, hills=0.05)
     blind = Log(**log.as_dict(), signals={k: v for k, v in log.signals.items() if k != "z"})
     found = fit_drive(blind)
     assert found is not None
@@ -64,7 +82,7 @@ def test_hills_without_their_height_are_not_taken_for_the_drive() -> None:
 
 
 def test_other_commands_give_their_gain() -> None:
-    car = replace(_drawn(2), throttle=1.0, braking=1.0, drag=0.0)
+    car = replace(pedalled(2), throttle=1.0, braking=1.0, drag=0.0)
     columns = logged.stops(replace(car, throttle=4.0, braking=8.0), 3)
     wanted = 4.0 * columns["throttle"] - 8.0 * columns["brake"]
     poses = {name: columns[name] for name in ("t", "x", "y", "yaw", "speed", "steer")}
@@ -91,8 +109,8 @@ def test_other_commands_give_their_gain() -> None:
 
 
 def test_drive_that_is_not_shown_is_asked_for_and_one_without_commands_is_none() -> None:
-    car = _drawn(4)
-    log = _log(car, 4)
+    car = pedalled(4)
+    log = drive_log(car, 4)
     assert fit_drive(Log(**log.as_dict())) is None
     steady = {"throttle": 0.2 + 0.002 * np.sin(log.t), "brake": 0.0 * log.t}
     poses = log.as_dict() | {
@@ -108,7 +126,7 @@ def test_drive_that_is_not_shown_is_asked_for_and_one_without_commands_is_none()
 def test_file_says_of_each_number_what_it_is_and_carries_the_pedals(tmp_path: Any) -> None:
     car = logged.Car()
     told = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, max_steer=0.6)
-    found = popsteer.identify(Log(**logged.log("brisk", car, 1)), told, stops=_log(car, 1))
+    found = popsteer.identify(Log(**logged.log("brisk", car, 1)), told, stops=drive_log(car, 1))
     file = tmp_path / "car.toml"
     found.save(file)
     assert popsteer.Vehicle.load(file) == found.vehicle

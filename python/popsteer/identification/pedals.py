@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.identification.chain import Wheels
-from popsteer.identification.drive import RESOLVED, prepare
+from popsteer.identification.drive import RESOLVED, REST, SEEN, prepare
 from popsteer.identification.whiten import choose_theta, known, spread, whitened
 
 if TYPE_CHECKING:
@@ -76,7 +76,11 @@ class _Task:
         drives = np.append(np.flatnonzero(ready.moving), len(log) - 1)
         following = drives[np.searchsorted(drives, np.arange(len(log)))]
         self.gear = np.where(self.speed[following] < 0.0, -1.0, 1.0)
-        self.signals = signals
+        # A car that stands as the log begins was commanded nothing before.
+        slowest = max(REST * size, SEEN * ready.speed_noise)
+        stands = abs(self.speed[0]) < slowest and not self.direct
+        self.given_at = np.concatenate((self.t[:1] - 1.0, self.t)) if stands else self.t
+        self.signals = [np.concatenate(([0.0], each)) if stands else each for each in signals]
         step, mean = np.diff(self.t), 0.5 * (self.speed[1:] + self.speed[:-1])
         self.fixed = -_GRAVITY * _slope(log, self.speed)[1:] * step
         self.nuisance = ["drag", "air_drag", "rolling"] if not self.direct else []
@@ -88,7 +92,7 @@ class _Task:
         """Give what each parameter of 1 adds to the speed from the start on, (N, P)."""
         found = []
         for values in self.signals:
-            wheels = Wheels(self.t, values, lag, None)
+            wheels = Wheels(self.given_at, values, lag, None)
             given = self.t - delay
             added = wheels.at(given) if self.direct else wheels.integral(given)
             found.append(self.gear[1:] * np.diff(added) if not self.direct else np.diff(added))
