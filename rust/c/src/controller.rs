@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::laws::{LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{Law, LawState};
 use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::vehicle::Known;
 use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
@@ -25,59 +25,13 @@ impl Handle for CController {
     const KIND: &'static str = "controller";
 }
 
-/// What is behind the handle.
+/// What is behind the handle: any of the controllers, and what it remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Controller {
     pub(crate) path: Arc<Path>,
-    pub(crate) steering: Steering,
+    pub(crate) tracker: Tracker<Law>,
+    pub(crate) state: TrackerState<LawState>,
 }
-
-/// A law's tracker and what it remembers.
-#[derive(Clone, Debug)]
-pub(crate) struct Steered<L: LateralLaw> {
-    pub(crate) tracker: Tracker<L>,
-    pub(crate) state: TrackerState<L::State>,
-}
-
-impl<L: LateralLaw> From<Tracker<L>> for Steered<L> {
-    fn from(tracker: Tracker<L>) -> Self {
-        let state = tracker.initial_state();
-        Self { tracker, state }
-    }
-}
-
-/// Any of the controllers.
-#[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "it stays where it is, behind its handle"
-)]
-pub(crate) enum Steering {
-    Pop(Steered<Pop>),
-    PreviewPop(Steered<PreviewPop>),
-    Pid(Steered<Pid>),
-    PurePursuit(Steered<PurePursuit>),
-    Stanley(Steered<Stanley>),
-}
-
-/// `$with` for whichever law steers, with its tracker and its state.
-macro_rules! each {
-    ($steering:expr, $tracker:ident, $state:ident => $with:expr) => {
-        $crate::controller::each!(
-            @ $steering, $tracker, $state, $with,
-            Pop, PreviewPop, Pid, PurePursuit, Stanley
-        )
-    };
-    (@ $steering:expr, $tracker:ident, $state:ident, $with:expr, $($law:ident),+) => {
-        match $steering {
-            $($crate::controller::Steering::$law($crate::controller::Steered {
-                tracker: $tracker,
-                state: $state,
-            }) => $with,)+
-        }
-    };
-}
-pub(crate) use each;
 
 impl Controller {
     #[inline]
@@ -88,9 +42,8 @@ impl Controller {
         reported: Reported,
     ) -> Result<Command, InputError> {
         let path = &self.path.view();
-        each!(&mut self.steering, tracker, state => {
-            tracker.step(path, state, vehicle, dt, reported)
-        })
+        self.tracker
+            .step(path, &mut self.state, vehicle, dt, reported)
     }
 
     #[inline]
@@ -102,9 +55,8 @@ impl Controller {
         reported: Reported,
     ) -> Command {
         let path = &self.path.view();
-        each!(&mut self.steering, tracker, state => {
-            tracker.step_or_hold(path, state, vehicle, dt, hold_limit, reported)
-        })
+        self.tracker
+            .step_or_hold(path, &mut self.state, vehicle, dt, hold_limit, reported)
     }
 
     /// Refuses what a step with these inputs would refuse.
@@ -114,21 +66,17 @@ impl Controller {
         reported: Reported,
     ) -> Result<(), InputError> {
         vehicle.checked()?;
-        each!(&self.steering, tracker, _state => {
-            reported.checked(tracker.vehicle()).map(|_| ())
-        })
+        reported.checked(self.tracker.vehicle()).map(|_| ())
     }
 
     pub(crate) fn reset(&mut self) {
-        each!(&mut self.steering, tracker, state => *state = tracker.initial_state());
+        self.state = self.tracker.initial_state();
     }
 
     pub(crate) fn set_path(&mut self, path: Arc<Path>) {
-        let path = each!(&self.steering, tracker, _state => {
-            Path::for_vehicle(path, tracker.vehicle())
-        });
+        let path = Path::for_vehicle(path, self.tracker.vehicle());
         let (old, new) = (self.path.view(), path.view());
-        each!(&mut self.steering, tracker, state => tracker.set_path(state, &old, &new));
+        self.tracker.set_path(&mut self.state, &old, &new);
         self.path = path;
     }
 }
@@ -153,7 +101,7 @@ pub unsafe extern "C" fn popsteer_controller_reset_to(
     guard(|| {
         // SAFETY: the caller vouches for it.
         let controller = unsafe { handle::of_mut(controller, "controller")? };
-        each!(&mut controller.steering, tracker, state => *state = tracker.state_from(steer)?);
+        controller.state = controller.tracker.state_from(steer)?;
         Ok(())
     })
 }
@@ -192,10 +140,12 @@ pub unsafe extern "C" fn popsteer_controller_relocalise(
     guard(|| {
         // SAFETY: the caller vouches for it.
         let controller = unsafe { handle::of_mut(controller, "controller")? };
-        let path = &controller.path.view();
-        each!(&mut controller.steering, tracker, state => {
-            tracker.relocalise(path, state, x, y, yaw)?;
-        });
+        let Controller {
+            path,
+            tracker,
+            state,
+        } = controller;
+        tracker.relocalise(&path.view(), state, x, y, yaw)?;
         Ok(())
     })
 }
@@ -209,10 +159,8 @@ pub unsafe extern "C" fn popsteer_controller_estimate(
     guard(|| {
         // SAFETY: the caller vouches for both.
         unsafe {
-            let steering = &handle::of(controller, "controller")?.steering;
-            let estimate = each!(steering, tracker, state => {
-                Known::of(tracker.vehicle(), &tracker.estimate(state))
-            });
+            let Controller { tracker, state, .. } = handle::of(controller, "controller")?;
+            let estimate = Known::of(tracker.vehicle(), &tracker.estimate(state));
             handle::write(out, estimate.into())
         }
     })
@@ -225,8 +173,9 @@ pub unsafe extern "C" fn popsteer_controller_tracked_point(controller: *const CC
     let mut ahead = f64::NAN;
     guard(|| {
         // SAFETY: the caller vouches for it.
-        let steering = unsafe { &handle::of(controller, "controller")?.steering };
-        ahead = each!(steering, tracker, _state => tracker.tracked_point());
+        ahead = unsafe { handle::of(controller, "controller")? }
+            .tracker
+            .tracked_point();
         Ok(())
     });
     ahead

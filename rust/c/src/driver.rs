@@ -3,14 +3,14 @@
 use core::ffi::c_char;
 use std::sync::Arc;
 
+use popsteer_core::Path;
 use popsteer_core::driver::{Drive, Driver, DriverParams, DriverState, Sensed};
 use popsteer_core::laws::{Law, LawState};
 use popsteer_core::speed::SpeedTracker;
 use popsteer_core::vehicle::Fault;
-use popsteer_core::{Path, Tracker};
 
 use crate::command::{CReported, CVehicleState};
-use crate::controller::{CController, each};
+use crate::controller::CController;
 use crate::error::{CError, Failure, guard};
 use crate::fields::{Field, c_type, same_fields};
 use crate::handle::{self, Handle, given};
@@ -165,9 +165,7 @@ pub unsafe extern "C" fn popsteer_driver_new(
                 given(params, "params")?,
             )
         };
-        let tracker: Tracker<Law> = each!(&controller.steering, tracker, _state => {
-            tracker.map(Law::from)
-        });
+        let tracker = controller.tracker;
         let speed = SpeedTracker::new(*tracker.vehicle(), speed)?;
         let driver = Driver::new(tracker, speed, params)?;
         let path = Arc::clone(&controller.path);

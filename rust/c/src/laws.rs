@@ -1,9 +1,9 @@
 //! The constructors, one a controller.
 
 use popsteer_core::Path;
-use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{Law, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 
-use crate::controller::{CController, Controller, Steering};
+use crate::controller::{CController, Controller};
 use crate::error::{CError, guard};
 use crate::handle::{give, given};
 use crate::options::COptions;
@@ -27,8 +27,13 @@ macro_rules! make {
             };
             let law = $law::new(vehicle, params)?;
             let path = Path::for_vehicle(path, &vehicle);
-            let steering = Steering::$law(options.track(law)?.into());
-            Ok(Controller { path, steering })
+            let tracker = options.track(Law::from(law))?;
+            let state = tracker.initial_state();
+            Ok(Controller {
+                path,
+                tracker,
+                state,
+            })
         };
         // SAFETY: the caller vouches for `out`.
         guard(|| unsafe { give($out, value) })

@@ -1,7 +1,7 @@
 //! How a controller adapts to its vehicle, and watches it.
 
-use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::laws::Law;
 use popsteer_core::tracker::{MonitorParams, Tracker};
 use popsteer_core::vehicle::AdaptParams;
 
@@ -70,7 +70,7 @@ popsteer_core::AdaptParams! { adapting {} }
 
 impl COptions {
     /// The tracker of `law` with these options.
-    pub(crate) fn track<L: LateralLaw>(self, law: L) -> Result<Tracker<L>, Failure> {
+    pub(crate) fn track(self, law: Law) -> Result<Tracker<Law>, Failure> {
         let (adapt, monitor) = self.params();
         let tracker = match self.adapt {
             POPSTEER_AUTO => Tracker::of(law),

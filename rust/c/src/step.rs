@@ -6,7 +6,7 @@ use popsteer_core::VehicleState;
 use popsteer_core::tracker::Predicted;
 
 use crate::command::{CCommand, CPredicted, CReported, CVehicleState};
-use crate::controller::{CController, each};
+use crate::controller::{CController, Controller};
 use crate::error::{CError, Failure, guard};
 use crate::handle;
 
@@ -101,13 +101,15 @@ pub unsafe extern "C" fn popsteer_predict(
                 handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")?,
             )
         };
-        let path = &controller.path.view();
-        let written = each!(&controller.steering, tracker, state => {
-            if state.answer.is_none() {
-                return Err(Failure::NoStep);
-            }
-            tracker.predict(path, state, dt, room)?
-        });
+        let Controller {
+            path,
+            tracker,
+            state,
+        } = controller;
+        if state.answer.is_none() {
+            return Err(Failure::NoStep);
+        }
+        let written = tracker.predict(&path.view(), state, dt, room)?;
         if !count.is_null() {
             // SAFETY: not NULL; the caller vouches for the rest.
             unsafe { count.write(written) };

@@ -17,7 +17,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::Raises;
 use crate::laws::{
-    PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams,
+    PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams, all_laws,
 };
 use crate::params::{Field, NewArgs, Number, params};
 use crate::path::{PyPath, fitted};
@@ -118,37 +118,30 @@ record! {
     }
 }
 
-/// The tuning of a controller, which says what steers.
-#[derive(FromPyObject)]
-pub(crate) enum Tuning {
-    Pop(Py<PyPopParams>),
-    PreviewPop(Py<PyPreviewPopParams>),
-    Pid(Py<PyPidParams>),
-    PurePursuit(Py<PyPurePursuitParams>),
-    Stanley(Py<PyStanleyParams>),
-}
-
-impl Tuning {
-    fn law(&self, vehicle: Vehicle) -> Result<Law, ConfigError> {
-        Ok(match self {
-            Self::Pop(params) => Pop::new(vehicle, params.get().0)?.into(),
-            Self::PreviewPop(params) => PreviewPop::new(vehicle, params.get().0)?.into(),
-            Self::Pid(params) => Pid::new(vehicle, params.get().0)?.into(),
-            Self::PurePursuit(params) => PurePursuit::new(vehicle, params.get().0)?.into(),
-            Self::Stanley(params) => Stanley::new(vehicle, params.get().0)?.into(),
-        })
-    }
-
-    fn object<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        match self {
-            Self::Pop(params) => params.bind(py).clone().into_any(),
-            Self::PreviewPop(params) => params.bind(py).clone().into_any(),
-            Self::Pid(params) => params.bind(py).clone().into_any(),
-            Self::PurePursuit(params) => params.bind(py).clone().into_any(),
-            Self::Stanley(params) => params.bind(py).clone().into_any(),
+macro_rules! tuning {
+    ($($law:ident($class:ty, $params:ty)),+) => {
+        /// The tuning of a controller, which says what steers.
+        #[derive(FromPyObject)]
+        pub(crate) enum Tuning {
+            $($law(Py<$params>),)+
         }
-    }
+
+        impl Tuning {
+            fn law(&self, vehicle: Vehicle) -> Result<Law, ConfigError> {
+                Ok(match self {
+                    $(Self::$law(params) => $law::new(vehicle, params.get().0)?.into(),)+
+                })
+            }
+
+            fn object<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+                match self {
+                    $(Self::$law(params) => params.bind(py).clone().into_any(),)+
+                }
+            }
+        }
+    };
 }
+all_laws!(tuning);
 
 /// Steers and drives a vehicle along a path, and stops it where something is wrong.
 ///
@@ -488,13 +481,13 @@ impl PyDriver {
     #[setter]
     fn set_state(&mut self, given: &Bound<'_, PyAny>) -> Raises<()> {
         macro_rules! restored {
-            ($($law:ident),+) => {
+            ($($law:ident($class:ty, $params:ty)),+) => {
                 match self.law.tracker().law() {
                     $(Law::$law(_) => state::restored::<DriverState<_>>("Driver", given)?.map(LawState::$law),)+
                 }
             };
         }
-        let restored = restored!(Pop, PreviewPop, Pid, PurePursuit, Stanley);
+        let restored = all_laws!(restored);
         self.law.check_state(&self.path.get().view(), &restored)?;
         self.state = restored;
         Ok(())

@@ -198,16 +198,30 @@ controller! {
     }
 }
 
+/// `$then!` for the controllers: of each the core's law, its class, and that of its parameters.
+macro_rules! all_laws {
+    ($then:ident) => {
+        $then! {
+            Pop(PyPop, PyPopParams),
+            PreviewPop(PyPreviewPop, PyPreviewPopParams),
+            Pid(PyPid, PyPidParams),
+            PurePursuit(PyPurePursuit, PyPurePursuitParams),
+            Stanley(PyStanley, PyStanleyParams)
+        }
+    };
+}
+pub(crate) use all_laws;
+
 /// Any of the controllers as the closed loop takes it, and its path; none for another object.
 pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Path>)> {
     macro_rules! try_each {
-        ($($class:ty),+) => {$(
+        ($($law:ident($class:ty, $params:ty)),+) => {$(
             if let Ok(controller) = object.cast_exact::<$class>() {
                 let Member { tracker, path, .. } = controller.try_borrow().ok()?.member();
                 return Some((tracker.map(Law::from), path));
             }
         )+};
     }
-    try_each!(PyPop, PyPreviewPop, PyPid, PyPurePursuit, PyStanley);
+    all_laws!(try_each);
     None
 }

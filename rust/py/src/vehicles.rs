@@ -7,20 +7,21 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::errors::{Raises, entry_error};
-use crate::laws::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley};
+use crate::laws::{PyPid, PyPop, PyPreviewPop, PyPurePursuit, PyStanley, all_laws};
 use crate::pool;
 use crate::tracker::state;
 
-/// The vehicles, of one controller each time: a batch of mixed ones would be as wide as the widest
-/// state.
-#[derive(Debug)]
-pub(crate) enum Vehicles {
-    Pop(Batch<Pop>),
-    PreviewPop(Batch<PreviewPop>),
-    Pid(Batch<Pid>),
-    PurePursuit(Batch<PurePursuit>),
-    Stanley(Batch<Stanley>),
+macro_rules! vehicles {
+    ($($law:ident($class:ty, $params:ty)),+) => {
+        /// The vehicles, of one controller each time: a batch of mixed ones would be as wide as the
+        /// widest state.
+        #[derive(Debug)]
+        pub(crate) enum Vehicles {
+            $($law(Batch<$law>),)+
+        }
+    };
 }
+all_laws!(vehicles);
 
 /// What makes a controller anew, but for its state: its class and the arguments for it.
 #[derive(Debug)]
@@ -63,7 +64,7 @@ impl Vehicles {
             return Ok((Self::Pop(Batch::new([])), Vec::new()));
         };
         macro_rules! try_each {
-            ($($law:ident($class:ty)),+) => {$(
+            ($($law:ident($class:ty, $params:ty)),+) => {$(
                 if first.cast_exact::<$class>().is_ok() {
                     let mut batch = Batch::new([]);
                     let mut recipes = Vec::with_capacity(controllers.len());
@@ -83,13 +84,7 @@ impl Vehicles {
                 }
             )+};
         }
-        try_each!(
-            Pop(PyPop),
-            PreviewPop(PyPreviewPop),
-            Pid(PyPid),
-            PurePursuit(PyPurePursuit),
-            Stanley(PyStanley)
-        );
+        all_laws!(try_each);
         Err(wrong_class(0, "a controller of popsteer", first))
     }
 
