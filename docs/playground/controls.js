@@ -20,7 +20,7 @@
     { name: "start_offset", label: "Start to the left of the track", unit: "m", min: -5, max: 5, step: 0.25, value: -2 },
   ];
   const SWITCHES = [
-    { name: "slow_in_bends", label: "Slower in bends: at most 4 m/s² sideways", value: 0 },
+    { name: "slow_in_bends", label: "In a driver: slower in bends, stops at the end and for a fault", value: 0 },
     { name: "known", label: "Controllers know lag, dead time and rate", value: 1 },
   ];
   const TRACK = "racetrack";

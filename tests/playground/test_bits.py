@@ -7,7 +7,7 @@ import json
 import os
 import struct
 import subprocess
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -158,6 +158,34 @@ def test_module_close_to_python(built: Built, name: str) -> None:
         assert steps == len(rows) or steps == 500
         off = np.hypot(rows[:steps, 1] - x[:steps], rows[:steps, 2] - y[:steps])
         assert off.max() < 1e-10, controller
+
+
+def test_module_slower_in_bends_drives_by_the_driver_of_python(built: Built) -> None:
+    settings = Settings(slow_in_bends=1.0, speed=12.0)
+    drivers: dict[str, Any] = {
+        "preview-pop": popsteer.PreviewPopParams(),
+        "stanley": popsteer.StanleyParams(),
+    }
+    lines = [_track("slalom"), *(_line(controller, settings) for controller in drivers)]
+    answers = _in_node(built, lines)[1:]
+    path = popsteer.Path(tracks.get("slalom").xy)
+    car = sim.KinematicBicycle().vehicle.replace(
+        max_steer=0.6,
+        wheelbase=settings.wheelbase,
+        steer_lag=settings.steer_lag,
+        dead_time=settings.dead_time,
+        max_steer_rate=settings.max_steer_rate,
+    )
+    start = sim.closed_loop.default_start(path, settings.start_offset, car)
+    for answer, params in zip(answers, drivers.values(), strict=True):
+        driver = popsteer.Driver(path, car.replace(max_speed=settings.speed), params)
+        plant = sim.KinematicBicycle(car)
+        run = sim.run(driver, plant, start=start, speed=float(driver.plan[0]))
+        rows = _numbers(answer)[METRICS:].reshape(-1, COLUMNS)
+        records = run.records
+        assert len(rows) == len(records["x"]) > 300
+        assert np.hypot(rows[:, 1] - records["x"], rows[:, 2] - records["y"]).max() < 1e-9
+        assert np.ptp(records["speed"]) > 4.0
 
 
 def test_module_that_fails_is_started_again(built: Built) -> None:

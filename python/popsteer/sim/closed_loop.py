@@ -179,9 +179,9 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
 
     Parameters
     ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
-        What steers. A controller of popsteer drives in the core, from a fresh state; so does a
-        `popsteer.Driver`, which works the pedals, too. Your own has a
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or Driver, or one of your own
+        What steers. A controller of popsteer drives in the core, from a fresh state. From one, too,
+        a copy of a `popsteer.Driver` drives, which works the pedals besides. Your own has a
         method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
         as `steer`; see `OwnSimpleController` for what else it may have. It is called in the state
         that it is in, and what it raises reaches you.

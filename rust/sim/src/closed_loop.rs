@@ -1,5 +1,6 @@
 //! The one closed loop: a driver, the pedals and a simulation.
 
+use popsteer_core::driver::{self, DriverState, Sensed};
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::{Command, InputError, LateralLaw, PathView, Reported, Tracker, VehicleState};
 
@@ -59,6 +60,58 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
         let (tracker, state) = (self.tracker, &mut self.state);
         let command = tracker.step(path, state, vehicle, dt, Reported::NOTHING);
         command.map(Some)
+    }
+}
+
+/// A driver of the core, from a fresh state: it works the pedals, too.
+#[derive(Clone, Debug)]
+pub struct Driving<'a, L: LateralLaw> {
+    driver: &'a driver::Driver<L>,
+    plan: &'a [f64],
+    state: DriverState<L::State>,
+    acceleration: f64,
+}
+
+impl<'a, L: LateralLaw> Driving<'a, L> {
+    /// `driver` before its first step, with its `plan` of the path's speeds [m/s].
+    pub fn new(driver: &'a driver::Driver<L>, plan: &'a [f64]) -> Self {
+        Self {
+            state: driver.initial_state(),
+            acceleration: 0.0,
+            driver,
+            plan,
+        }
+    }
+}
+
+impl<L: LateralLaw> Driver for Driving<'_, L> {
+    fn answer(
+        &mut self,
+        path: &PathView<'_>,
+        vehicle: VehicleState,
+        dt: f64,
+        _reverse: bool,
+    ) -> Result<Option<Command>, InputError> {
+        let sensed = Sensed {
+            vehicle,
+            reported: Reported::NOTHING,
+            gear: None,
+        };
+        let drive = self
+            .driver
+            .step(path, self.plan, &mut self.state, sensed, dt);
+        self.acceleration = drive.acceleration;
+        Ok(Some(Command {
+            steer: drive.steer,
+            target: drive.target,
+            reverse: drive.reverse,
+            status: drive.status,
+            ..Command::NONE
+        }))
+    }
+
+    fn acceleration(&self) -> Option<f64> {
+        Some(self.acceleration)
     }
 }
 

@@ -44,7 +44,7 @@ mod tests;
 
 #[cfg(feature = "std")]
 pub use batch::{Batch, BatchError};
-pub use closed_loop::{Controller, Driver};
+pub use closed_loop::{Controller, Driver, Driving};
 #[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
 pub use longitudinal::Longitudinal;

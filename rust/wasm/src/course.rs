@@ -2,78 +2,57 @@
 
 use std::sync::Arc;
 
-use popsteer_core::error::ConfigError;
 use popsteer_core::math::{atan2, cos, sin};
 use popsteer_core::path::PathView;
-use popsteer_core::speed::{
-    Course, Limit, OverSpeed, SpeedLimits, defaults, path_curvature, plan_speeds,
-};
-use popsteer_core::speed::{SpeedPid, SpeedPidParams};
-use popsteer_core::{Path, Tracker, VehicleState};
+use popsteer_core::speed::{SpeedPid, SpeedPidParams, SpeedTracker, SpeedTrackerParams};
+use popsteer_core::{Driver, DriverParams, Path, Tracker, Vehicle, VehicleState};
 use popsteer_sim::{
-    Controller, Law, Longitudinal, Perception, Settings as Running, Simulation, closed_loop,
+    Controller, Driving, Law, Longitudinal, Perception, Settings as Running, Simulation,
+    closed_loop,
 };
 
 use crate::Refusal;
 use crate::settings::Settings;
 
-/// What keeps the speed: as `popsteer.sim.run` keeps a constant one.
+/// What keeps a constant speed: as `popsteer.sim.run` does.
 const KEEPING: SpeedPidParams = SpeedPidParams {
     kp: 1.0,
     ki: 0.5,
     kd: 0.0,
 };
 
-/// Lets `law` drive along `track` as `settings` say.
+/// Lets `law` drive along `track` as `settings` say: alone, at a constant speed, or in a driver, which
+/// plans the speeds.
 pub(crate) fn drive(
     track: &Path,
     law: &Tracker<Law>,
     settings: &Settings,
 ) -> Result<Simulation, Refusal> {
     let view = track.view();
-    let speeds = speeds(&view, settings)?;
-    let path = Path::new(view.x(), view.y(), Some(&speeds), view.is_closed())?;
-    let start = VehicleState {
-        speed: speeds.first().copied().unwrap_or(0.0),
-        ..start(&view, settings)
-    };
-    let (path, plant) = (Arc::new(path), Arc::new(settings.plant));
-    let mut run = Simulation::new(path, plant, start, *law.follow(), Running::DEFAULT)?;
+    let (mut begun, plant) = (start(&view, settings), Arc::new(settings.plant));
+    let running = Running::DEFAULT;
     let longitudinal = Longitudinal::Speed(SpeedPid::new(KEEPING)?);
+    if settings.slow_in_bends {
+        let car = Vehicle {
+            max_speed: Some(settings.speed),
+            ..settings.believed
+        };
+        let speed = SpeedTracker::new(car, SpeedTrackerParams::DEFAULT)?;
+        let (plan, path) = (speed.plan(&view)?, Arc::new(track.clone()));
+        begun.speed = plan.first().copied().unwrap_or(0.0);
+        let mut run = Simulation::new(path, plant, begun, *law.follow(), running)?;
+        let driver = Driver::new(*law, speed, DriverParams::DEFAULT)?;
+        let (driver, exact) = (&mut Driving::new(&driver, &plan), Perception::EXACT);
+        closed_loop::run(&mut run, driver, &longitudinal, exact, |_| true)?;
+        return Ok(run);
+    }
+    let speeds = vec![settings.speed; view.len()];
+    let path = Path::new(view.x(), view.y(), Some(&speeds), view.is_closed())?;
+    begun.speed = settings.speed;
+    let mut run = Simulation::new(Arc::new(path), plant, begun, *law.follow(), running)?;
     let (controller, exact) = (&mut Controller::new(law), Perception::EXACT);
     closed_loop::run(&mut run, controller, &longitudinal, exact, |_| true)?;
     Ok(run)
-}
-
-/// The speed at each waypoint [m/s].
-fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigError> {
-    let mut speed = vec![settings.speed; view.len()];
-    if !settings.slow_in_bends {
-        return Ok(speed);
-    }
-    let vehicle = settings.plant.vehicle;
-    let curvature = path_curvature(view, defaults::SMOOTHING * vehicle.wheelbase);
-    let segments = 0..view.segments();
-    let spacing: Vec<f64> = segments.map(|k| view.segment_length(k)).collect();
-    let limits = SpeedLimits {
-        max_speed: settings.speed,
-        // As on the embedded tracks: all of the lateral acceleration.
-        max_lateral_acceleration: defaults::MAX_LATERAL_ACCELERATION,
-        acceleration: OverSpeed::constant(&defaults::MAX_ACCELERATION),
-        deceleration: OverSpeed::constant(&defaults::MAX_DECELERATION),
-        longitudinal_grip: None,
-        exponent: f64::INFINITY,
-        vehicle,
-    };
-    let course = Course {
-        curvature: &curvature,
-        spacing: &spacing,
-        closed: view.is_closed(),
-        ..Course::default()
-    };
-    let mut limit = vec![Limit::default(); speed.len()];
-    plan_speeds(&course, &limits, &mut speed, &mut limit)?;
-    Ok(speed)
 }
 
 /// The pose from which the front axle stands beside the first waypoint and looks along the first

@@ -77,10 +77,37 @@ fn test_session_slower_in_bends_keeps_the_lateral_acceleration() {
     assert!(session.drive(1), "{}", message(&mut session));
     let rows = session.output()[9..].chunks_exact(17);
     assert!(rows.len() > 200);
-    // v² / 20 m = 4 m/s², once the pedals have found it.
+    // v² / 20 m is nine tenths of 4 m/s², as a driver plans: the rest is for steering.
     for row in rows.skip(100) {
-        assert!((row[4] - 80.0_f64.sqrt()).abs() < 0.1, "{}", row[4]);
+        assert!((row[4] - 72.0_f64.sqrt()).abs() < 0.1, "{}", row[4]);
     }
+}
+
+#[test]
+fn test_session_slower_in_bends_stops_at_the_end_and_for_a_fault() {
+    let mut session = Session::default();
+    straight(&mut session);
+    let mut settings = GOOD;
+    settings[5] = 1.0;
+    for controller in 0..6 {
+        put(&mut session, &settings);
+        assert!(session.drive(controller), "{}", message(&mut session));
+        let output = session.output();
+        let last = &output[output.len() - 17..];
+        // Without any limit preview POP swings about the line, and its driver stands for that.
+        let (ending, most) = if controller == 2 {
+            (1.0, 0.01)
+        } else {
+            (0.0, 5.0)
+        };
+        assert_eq!((output[2], output[8] > 0.0), (ending, controller == 2));
+        assert!(last[4] < most, "{controller}: {}", last[4]);
+    }
+    // 60 m beside the path nobody joins it: the driver stands.
+    settings[6] = 60.0;
+    put(&mut session, &settings);
+    assert!(session.drive(4));
+    assert!(session.output()[8] > 0.0);
 }
 
 #[test]
