@@ -10,6 +10,7 @@ import numpy as np
 from popsteer import AdaptParams, Path, Vehicle, controllers, presets, sim
 from popsteer.lab.common.experiment import controller
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Pose
+from popsteer.sim.closed_loop import START_OFFSET
 from studies.chain import Chain
 from studies.layout import AUTHORS_START, course, line
 
@@ -49,9 +50,13 @@ def run(
     """Drive with and without dead time [s], and with a prediction through it, right and wrong.
 
     The plant's own dead time is replaced; the default is the one identified from the authors' run.
+    By default they start as far beside the path as the paper's run did, no more than a wheelbase.
     """
     plant = CarlaIdentified() if plant is None else plant
     prompt = plant.vehicle.replace(dead_time=0.0)
+    if start is None:
+        aside = -min(START_OFFSET, prompt.wheelbase)
+        start = sim.default_start(path, aside, prompt)
     real = prompt.replace(dead_time=dead_time)
     turning = real.turning_length(0.0)
     # The vehicle, and what the controller is given: no dead time, none given, and right or wrong.

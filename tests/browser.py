@@ -147,8 +147,16 @@ class Browser:
             assert time.monotonic() < end, f"never true: {condition}; {self.errors}"
             time.sleep(0.02)
 
-    def look(self, width: int, height: int, *, dark: bool = False, mobile: bool = False) -> None:
-        """Set the size of the window, and whether the system is dark."""
+    def look(
+        self,
+        width: int,
+        height: int,
+        *,
+        dark: bool = False,
+        mobile: bool = False,
+        motion: bool = False,
+    ) -> None:
+        """Set the size of the window, and whether the system is dark, and lets pages move."""
         self.ask(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -157,7 +165,8 @@ class Browser:
             mobile=mobile,
         )
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self.ask("Emulation.setEmulatedMedia", features=[scheme])
+        moves = {"name": "prefers-reduced-motion", "value": "" if motion else "reduce"}
+        self.ask("Emulation.setEmulatedMedia", features=[scheme, moves])
 
     def open(self, address: str) -> None:
         """Open a page, and wait until it has loaded."""

@@ -137,7 +137,7 @@
     const { wheelbase, steer_lag, dead_time, max_steer_rate } = settings;
     const plant = { wheelbase, steer_lag, dead_time, max_steer_rate, max_steer: 0.6 };
     const all = [
-      "--preset default",
+      "--preset default --set-run settling_time=5",
       track === "drawn" ? `--waypoints drawn.csv${closed ? " --closed" : ""}` : `--track ${track}`,
       "--plant kinematic-bicycle",
       ...Object.entries(plant).map(([name, value]) => `--set-plant ${name}=${value}`),

@@ -53,7 +53,14 @@
     /** Takes over the address. */
     restore() {
       this.controls.restore(location.hash.slice(1));
-      this.setTrack();
+      return this.setTrack();
+    }
+
+    /** Begins to drive, close up; not for those who want nothing to move by itself. */
+    begin() {
+      if (matchMedia("(prefers-reduced-motion: reduce)").matches || this.runs.size === 0) return;
+      at("follow").checked = this.map.following = true;
+      this.play(true);
     }
 
     setTrack() {
@@ -65,7 +72,7 @@
       this.map.setTrack(xy, closed);
       this.title = title;
       this.time = 0;
-      this.drive();
+      return this.drive();
     }
 
     draw() {
@@ -176,9 +183,24 @@
         const numbers = [metrics.mean, metrics.max, metrics.rear_mean, metrics.rms_steer_rate];
         const title = element("th", { scope: "row" }, swatch(name), CONTROLLERS[name]);
         const cells = numbers.map((number) => element("td", { textContent: Number.isFinite(number) ? number.toFixed(4) : "–" }));
-        return element("tr", {}, title, ...cells, element("td", { textContent: endingOf(metrics, this.engine.statuses) }));
+        const className = hasFailed(metrics) ? "bad" : "";
+        return element("tr", { className }, title, ...cells, element("td", { textContent: endingOf(metrics, this.engine.statuses) }));
       });
       at("rows").replaceChildren(...rows);
+      this.#tell();
+    }
+
+    /** Says in a sentence what is seen: who stays closest, who strays farthest, and who failed. */
+    #tell() {
+      const runs = [...this.runs].map(([name, { metrics }]) => ({ title: CONTROLLERS[name], metrics }));
+      const good = runs.filter(({ metrics }) => !hasFailed(metrics)).sort((one, other) => one.metrics.max - other.metrics.max);
+      const far = ({ metrics }) => `${metrics.max.toFixed(metrics.max < 0.1 ? 3 : 2)} m`;
+      const said = good.length > 0 ? [`${good[0].title} stays within ${far(good[0])} of the track`] : [];
+      if (good.length > 1) said.push(`${good.at(-1).title} is up to ${far(good.at(-1))} off it`);
+      const failed = runs.filter(({ metrics }) => hasFailed(metrics)).map(({ title, metrics }) =>
+        element("strong", { className: "bad", textContent: ` ${title}: ${endingOf(metrics, this.engine.statuses)}.` }));
+      const sentence = said.length > 0 ? `The same car on the same track, after the first 5 s: ${said.join("; ")}.` : "";
+      at("seen").replaceChildren(sentence, ...failed);
     }
 
     seek(time) {
@@ -247,6 +269,9 @@
     return Object.fromEntries(["x", "y", "yaw", "steer"].map((name) => [name, number(name)]));
   }
 
+  /** Whether a run did not finish, or its controller reported a fault. */
+  const hasFailed = ({ ending, faults }) => ending !== 0 || faults !== 0;
+
   /** How a run ended, and the faults that the controller reported. */
   function endingOf({ ending, time, faults }, statuses) {
     const how = ["finished", "out of time", "gave up 50 m off the track"][ending];
@@ -259,7 +284,8 @@
     const tracks = JSON.parse(new TextDecoder().decode(await inflate("tracks")));
     for (const track of Object.values(tracks)) track.xy = Float64Array.from(track.xy);
     const page = new Page(engine, tracks);
-    page.restore();
+    await page.restore();
+    page.begin();
   }
 
   begin().catch((error) => {

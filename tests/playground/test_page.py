@@ -155,6 +155,33 @@ def test_page_first_look(opened: Opener) -> None:
     assert _read(page, "#message") == ""
 
 
+def test_page_begins_driving_close_up_with_a_sentence_of_what_is_seen(opened: Opener) -> None:
+    page = opened(motion=True)
+    page.wait(f"{_at('#play')}.textContent === 'Pause'")
+    page.wait(f"{_at('#clock')}.textContent !== '0.0 s'")
+    assert page.run(f"{_at('#follow')}.checked")
+    said = _read(page, "#seen")
+    assert said.startswith("The same car on the same track, after the first 5 s: Preview POP stays")
+    assert re.search(r"within 0\.0\d+ m of the track; POP is up to 1\.\d\d m off it\.$", said)
+    assert page.run("document.querySelectorAll('.bad').length") == 0
+
+
+def test_page_shows_failures_in_red(opened: Opener) -> None:
+    page = opened("#controllers=stanley,preview-pop&dead_time=0.5&steer_lag=0.5&speed=25")
+    table = _table(page)
+    failed = [
+        name for name, row in table.items() if not re.fullmatch(r"finished, [\d.]+ s", row[-1])
+    ]
+    assert failed
+    red = page.run(
+        "[...document.querySelectorAll('tr.bad th')].map((each) => each.innerText.trim())"
+    )
+    assert red == failed
+    colour = page.run(f"getComputedStyle({_at('tr.bad td:last-child')}).color")
+    assert colour == "rgb(180, 35, 24)"
+    assert page.run("document.querySelectorAll('#seen .bad').length") == len(failed)
+
+
 def test_page_slider_drives_anew(opened: Opener) -> None:
     page = opened()
     before = _table(page)
