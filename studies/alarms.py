@@ -23,6 +23,7 @@ import numpy as np
 
 from popsteer import Path, SpeedTracker, Status, Vehicle, controllers, sim
 from popsteer.lab import compare
+from popsteer.sim.closed_loop import START_OFFSET
 from studies import edges
 from studies.grip import LIMITS
 from studies.layout import track
@@ -138,7 +139,9 @@ def circuits() -> Iterator[bool]:
         for seed in range(CIRCUITS):
             path = Path(circuit(seed, 1.0), closed=True)
             controller = controllers.get("preview-pop").controller(path, car)
-            run = sim.run(controller, plant, speed=4.0, longitudinal=SpeedTracker(path, car))
+            start = sim.default_start(path, -START_OFFSET, car)
+            pedals = SpeedTracker(path, car)
+            run = sim.run(controller, plant, start=start, speed=4.0, longitudinal=pedals)
             rate = np.gradient(np.unwrap(run.records["yaw"]), run.records["time"])
             # Over 0.15 s, as a gyroscope would be read; not of the start beside the path.
             lateral = np.abs(np.convolve(rate, np.ones(3) / 3.0, "same") * run.records["speed"])

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from popsteer import Path, PreviewPop, SpeedTracker, Status, plants, sim
+from popsteer.sim.closed_loop import START_OFFSET
 from studies.layout import line
 from tests.trust.car import circuit
 
@@ -86,7 +87,9 @@ def drive(name: str, seed: int, asked: float | None = None, told: float | None =
         car = car.replace(max_lateral_acceleration=told)
     pace = car if asked is None else car.replace(max_lateral_acceleration=asked / RESERVE)
     path = Path(circuit(seed, 1.0), closed=True)
-    run = sim.run(PreviewPop(path, car), plant, speed=4.0, longitudinal=SpeedTracker(path, pace))
+    start = sim.default_start(path, -START_OFFSET, car)
+    pedals = SpeedTracker(path, pace)
+    run = sim.run(PreviewPop(path, car), plant, start=start, speed=4.0, longitudinal=pedals)
     time, steps = run.records["time"], len(run.records["time"])
     statuses = [Status(int(each)) for each in run.records["status"]]
     ahead = None
