@@ -159,6 +159,26 @@ def test_poses_that_repeat_are_samples_with_their_age(rate: float) -> None:
     assert unrepeated(plain) is plain
 
 
+def test_commands_with_times_of_their_own_stay_with_poses_that_are_thinned() -> None:
+    t = 0.02 * np.arange(400)
+    held = np.floor(t / 0.1 + 1e-9) * 0.1
+    own = 0.01 * np.arange(900), 0.1 * np.sin(0.03 * np.arange(900))
+    columns = (
+        t,
+        5.0 * held,
+        0.0 * t,
+        0.05 * np.sin(held),
+        np.full(400, 5.0),
+        0.1 * np.sin(3.0 * t),
+    )
+    for given, kept in ((own, own), (None, (t, columns[-1]))):
+        thin = unrepeated(Log(*columns, name="drive", commands=given))
+        assert len(thin) == 80
+        assert thin.commands is not None
+        for found, wanted in zip(thin.commands, kept, strict=True):
+            np.testing.assert_array_equal(found, wanted)
+
+
 def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
     def found(length: float, scale: float = 1.0, gain: float = 0.0) -> Any:
         return SimpleNamespace(

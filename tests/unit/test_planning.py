@@ -299,6 +299,24 @@ def test_plan_within_a_jerk_asks_for_what_a_slope_leaves() -> None:
         assert found.min() >= most.min() - 1e-6, grade
 
 
+def test_segment_where_a_slope_begins_has_what_its_steeper_end_leaves() -> None:
+    from popsteer.planning import jerk
+
+    car = Vehicle(max_speed=15.0, max_deceleration=2.0, brake_deceleration=2.5)
+    limits = SpeedLimits().resolved(car)
+    xy = [(float(x), 0.0) for x in range(21)]
+    for grade, which in ((-0.15, 1), (0.1, 0)):
+        for slope in ([0.0] * 10 + [grade] * 11, [grade] * 11 + [0.0] * 10):
+            path = Path(xy, grade=slope)
+            bound = jerk._bounds(path, np.full(21, 9.0), np.zeros(21), limits, car)[which]
+            push = 9.80665 * abs(grade) / math.hypot(1.0, grade)
+            steep = (2.5 if which else 2.0) - push
+            begins = 9 if slope[0] == 0.0 else 10
+            assert bound[begins] == pytest.approx(steep, rel=1e-4)
+            flat = bound[:begins] if slope[0] == 0.0 else bound[begins + 1 :]
+            assert flat == pytest.approx([2.0] * len(flat))
+
+
 def test_limits_of_neither_plan_nor_vehicle_are_the_documented_ones() -> None:
     bare = Vehicle(max_lateral_acceleration=None)
     straight = speeds_along([0.0] * 2001, 1.0, None, bare, start_speed=0.0, end_speed=0.0)
