@@ -43,14 +43,12 @@ CHANGES: Mapping[str, Mapping[str, float]] = {
     "pop": {"min_lookahead": 3.0},
     "pure-pursuit": {"min_lookahead": 3.0, "lookahead_gain": 0.5},
     "stanley": {"softening": 1.0},
-    "pid": {"kd": 0.0},
     "preview-pop": {"min_speed": 1.0},
 }
 """The parameters of each controller that are not its defaults, the same on all tracks.
 
 Bends of 6 m radius and speeds of 0.3 m/s are no racetrack: lookaheads shorter than the bends, a
-Stanley that is soft at walking pace, a preview that is not blind there. The wheels of this plant
-turn at once, so that the PID's derivative would answer to its own last command.
+Stanley that is soft at walking pace, a preview that is not blind there.
 """
 TOP_SPEED = 10.0
 """Speed that no reference speed exceeds [m/s]."""
@@ -160,7 +158,7 @@ def edge_controller(name: str, path: Path, vehicle: Vehicle) -> controllers.Cont
     """Make a controller as it drives the edges: its default, with `CHANGES`."""
     # The registry pairs each controller with its parameters; the type checker cannot see that.
     usual: Any = presets.get(name, "default")
-    return controllers.get(name).controller(path, vehicle, usual.replace(**CHANGES[name]))
+    return controllers.get(name).controller(path, vehicle, usual.replace(**CHANGES.get(name, {})))
 
 
 def _row(track: str, done: Run) -> EdgeRun:

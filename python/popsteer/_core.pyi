@@ -655,6 +655,7 @@ class PidParams(_LawParams):
     buffer_length: int = 500
     integral_with_dt: bool = True
     smoothing_length: float | None = None
+    derivative_filter: float = 0.1
     search_distance: float | None = None
     lost_distance: float | None = None
 

@@ -84,6 +84,7 @@ _PID = _core.PidParams(
     buffer_length=500,
     integral_with_dt=True,
     smoothing_length=0.0,
+    derivative_filter=0.0,
     **_PLACE,
 )
 _PURE_PURSUIT = _core.PurePursuitParams(

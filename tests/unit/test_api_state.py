@@ -27,6 +27,7 @@ OWN: dict[str, dict[str, Any]] = {
     "Pid": {
         "previous_error": None,
         "previous_position": None,
+        "rate": 0.0,
         "buffer": {"length": 500, "terms": (), "next": 0, "sum": 0.0},
     },
     "PurePursuit": {"previous_alpha": 0.0},
@@ -307,7 +308,7 @@ def test_state_is_restored_within_its_ranges_and_refused_beyond(name: str) -> No
     if name == "Pid":
         buffer = State(length=500, terms=(0.1, 0.2), next=2, sum=0.3)
         whole = whole.replace(
-            law=State(previous_error=0.5, previous_position=(1.0, -2.0), buffer=buffer)
+            law=State(previous_error=0.5, previous_position=(1.0, -2.0), rate=0.1, buffer=buffer)
         )
     for place, low, high, field in RANGES + OWN_RANGES.get(name, LONGER):
         for value in {low, high}:

@@ -124,7 +124,7 @@ fn test_stanley_takes_off_the_heading_and_the_error_of_the_front_axle() {
 
 #[test]
 fn test_pid_weighs_the_error_its_sum_and_its_rate() {
-    let law = |integral_with_dt, smoothing_length| {
+    let law = |integral_with_dt, smoothing_length, derivative_filter| {
         let params = PidParams {
             kp: Some(0.2),
             ki: Some(0.05),
@@ -132,6 +132,7 @@ fn test_pid_weighs_the_error_its_sum_and_its_rate() {
             buffer_length: 2,
             integral_with_dt,
             smoothing_length: Some(smoothing_length),
+            derivative_filter,
             ..PidParams::DEFAULT
         };
         Pid::new(CAR, params).unwrap()
@@ -158,14 +159,13 @@ fn test_pid_weighs_the_error_its_sum_and_its_rate() {
     ];
     for (integral_with_dt, weight) in [(true, 0.1), (false, 1.0)] {
         // The rate of the error is that of the axle across the path, which is straight.
-        for smoothing_length in [0.0, 6.0] {
-            let angles = angles(law(integral_with_dt, smoothing_length), &places);
+        for (smoothing_length, filter) in [(0.0, 0.0), (6.0, 0.0), (0.0, 0.3), (6.0, 0.3)] {
+            let angles = angles(law(integral_with_dt, smoothing_length, filter), &places);
+            let mut rate = 0.0;
             for (k, &angle) in angles.iter().enumerate() {
-                let rate = if k > 0 {
-                    (errors[k] - errors[k - 1]) / 0.1
-                } else {
-                    0.0
-                };
+                if k > 0 {
+                    rate += (errors[k] - errors[k - 1] - rate * 0.1) / (filter + 0.1);
+                }
                 let expected = -(0.2 * errors[k] + 0.05 * weight * summed[k] + 0.1 * rate);
                 assert_close(angle, expected);
             }
@@ -218,6 +218,7 @@ fn test_pid_forgets_off_the_path() {
         kd: Some(0.01),
         lost_distance: Some(3.0),
         smoothing_length: Some(0.0),
+        derivative_filter: 0.0,
         ..PidParams::DEFAULT
     };
     let lefts = [0.5, 0.7, 5.0, 1.0];
@@ -356,6 +357,10 @@ fn test_state_that_a_pid_cannot_reach_is_refused() {
         previous_position: Some(Point::new(0.0, -1e300)),
         ..good
     };
+    let quick = PidState {
+        rate: f64::NAN,
+        ..good
+    };
     let far_off = PidState {
         previous_position: Some(Point::new(3.9e9, 0.0)),
         ..good
@@ -369,6 +374,7 @@ fn test_state_that_a_pid_cannot_reach_is_refused() {
     for (bad, field) in [
         (far, "law.previous_error"),
         (jumped, "law.previous_position"),
+        (quick, "law.rate"),
         (other, "law.buffer.length"),
     ] {
         assert_eq!(law.check_state(&bad).unwrap_err().field, field);

@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     """Those of `LinearLaw`, in its order; what is left out is its default."""
 
 
+_BACK = Polynomial([0.0, 1.0])  # b, one period back
+
+
 class LinearLaw(NamedTuple):
     """A controller in small signals: the point that it tracks, and weights, the latest first.
 
@@ -98,15 +101,17 @@ def _stanley(params: StanleyParams, vehicle: Vehicle, speed: float, _dt: float) 
 
 
 def _pid(params: PidParams, vehicle: Vehicle, _speed: float, dt: float) -> _Weights:
-    """δ = -(k_P e + k_I Σ e Δt + k_D Δe / Δt), the sum over the buffer."""
+    """δ = -(k_P e + k_I Σ e Δt + k_D r), the sum over the buffer, (T + Δt) r = T b r + (1 - b) e.
+
+    Multiplied by 1 - kept b, by which the filter of the derivative divides.
+    """
     found: Any = params.resolved(vehicle)
     term = found.ki * (dt if params.integral_with_dt else 1.0)
-    weights = [term] * max(params.buffer_length, 2)
-    if params.buffer_length == 1:
-        weights[1] = 0.0
-    weights[0] += found.kp + found.kd / dt
-    weights[1] -= found.kd / dt
-    return weights, [0.0]
+    summed = Polynomial([found.kp + term, *[term] * (params.buffer_length - 1)])
+    held = found.derivative_filter + dt
+    lag = 1.0 - found.derivative_filter / held * _BACK
+    weights = summed * lag + found.kd / held * (1.0 - _BACK)
+    return weights.coef.tolist(), [0.0], lag.coef.tolist()
 
 
 def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> LinearLaw:
@@ -141,7 +146,6 @@ def _positive_lookahead(
     return distance
 
 
-_BACK = Polynomial([0.0, 1.0])  # b, one period back
 _MAX_STEPS = 20  # of the prediction
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import count, optional
+from popsteer.reference.error import count, number, optional
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Params, Tracked, limit_steer
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path.preview import Preview
@@ -28,6 +28,7 @@ class PidParams(Params):
     integral_with_dt: bool = True  # each error times its Δt, as the published code has it
     # of the path's heading [m]
     smoothing_length: float | None = optional(0.0, 1e4, scaled=lambda car: 2.0 * car.wheelbase)
+    derivative_filter: float = number(0.1, 0.0, 1e3)  # its time constant [s]
 
 
 @dataclass
@@ -47,6 +48,8 @@ class PidState:
     """The last cross-track error [m]; None before the first step."""
     previous_position: Point | None = None
     """Where the front axle was at the last step [m]; None before, and without smoothing."""
+    rate: float = 0.0
+    """The filtered derivative [m/s]."""
     terms: list[float] = field(default_factory=list)
     """The terms of the integral, oldest first."""
     next: int = 0
@@ -77,8 +80,9 @@ class PidState:
 class Pid(LateralLaw[PidParams, PidState]):
     """PID on the cross-track error e at the front axle: Equation 1.
 
-    δ = -(k_P e + k_I Σ e Δt + k_D (e - e_previous) / Δt), limited to ±δ_max. The sign is that of
-    this package's error, positive left of the path. The first step has no derivative.
+    δ = -(k_P e + k_I Σ e Δt + k_D r), limited to ±δ_max, with the filtered derivative
+    r = (T r_previous + e - e_previous) / (T + Δt); T = 0 is as printed. The sign is that of this
+    package's error, positive left of the path. The first step has no derivative.
 
     Examples
     --------
@@ -102,14 +106,16 @@ class Pid(LateralLaw[PidParams, PidState]):
             term = error * at.dt if params.integral_with_dt else error
             state.push(term, params.buffer_length)
         position = None
-        rate = 0.0
+        moved = None
         if params.smoothing_length > 0.0:
             position = at.position
             if state.previous_position is not None:
-                rate = self._rate_across(path, state.previous_position, at)
+                moved = self._moved_across(path, state.previous_position, at)
         elif state.previous_error is not None:
-            rate = (error - state.previous_error) / at.dt
-        wanted = -(params.kp * error + params.ki * state.sum + params.kd * rate)
+            moved = error - state.previous_error
+        lag = params.derivative_filter
+        state.rate = 0.0 if moved is None else (lag * state.rate + moved) / (lag + at.dt)
+        wanted = -(params.kp * error + params.ki * state.sum + params.kd * state.rate)
         steer, status = limit_steer(self.vehicle, wanted)
         state.previous_error, state.previous_position = error, position
         return Decision(steer, at.closest.point, status)
@@ -117,14 +123,15 @@ class Pid(LateralLaw[PidParams, PidState]):
     def interrupt(self, state: PidState) -> None:
         """Forget what the derivative is taken from."""
         state.previous_error = state.previous_position = None
+        state.rate = 0.0
 
     def leave_path(self, state: PidState) -> None:
         """Forget what was measured against the path."""
         self.interrupt(state)
         state.terms, state.next, state.sum = [], 0, 0.0
 
-    def _rate_across(self, path: PathView, previous: Point, at: Located) -> float:
-        """Tell how fast the front axle moved across the path since `previous` [m/s], to the left.
+    def _moved_across(self, path: PathView, previous: Point, at: Located) -> float:
+        """Tell how far the front axle moved across the path since `previous` [m], to the left.
 
         The path's heading is that in the middle of the step, so that in a bend the step is held
         against its own stretch of the path.
@@ -133,4 +140,4 @@ class Pid(LateralLaw[PidParams, PidState]):
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
         middle = at.closest.arc_length(path) - half
         yaw = Preview.yaw_at(path, self.resolved.smoothing_length, at.closest.segment, middle)
-        return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
+        return step[1] * cos(yaw) - step[0] * sin(yaw)

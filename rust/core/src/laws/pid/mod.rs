@@ -34,6 +34,11 @@ law_params! {
         /// front axle moves across that heading, which noise of the waypoints hardly reaches. 0:
         /// that of the error, as printed.
         smoothing_length: Scaled = 2.0 * wheelbase, in [0.0, 1e4];
+        /// Time constant of the first-order filter of the derivative [s]: the common Td/N with
+        /// N = 8 at the paper's gains. Without it (0, as printed) noise counts as often as inputs
+        /// come, and wheels without a lag oscillate above 1/`kd` m/s, for the front axle moves
+        /// across the path as soon as they turn.
+        derivative_filter: f64 = 0.1, in [0.0, 1e3];
     }
 }
 
@@ -48,12 +53,16 @@ pub struct PidState {
     /// Where the front axle was at the last step that the controller decided, which none at rest is
     /// [m]; None before the first, and without a `smoothing_length`.
     pub previous_position: Option<Point>,
+    /// The filtered derivative [m/s].
+    pub rate: f64,
     /// The terms of the integral.
     pub buffer: ErrorBuffer,
 }
 
-/// `steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)` on the cross-track error `e` at
-/// the front axle.
+/// `steer = -(kp e + ki sum(e dt) + kd r)` on the cross-track error `e` at the front axle, with
+/// the derivative `r = (T r_previous + e - e_previous) / (T + dt)`, `T` the `derivative_filter`:
+/// the backward difference of `kd s / (1 + T s)` (Åström and Hägglund, Advanced PID Control, 2006,
+/// section 3.3). It holds for periods that differ, too.
 ///
 /// The sign is that of this crate's error, positive left of the path. The first step has no
 /// derivative. With a `smoothing_length` the derivative is that of the front axle's offset from a
@@ -79,17 +88,17 @@ impl Pid {
         })
     }
 
-    /// How fast the front axle moved across the path since it was at `previous` [m/s], positive to
+    /// How far the front axle moved across the path since it was at `previous` [m], positive to
     /// the left. The path's heading is that in the middle of the step, so that in a bend the step
     /// is held against its own stretch of the path.
     #[inline]
-    fn rate_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
+    fn moved_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
         let step = at.position - previous;
         let half = 0.5 * step.dot(&at.heading);
         let middle = at.closest.arc_length(path) - half;
         let (smoothing, segment) = (self.params.smoothing_length, at.closest.segment);
         let yaw = Preview::yaw_at(path, smoothing, segment, middle);
-        (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
+        step.y * cos(yaw) - step.x * sin(yaw)
     }
 }
 
@@ -103,6 +112,7 @@ impl LateralState for PidState {
     fn interrupt(&mut self) {
         self.previous_error = None;
         self.previous_position = None;
+        self.rate = 0.0;
     }
 
     /// The integral carries on, and the derivative sees no jump of the error.
@@ -121,6 +131,7 @@ impl LateralLaw for Pid {
         PidState {
             previous_error: None,
             previous_position: None,
+            rate: 0.0,
             buffer: ErrorBuffer::new(self.params.buffer_length),
         }
     }
@@ -150,16 +161,17 @@ impl LateralLaw for Pid {
                 error
             });
         }
-        let rate = if params.smoothing_length > 0.0 {
+        let moved = if params.smoothing_length > 0.0 {
             let previous = state.previous_position.replace(at.position);
-            previous.map_or(0.0, |previous| self.rate_across(path, previous, at))
+            previous.map(|previous| self.moved_across(path, previous, at))
         } else {
             // One that a state of other parameters brought along does not count.
             state.previous_position = None;
-            let previous = state.previous_error;
-            previous.map_or(0.0, |previous| (error - previous) / at.dt)
+            state.previous_error.map(|previous| error - previous)
         };
-        let wanted = -(params.kp * error + params.ki * state.buffer.sum() + params.kd * rate);
+        let lag = params.derivative_filter;
+        state.rate = moved.map_or(0.0, |moved| (lag * state.rate + moved) / (lag + at.dt));
+        let wanted = -(params.kp * error + params.ki * state.buffer.sum() + params.kd * state.rate);
         let (steer, status) = self.vehicle().limit_steer(wanted);
         state.previous_error = Some(error);
         Decision {
@@ -178,6 +190,7 @@ impl LateralLaw for Pid {
             input_within("law.previous_position", position.x, most)?;
             input_within("law.previous_position", position.y, most)?;
         }
+        input_within("law.rate", state.rate, BOUND)?;
         let length = self.params.buffer_length;
         check_count("law.buffer.length", state.buffer.length(), length, length)?;
         state.buffer.check()
