@@ -296,6 +296,7 @@ class Estimate(_Answer):
     slip: float = 0.0
     slip_length: float = 0.0
     acceleration: float = 0.0
+    speed_scale: float = 1.0
     def as_dict(self) -> dict[str, Any]: ...
 
 @final
@@ -615,6 +616,7 @@ class Vehicle(_Vehicle):
 class AdaptParams(_Params):
     turn_time: float = 10.0
     slip_time: float = 5.0
+    speed_time: float = 20.0
 
 @final
 class MonitorParams(_Params):

@@ -62,7 +62,8 @@ class Status(enum.IntFlag):
     """Degraded, with `SATURATED`: it is the lateral acceleration."""
     TOO_FAST = 16384
     """Degraded: the vehicle's lateral acceleration is beyond its `max_lateral_acceleration` by the
-    measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort."""
+    measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort; or
+    POP, Stanley or PID join the path faster than wheels of `max_steer_rate` can end the turn."""
 
     @property
     def level(self) -> Literal["ok", "degraded", "fault"]:

@@ -110,10 +110,9 @@ def test_presets_where_paper_and_code_differ_hold_both() -> None:
         given: dict[str, Any] = presets.get(law, name).as_dict()
         return given == pytest.approx(params.resolved(PAPER).as_dict(), rel=1e-15)
 
-    assert held("pid", "paper", popsteer.PidParams(integral_with_dt=False, smoothing_length=0.0))
-    assert held(
-        "pid", "published-code", popsteer.PidParams(kp=0.12, ki=0.01, kd=0.48, smoothing_length=0.0)
-    )
+    printed = popsteer.PidParams(smoothing_length=0.0, derivative_filter=0.0)
+    assert held("pid", "paper", printed.replace(integral_with_dt=False))
+    assert held("pid", "published-code", printed.replace(kp=0.12, ki=0.01, kd=0.48))
     assert held("pop", "paper", popsteer.PopParams(exact_lookahead=False))
     assert presets.get("pop", "default") == popsteer.PopParams(exact_lookahead=True)
     paper = popsteer.PurePursuitParams(min_lookahead=0.0, exact_lookahead=False)

@@ -68,6 +68,35 @@ def test_bend_ahead_is_too_fast_only_if_comfortable_braking_does_not_do() -> Non
         assert (TOO_FAST in command.status) is too_fast, (x, speed, command.status)
 
 
+def test_chicane_ahead_is_too_fast_as_a_bend_is() -> None:
+    # 15 m to one side and 15 m to the other, of 20 m radius: in all it turns by nothing.
+    x = np.arange(0.0, 300.0, 0.5)
+    turn = np.where(x < 100.0, 0.0, np.where(x < 115.0, 0.025, np.where(x < 130.0, -0.025, 0.0)))
+    yaw = np.cumsum(turn)
+    path = popsteer.Path(np.cumsum(0.5 * np.c_[np.cos(yaw), np.sin(yaw)], axis=0))
+    for at, speed, too_fast in ((85.0, 18.0, True), (85.0, 8.0, False), (20.0, 18.0, False)):
+        command = popsteer.PreviewPop(path, CAR).step(at, 0.0, 0.0, speed, 0.05)
+        assert (TOO_FAST in command.status) is too_fast, (at, speed, command.status)
+
+
+@pytest.mark.parametrize(
+    "law", [popsteer.Pop, popsteer.Stanley, popsteer.Pid, popsteer.PreviewPop, popsteer.PurePursuit]
+)
+def test_join_that_wheels_cannot_end_is_said_before_it_begins(law: type) -> None:
+    # From there Stanley, POP and PID limit-cycle about the straight; the others settle.
+    path = popsteer.Path([(float(k), 0.0) for k in range(0, 500, 2)])
+    limited = law in (popsteer.Pop, popsteer.Stanley, popsteer.Pid)
+    for wheelbase, rate in ((0.5, 0.8), (2.9, 0.3), (6.0, 0.25)):
+        car = popsteer.Vehicle(wheelbase=wheelbase, max_steer=0.6, max_steer_rate=rate)
+        speed = 5.0 * np.sqrt(wheelbase / 2.7)
+        for aside, steep in ((1.7, limited), (0.02, False)):
+            y = aside * wheelbase
+            command = law(path, car).step(20.0, y, 0.0, speed, 0.05)
+            assert (TOO_FAST in command.status) is steep, (wheelbase, aside, command.status)
+        freely = law(path, car.replace(max_steer_rate=None))
+        assert TOO_FAST not in freely.step(20.0, 2.0 * wheelbase, 0.0, speed, 0.05).status
+
+
 def test_measured_turn_beyond_the_limit_is_too_fast_for_every_controller() -> None:
     # On a circle, at 4.6 and at 3.8 m/s².
     for law in (popsteer.Pop, popsteer.Stanley, popsteer.PurePursuit, popsteer.Pid):

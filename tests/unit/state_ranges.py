@@ -73,7 +73,7 @@ RANGES: list[tuple[str, float, float, str]] = [
     ),
     *(
         (f"estimator.{name}.{field}", least, most, name)
-        for name in ("turning", "sliding")
+        for name in ("turning", "sliding", "driving")
         for field, least, most in (
             *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0", "covariance.1")),
             *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0", "noise")),
@@ -90,6 +90,7 @@ RANGES: list[tuple[str, float, float, str]] = [
             ("slip", -0.15, 0.15),
             ("slip_length", -3.0, 3.0),
             ("acceleration", -60.0, 60.0),
+            ("speed_scale", 0.6, 1.6),
         )
     ),
     *(

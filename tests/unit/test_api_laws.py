@@ -163,6 +163,7 @@ def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
         "slip": state.slip,
         "slip_length": state.slip_length,
         "acceleration": state.acceleration,
+        "speed_scale": state.speed_scale,
     }
     assert eval(repr(estimate), vars(popsteer)) == estimate
     assert all(twin == estimate for twin in _copies(estimate))

@@ -146,7 +146,7 @@ class Tracker(Generic[StateT]):
             state.steer = wanted
             law.set_steer(state.law, wanted)  # at rest the controller has not decided
         else:
-            status |= self._limit(wanted, at.vehicle.speed, dt)
+            status |= self._limit(wanted, at.vehicle.speed, dt) | self._join(at)
         if here.past_end:
             status |= Status.END_OF_PATH
         if at.off_path:
@@ -200,6 +200,14 @@ class Tracker(Generic[StateT]):
             # The input was valid, so its prediction is put within the bounds and not refused.
             return then.bounded().ahead(-car.no_slip).bounded(), Belief(wheel, estimate)
         return vehicle, Belief(state.in_flight.wheel, estimate)
+
+    def _join(self, at: Located) -> Status:
+        """Tell whether a path is joined faster than wheels of their rate can end the turn."""
+        car, speed = self.law.vehicle, at.vehicle.forward_speed()
+        if car.max_steer_rate is None:
+            return Status.OK
+        most = 2.0 * car.max_steer_rate * car.turning_length(speed)
+        return Status.TOO_FAST if abs(self.law.pull(at)) * speed > most else Status.OK
 
     def _limit(self, wanted: float, speed: float, dt: float) -> Status:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.

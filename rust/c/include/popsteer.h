@@ -364,6 +364,10 @@ typedef struct popsteer_estimate {
      * Acceleration [m/s^2].
      */
     double acceleration;
+    /**
+     * Ratio of the vehicle's speed to what its speed signal says.
+     */
+    double speed_scale;
 } popsteer_estimate;
 
 /**
@@ -646,7 +650,7 @@ typedef struct popsteer_pop_params {
 typedef struct popsteer_options {
     /**
      * `POPSTEER_AUTO`: adapts in preview POP, and where the vehicle has a dead time;
-     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time` and `slip_time`.
+     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time`, `slip_time` and `speed_time`.
      */
     uint32_t adapt;
     /**
@@ -665,6 +669,12 @@ typedef struct popsteer_options {
      * noise of the position in the estimate. Default 5, in [0.0, 1000000.0].
      */
     double slip_time;
+    /**
+     * Time constant of the estimated scale of the speed signal [s]; 0 switches it off.
+     * Shorter: wheels that begin to slip are seen sooner, and a signal that stands still while
+     * the vehicle slows is taken for a scale. Default 20, in [0.0, 1000000.0].
+     */
+    double speed_time;
     /**
      * Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
      * it off. NAN: `0.5 * wheelbase`, in [0.0, 1000000000.0].
@@ -780,6 +790,13 @@ typedef struct popsteer_pid_params {
      * that of the error, as printed. NAN: `2.0 * wheelbase`, in [0.0, 10000.0].
      */
     double smoothing_length;
+    /**
+     * Time constant of the first-order filter of the derivative [s]: the common Td/N with N =
+     * 8 at the paper's gains. Without it (0, as printed) noise counts as often as inputs come,
+     * and wheels without a lag oscillate above 1/`kd` m/s, for the front axle moves across the
+     * path as soon as they turn. Default 0.1, in [0.0, 1000.0].
+     */
+    double derivative_filter;
     /**
      * Arc of the path that is searched on each side of the last projection [m], in addition to
      * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].

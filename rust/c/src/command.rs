@@ -128,10 +128,12 @@ pub struct CEstimate {
     pub slip_length: f64,
     /// Acceleration [m/s^2].
     pub acceleration: f64,
+    /// Ratio of the vehicle's speed to what its speed signal says.
+    pub speed_scale: f64,
 }
 
 answer_fields!(CEstimate, Known, {
-    gain, steer_offset, dead_time, slip, slip_length, acceleration
+    gain, steer_offset, dead_time, slip, slip_length, acceleration, speed_scale
 });
 
 /// No angle but the last command was applied, and the pose is that of now.

@@ -33,7 +33,7 @@ const OPTIONS: &str = "How a controller adapts to its vehicle, and watches it.";
 
 const SWITCHES: &str = "\
     /// `POPSTEER_AUTO`: adapts in preview POP, and where the vehicle has a dead time;
-    /// `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time` and `slip_time`.
+    /// `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time`, `slip_time` and `speed_time`.
     pub adapt: u32,
     /// `POPSTEER_AUTO`: watches with the default numbers; `POPSTEER_OFF`: never;
     /// `POPSTEER_ON`: with `deviation_limit` and `turn_tolerance`.

@@ -52,7 +52,8 @@ impl Status {
     /// Degraded, with [`Self::SATURATED`]: it is the lateral acceleration.
     pub const LATERAL_LIMIT: Self = Self(1 << 13);
     /// Degraded: the vehicle's lateral acceleration is beyond its `max_lateral_acceleration` by the
-    /// measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort.
+    /// measured turn, or, for preview POP, will be in a bend ahead even if it brakes in comfort; or
+    /// POP, Stanley or PID join the path faster than wheels of `max_steer_rate` can end the turn.
     pub const TOO_FAST: Self = Self(1 << 14);
 
     /// Every condition with its name, from the lowest bit up.

@@ -326,6 +326,51 @@ fn test_slip_is_learnt_at_every_speed_and_noise_is_no_slip() {
     }
 }
 
+/// The scale that is estimated of a speed signal that says `share` of the speed, `late` [s] ago, of a
+/// vehicle that accelerates from `speed` to 12 m/s, its position measured with `noise` [m].
+fn scaled(share: f64, speed: f64, (late, noise): (f64, f64), dt: f64) -> f64 {
+    let mut estimator = Estimator::default();
+    let still = popsteer_core::vehicle::wheels::WheelIntegrals::default();
+    let at = |time: f64| f64::min(speed + 2.0 * f64::max(time, 0.0), 12.0);
+    let (mut x, mut before) = (0.0, None);
+    for k in 0..400_u32 {
+        let time = f64::from(k) * dt;
+        let now = VehicleState {
+            x: x + noise * (f64::from(k * k) * 0.9).sin(),
+            y: 0.0,
+            yaw: 0.0,
+            speed: share * at(time - late),
+        };
+        estimator.last_measured = before;
+        estimator.observe_turn(&AdaptParams::DEFAULT, &CAR, now, still, dt);
+        before = Some(now);
+        x += 0.5 * (at(time) + at(time + dt)) * dt;
+    }
+    estimator.estimate.speed_scale
+}
+
+#[test]
+fn test_scale_of_the_speed_is_learnt_and_noise_and_lateness_are_none() {
+    for speed in [0.0, 3.0, 12.0] {
+        for dt in [0.02, 0.05, 0.4] {
+            for share in [0.7, 0.85, 0.95, 1.05, 1.2, 1.5] {
+                let exact = share * scaled(share, speed, (0.0, 0.0), dt);
+                assert!((exact - 1.0).abs() < 3e-3, "{speed} {dt} {share}: {exact}");
+                let noisy = share * scaled(share, speed, (0.0, 0.03), dt);
+                assert!((noisy - 1.0).abs() < 0.03, "{speed} {dt} {share}: {noisy}");
+            }
+            for late in [-0.2, 0.0, 0.3] {
+                let found = scaled(1.0, speed, (late, 0.03), dt);
+                assert!((found - 1.0).abs() < 0.02, "{speed} {dt} {late}: {found}");
+            }
+        }
+        for other in [0.2778, 0.5, -1.0, 2.0, 3.6] {
+            let found = scaled(other, speed, (0.0, 0.0), 0.05);
+            assert!((found - 1.0).abs() < 1e-9, "{speed} {other}: {found}");
+        }
+    }
+}
+
 #[test]
 fn test_estimates_beyond_their_bounds_are_refused() {
     let fits = |estimate: Estimate| {

@@ -2,6 +2,7 @@
 
 use popsteer_core::laws::{Stanley, StanleyParams};
 use popsteer_core::tracker::{MonitorParams, Reported};
+use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
 const DT: f64 = 0.05;
@@ -345,7 +346,12 @@ fn straight_on_by(dt: f64, said: f64, late: impl Fn(u32) -> (f64, f64)) -> Vec<(
         dead_time: 0.1,
         ..Vehicle::PAPER
     };
-    let tracker = tracker(car, MonitorParams::DEFAULT);
+    // The speed counts as it is told.
+    let adapt = AdaptParams {
+        speed_time: 0.0,
+        ..AdaptParams::DEFAULT
+    };
+    let tracker = Tracker::new(*tracker(car, MonitorParams::DEFAULT).law(), Some(adapt)).unwrap();
     let path = straight(0.0);
     let mut state = tracker.initial_state();
     let step = |k: u32| {

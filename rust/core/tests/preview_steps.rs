@@ -368,6 +368,7 @@ proptest! {
         let adapt = AdaptParams {
             turn_time: times.1,
             slip_time: times.1,
+            ..AdaptParams::DEFAULT
         };
         let law = Tracker::new(law, Some(adapt)).unwrap();
         let (x, y) = ([0.0, 30.0, 60.0, 61.0, 20.0], [0.0, 2.0, 0.0, 20.0, 20.0]);

@@ -30,7 +30,7 @@ fn test_state_of_a_tracker_is_no_larger_than_recorded() {
     for (name, size, most) in [
         ("in flight", size_of::<InFlight>(), 3160),
         ("past", size_of::<Option<Past>>(), 2120),
-        ("estimator", size_of::<Estimator>(), 584),
+        ("estimator", size_of::<Estimator>(), 704),
         ("monitor", size_of::<MonitorState>(), 224),
         ("all", size_of::<TrackerState<StanleyState>>(), TRACKER),
     ] {

@@ -137,8 +137,8 @@ popsteer_core::AdaptParams! { params {
     /// How fast a controller adapts to its vehicle.
     ///
     /// From commands and motion it estimates the ratio of the vehicle's turning to the given one,
-    /// the offset of the steering, the dead time, the slip, and the acceleration. The prediction
-    /// through the dead time and preview POP use them.
+    /// the offset of the steering, the dead time, the slip, the acceleration and the scale of the
+    /// speed signal. The prediction through the dead time and preview POP use them.
     PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer";
     @examples {
         /// A controller that adapts at once to new tyres, and one that never does:
@@ -174,7 +174,9 @@ record! {
         "How much that angle grows with the curvature [m].";
     acceleration: f64 = 0.0, "float, default 0.0",
         "Acceleration [m/s^2].";
-    @shown as "(*, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0)", with as_dict;
+    speed_scale: f64 = 1.0, "float, default 1.0",
+        "Ratio of the speed, by the poses, to what the speed signal says: wheels that slip, tyres of another size. What a step is given is multiplied by it.";
+    @shown as "(*, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0, speed_scale=1.0)", with as_dict;
     @examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
         /// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)

@@ -211,6 +211,7 @@ pub fn adapt(bytes: &mut Bytes) -> AdaptParams {
     AdaptParams {
         turn_time: bytes.parameter(10.0, [0.0, 20.0], [0.0, 1e6]),
         slip_time: bytes.parameter(5.0, [0.0, 20.0], [0.0, 1e6]),
+        speed_time: bytes.parameter(20.0, [0.0, 20.0], [0.0, 1e6]),
     }
 }
 
@@ -228,6 +229,7 @@ pub fn estimate(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimate {
         slip: symmetric(bytes, 0.05, Estimator::MAX_SLIP),
         slip_length: symmetric(bytes, 1.0, wheelbase),
         acceleration: symmetric(bytes, 5.0, most),
+        speed_scale: bytes.number([0.7, 1.5], Estimator::SCALES.into()),
     }
 }
 
@@ -244,6 +246,7 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
         turning: walk(bytes),
         sliding: walk(bytes),
         pace: walk(bytes),
+        driving: walk(bytes),
         wheel_rate: symmetric(bytes, 2.0, 1e40),
         unknown: bytes.number([0.0, 1.0], [0.0, 1.0]),
         estimate: estimate(bytes, wheelbase, dead_time),

@@ -71,6 +71,7 @@ class Observer:
         """Take a pose [m, m, rad], a speed [m/s] and the time since the last one [s]."""
         command = self.eye.step(x, y, yaw, speed, dt, applied_steer=self.steer)
         estimate, car, path = self.eye.estimate, self.vehicle, self._ahead.path
+        speed *= estimate.speed_scale
         self._move_wheels(dt)
         if self._segment < 0:
             state = self.eye.state

@@ -112,6 +112,13 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def decide(self, path: PathView, state: StateT, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle, and note in `state` what is to be remembered."""
 
+    def pull(self, at: Located) -> float:  # noqa: ARG002 - not needed here
+        """Return the angle that the error alone asks for, times the gain on the heading [rad].
+
+        0 of a controller that takes account of `max_steer_rate`.
+        """
+        return 0.0
+
     def leave_path(self, state: StateT) -> None:
         """Forget what holds on the present path alone."""
 

@@ -120,6 +120,11 @@ class Pid(LateralLaw[PidParams, PidState]):
         state.previous_error, state.previous_position = error, position
         return Decision(steer, at.closest.point, status)
 
+    def pull(self, at: Located) -> float:
+        """Return the proportional term times the gain on the heading, by the derivative."""
+        gain = max(self.resolved.kd * at.vehicle.forward_speed(), 1.0)
+        return self.resolved.kp * at.closest.cross_track_error() * gain
+
     def interrupt(self, state: PidState) -> None:
         """Forget what the derivative is taken from."""
         state.previous_error = state.previous_position = None

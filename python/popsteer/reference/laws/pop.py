@@ -10,7 +10,7 @@ from popsteer.reference.error import count, number, optional
 from popsteer.reference.geometry import Point, get_distance
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw, Tracked
 from popsteer.reference.laws.search import SearchParams, find_lookahead
-from popsteer.reference.math import PI, saturate
+from popsteer.reference.math import PI, divide, saturate
 from popsteer.reference.vehicle.bicycle import get_predicted_location
 from popsteer.status import Status
 
@@ -70,7 +70,7 @@ class Pop(LateralLaw[PopParams, PopState]):
         speed = at.vehicle.forward_speed()
         previous_steer = at.mirror(state.previous_steer)
         # 2: ld = ld_min + k_v * v
-        lookahead = self.resolved.min_lookahead + self.resolved.lookahead_gain * speed
+        lookahead = self._lookahead(at)
         # 3: lp_i = get_lookahead_point_index(x, y, {w}, ld)
         # 4: lp = get_lookahead_point({w}, lp_i)
         target = find_lookahead(path, self.resolved, at, lookahead)
@@ -86,6 +86,15 @@ class Pop(LateralLaw[PopParams, PopState]):
         if not target.found:
             status |= Status.LOOKAHEAD_LOST
         return Decision(steer, target.point, status)
+
+    def pull(self, at: Located) -> float:
+        """Return the bearing of the lookahead point for a vehicle along the path."""
+        return divide(at.closest.cross_track_error(), self._lookahead(at))
+
+    def _lookahead(self, at: Located) -> float:
+        """Return ld [m]."""
+        found = self.resolved
+        return found.min_lookahead + found.lookahead_gain * at.vehicle.forward_speed()
 
     def set_steer(self, state: PopState, steer: float) -> None:
         """Note the angle that the wheels got: δ_prev."""

@@ -52,11 +52,15 @@ class Stanley(LateralLaw[StanleyParams, StanleyState]):
     PARAMS = StanleyParams
     STATE = StanleyState
 
-    def decide(self, path: PathView, state: StanleyState, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
-        """Decide the angle for a located vehicle."""
+    def pull(self, at: Located) -> float:
+        """Return the second term of the equation."""
         params = self.resolved
         speed = params.softening + params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(params.cross_track_gain * at.closest.cross_track_error() / speed)
+        return atan(params.cross_track_gain * at.closest.cross_track_error() / speed)
+
+    def decide(self, path: PathView, state: StanleyState, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
+        """Decide the angle for a located vehicle."""
+        params, pull = self.resolved, self.pull(at)
         if params.heading_behind:
             path_yaw = path_yaw_behind(path, at.closest.nearest_waypoint(path))
         elif params.smoothing_length > 0.0:

@@ -142,12 +142,13 @@ impl<L: LateralLaw> Driver<L> {
         // Speed law: what do the pedals do? It stops for a fault as for its operator.
         let travelled = seen.here.speed.abs() * dt;
         let rear = self.rear.offset(path, &seen.located, seen.here, travelled);
+        let speed = state.tracker.model.estimator.speed_of(vehicle.speed);
         let pace = self.pace(
             path,
             plan,
             state,
             &rear,
-            (vehicle.speed, sensed.gear, reported.pose_age),
+            (speed, sensed.gear, reported.pose_age),
         );
         // Steering law and limits: which angle, as far as the wheels can.
         let straight = state.fault.is_some_and(|fault| !fault.steers());
@@ -162,7 +163,7 @@ impl<L: LateralLaw> Driver<L> {
         Drive::of(&tracking.command(status | held), &pace, state.fault)
     }
 
-    /// What the pedals do, for a vehicle whose rear axle is located, its `speed` [m/s] measured, its gear
+    /// What the pedals do, for a vehicle whose rear axle is located, its `speed` [m/s] believed, its gear
     /// reported or not, and both an age [s] old.
     fn pace(
         &self,
@@ -245,7 +246,12 @@ impl<L: LateralLaw> Driver<L> {
                 },
             }
         };
-        let vehicle = signals.complete(steered, vehicle, (pose_age, state.fault), dt);
+        let scale = tracker.model.estimator.estimate.speed_scale;
+        let mut vehicle = signals.complete(steered, vehicle, (pose_age, state.fault), dt);
+        if signals.speed > 0.0 {
+            // What the signal would say of the expected speed.
+            vehicle.speed /= scale;
+        }
         let reported = Reported {
             applied_steer: usable(given.applied_steer),
             measured_steer: usable(given.measured_steer),

@@ -39,6 +39,10 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => law.reads_belief(),)+ }
             }
 
+            fn pull(&self, at: &Located) -> f64 {
+                match self { $(Self::$law(law) => law.pull(at),)+ }
+            }
+
             /// A state of another controller counts as none: the step starts from the initial one.
             fn decide(
                 &self,

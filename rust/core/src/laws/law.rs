@@ -88,6 +88,13 @@ pub trait LateralLaw {
         belief: &Belief,
     ) -> Decision;
 
+    /// The angle of the wheels that the cross-track error alone asks for, times the gain on the
+    /// heading [rad], where both are those of a controller that takes no account of
+    /// `max_steer_rate`; 0 of one that does.
+    fn pull(&self, _at: &Located) -> f64 {
+        0.0
+    }
+
     /// Whether `state` is one that this controller could have.
     ///
     /// # Errors

@@ -78,6 +78,12 @@ impl Pop {
         })
     }
 
+    /// `ld` [m].
+    #[inline]
+    fn lookahead(&self, at: &Located) -> f64 {
+        self.search.min_lookahead + self.search.lookahead_gain * at.vehicle.forward_speed()
+    }
+
     /// The optimization of Algorithm 1, with the vehicle at the origin: distances are the same
     /// there, and no digits are lost far from it.
     #[inline]
@@ -199,6 +205,11 @@ impl LateralLaw for Pop {
         &self.steered
     }
 
+    #[inline]
+    fn pull(&self, at: &Located) -> f64 {
+        at.closest.cross_track_error() / self.lookahead(at)
+    }
+
     /// Algorithm 1.
     #[inline]
     fn decide(
@@ -209,8 +220,7 @@ impl LateralLaw for Pop {
         _belief: &Belief,
     ) -> Decision {
         let speed = at.vehicle.forward_speed();
-        let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
-        let target = self.search.find(path, at, lookahead);
+        let target = self.search.find(path, at, self.lookahead(at));
         let yaw = at.vehicle.yaw;
         let here = VehicleState {
             yaw,

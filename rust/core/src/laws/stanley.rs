@@ -77,6 +77,13 @@ impl LateralLaw for Stanley {
     }
 
     #[inline]
+    fn pull(&self, at: &Located) -> f64 {
+        let params = &self.params;
+        let speed = params.softening + params.speed_gain * at.vehicle.forward_speed();
+        atan(params.cross_track_gain * at.closest.cross_track_error() / speed)
+    }
+
+    #[inline]
     fn decide(
         &self,
         path: &PathView<'_>,
@@ -85,8 +92,7 @@ impl LateralLaw for Stanley {
         _belief: &Belief,
     ) -> Decision {
         let params = &self.params;
-        let speed = params.softening + params.speed_gain * at.vehicle.forward_speed();
-        let pull = atan(params.cross_track_gain * at.closest.cross_track_error() / speed);
+        let pull = self.pull(at);
         let path_yaw = if params.heading_behind {
             path_yaw_behind(path, at.closest.nearest_waypoint(path))
         } else if params.smoothing_length > 0.0 {

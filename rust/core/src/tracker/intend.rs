@@ -100,8 +100,13 @@ impl<L: LateralLaw> Tracker<L> {
                 estimate.acceleration = 0.0;
                 state.model.estimator.estimate.acceleration = 0.0;
             }
+            // The speed signal says what it says of a vehicle that is so fast.
+            let told = VehicleState {
+                speed: vehicle.speed / state.model.estimator.estimate.speed_scale,
+                ..vehicle
+            };
             if self
-                .step(path, &mut state, vehicle, dt, Reported::NOTHING)
+                .step(path, &mut state, told, dt, Reported::NOTHING)
                 .is_err()
             {
                 return Ok(k + 1);

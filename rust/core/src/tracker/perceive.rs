@@ -99,7 +99,11 @@ impl<L: LateralLaw> Tracker<L> {
         let before = estimator.estimate.longer_dead_time;
         // A pose that was given before carries no new information.
         if let (Some(adapt), Some(wheels)) = (self.adapt(), reached.wheels) {
-            estimator.observe_turn(adapt, car, old, wheels, reached.time);
+            let told = VehicleState {
+                speed: old.speed / estimator.estimate.speed_scale,
+                ..old
+            };
+            estimator.observe_turn(adapt, car, told, wheels, reached.time);
             // No command reaches the wheels before it is given: within a period the dead time
             // grows by at most that period.
             let longer = &mut estimator.estimate.longer_dead_time;
@@ -131,7 +135,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one, and
+    /// Updates the estimated slip. `vehicle` is the measured pose, with the speed as told, `dt` [s] after the last one, and
     /// `bend` its curvature [1/m] before. A change of the driving direction interrupts the
     /// estimation.
     #[inline]

@@ -1,9 +1,10 @@
 //! The first half of a step: where the vehicle is believed to be, where on the path that is, and what
 //! is wrong.
 
+use crate::bounds::MAX_SPEED;
 use crate::error::InputError;
 use crate::laws::{LateralLaw, LateralState};
-use crate::math::larger;
+use crate::math::{larger, saturate};
 use crate::path::{Follow, Located, PathView, Place};
 use crate::status::Status;
 use crate::tracker::monitor::Measured;
@@ -38,6 +39,9 @@ impl<L: LateralLaw> Tracker<L> {
             state.steer = applied;
             state.law.set_steer(applied);
         }
+        let scale = model.estimator.estimate.speed_scale;
+        let speed = saturate(scale * vehicle.speed, -MAX_SPEED, MAX_SPEED);
+        let vehicle = VehicleState { speed, ..vehicle };
         let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
         let known = model.estimator.estimate;
         let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
@@ -56,7 +60,11 @@ impl<L: LateralLaw> Tracker<L> {
             if reached.wheels.is_some() {
                 let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
                 let since = (reached.time, bend);
-                self.observe_slip(&mut model.estimator, adapt, &located, vehicle, since);
+                let told = VehicleState {
+                    speed: vehicle.speed / scale,
+                    ..vehicle
+                };
+                self.observe_slip(&mut model.estimator, adapt, &located, told, since);
             }
             belief.estimate = model.estimator.estimate;
         }

@@ -324,10 +324,28 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             self.decide(path, state, at, &seen.belief)
         };
-        let limited = self.command(state, at, decision.steer, seen);
+        let limited = self.command(state, at, decision.steer, seen) | self.join(at);
         let ahead = Ahead::of(path, self.law.follow(), &seen.located);
         state.remember(at, &seen.located, decision.target, ahead, seen.here);
         decision.status | limited | seen.status
+    }
+
+    /// Whether a path is joined faster than wheels of this rate can end the turn.
+    ///
+    /// At their rate the yaw is a double integrator, `yaw'' = speed rate / length`. The controller turns
+    /// the wheels back on the line `yaw = -length / (gain speed) yaw'`; in time is the parabola
+    /// `yaw = yaw'^2 length / (2 speed rate)` (M. Athans and P. Falb, *Optimal Control*, 1966, section
+    /// 7.2). Beyond where they meet, `gain yaw = 2 rate length / (gain speed)`, it overshoots its path,
+    /// and the farther the more, up to a limit cycle.
+    #[inline]
+    fn join(&self, at: &Located) -> Status {
+        let car = self.law.vehicle();
+        let Some(rate) = car.max_steer_rate else {
+            return Status::OK;
+        };
+        let speed = at.vehicle.forward_speed();
+        let most = 2.0 * rate * car.turning_length(speed);
+        Status::TOO_FAST.when(self.law.pull(at).abs() * speed > most)
     }
 
     /// Commands the angle `steer` [rad] of the mirrored vehicle as far as the vehicle allows; says what

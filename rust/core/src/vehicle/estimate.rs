@@ -7,7 +7,7 @@ use crate::params;
 
 params! {
     /// How fast a controller adapts to its vehicle: by default within 10 s to its turning, which is
-    /// a few bends, and within 5 s to its slip.
+    /// a few bends, within 5 s to its slip, and within 20 s to the scale of its speed.
     pub struct AdaptParams {
         /// Time constant of the estimates of turning gain, understeer, steering offset and dead time
         /// [s]; 0 switches them off. Shorter: a change is learnt sooner, and more noise of the
@@ -16,6 +16,10 @@ params! {
         /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more
         /// noise of the position in the estimate.
         slip_time: f64 = 5.0, in [0.0, 1e6];
+        /// Time constant of the estimated scale of the speed signal [s]; 0 switches it off. Shorter:
+        /// wheels that begin to slip are seen sooner, and a signal that stands still while the
+        /// vehicle slows is taken for a scale.
+        speed_time: f64 = 20.0, in [0.0, 1e6];
     }
 }
 
@@ -36,6 +40,8 @@ pub struct Estimate {
     pub slip_length: f64,
     /// Acceleration [m/s^2].
     pub acceleration: f64,
+    /// Ratio of the vehicle's speed to what its speed signal says.
+    pub speed_scale: f64,
 }
 
 impl Estimate {
@@ -47,6 +53,7 @@ impl Estimate {
         slip: 0.0,
         slip_length: 0.0,
         acceleration: 0.0,
+        speed_scale: 1.0,
     };
 
     /// Whether commands reach the wheels of `vehicle` later than they are given.
@@ -83,6 +90,8 @@ pub struct Known {
     pub slip_length: f64,
     /// As [`Estimate::acceleration`] [m/s^2].
     pub acceleration: f64,
+    /// As [`Estimate::speed_scale`].
+    pub speed_scale: f64,
 }
 
 impl Known {
@@ -95,6 +104,7 @@ impl Known {
             slip: estimate.slip,
             slip_length: estimate.slip_length,
             acceleration: estimate.acceleration,
+            speed_scale: estimate.speed_scale,
         }
     }
 }

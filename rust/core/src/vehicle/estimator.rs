@@ -1,12 +1,13 @@
 //! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! Three extended Kalman filters ([`Walk`]), each of a measured level and of the parameters that its
+//! Four extended Kalman filters ([`Walk`]), each of a measured level and of the parameters that its
 //! changes show. Their models of the change in a period of `dt`:
 //!
 //! ```text
 //! yaw      gain L / (L + k v²) (a + offset b - (later - t) c)
 //! aside    s (slip + (length + compliance v²) bend)
 //! speed    acceleration dt
+//! ahead    scale s - age (change of the speed)
 //!
 //! a = v / L ∫ tan(wheel) dt,   b = v / L ∫ (1 + tan(wheel)²) dt,
 //! c = v / L (tan(wheel at the end) - tan(wheel at the start))
@@ -17,7 +18,9 @@
 //! is looked for: a turning `gain`, an understeer `k` [s²], a steering `offset` [rad] and a dead time
 //! [s] in addition to those given. A dead time that is longer by
 //! `later` shifts the wheels' motion; the wheels of `a`, `b` and `c` are shifted by `t` already. The
-//! no-slip point moves `aside` of the heading by a `slip` [rad], by a wrong place of that point,
+//! no-slip point moves `ahead` by a `scale` of what the speed signal says (wheels that slip, tyres of
+//! another size, a unit); an `age` [s] of the poses, or of the speed, that nobody told keeps out of it
+//! what an acceleration explains. It moves `aside` of the heading by a `slip` [rad], by a wrong place of that point,
 //! `length`, and by tyres that slip in proportion to the lateral acceleration `v² bend`,
 //! `compliance` [s²]; `bend` is the curvature by the wheels when the period began.
 //!
@@ -46,11 +49,13 @@ use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{cos, exp, larger, saturate, sin, smaller, wrap};
 use nalgebra::SVector;
 
+mod driven;
+
 /// The estimator's state: the filters, and the [`Estimate`] they give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimator {
-    /// State of the no-slip point when it was last measured; none if the motion since then must not
+    /// State of the no-slip point when it was last measured, with the speed as told; none if the motion since then must not
     /// be used.
     pub last_measured: Option<VehicleState>,
     /// The yaw: gain, understeer, steering offset and dead time.
@@ -59,6 +64,8 @@ pub struct Estimator {
     pub sliding: Walk<3>,
     /// The speed: acceleration.
     pub pace: Walk<1>,
+    /// The position along the heading: scale of the speed signal less 1, and age of the pose.
+    pub driving: Walk<2>,
     /// How fast the tangent of the wheels' angle lately changed, a mean over
     /// [`MAX_LONGER`](Self::MAX_LONGER) [1/s].
     pub wheel_rate: f64,
@@ -75,6 +82,7 @@ impl Default for Estimator {
             turning: Walk::new([1.0, 0.0, 0.0, 0.0], &Self::TURNING, Self::YAW_NOISE),
             sliding: Walk::new([0.0; 3], &Self::SLIDING, Self::POSITION_NOISE),
             pace: Walk::new([0.0], &[Self::ACCELERATION], Self::SPEED_NOISE),
+            driving: Self::driving(),
             wheel_rate: 0.0,
             unknown: 1.0,
             estimate: Estimate::DEFAULT,
@@ -134,8 +142,9 @@ impl Estimator {
         (-vehicle.dead_time, Self::MAX_LONGER)
     }
 
-    /// Updates gain, steering offset, dead time and acceleration from the motion in the last `dt`
-    /// [s]. `now` is the state of the no-slip point, `reached` what the wheels did in that time.
+    /// Updates the scale of the speed, gain, steering offset, dead time and acceleration from the
+    /// motion in the last `dt` [s]. `now` is the state of the no-slip point with the speed as told,
+    /// `reached` what the wheels did in that time.
     #[inline]
     pub fn observe_turn(
         &mut self,
@@ -149,17 +158,21 @@ impl Estimator {
             self.turning.interrupt();
             self.sliding.interrupt();
             self.pace.interrupt();
+            self.driving.interrupt();
             // Of an acceleration that is measured no more less and less is believed.
             self.pace.mean *= exp(-dt / Self::ACCELERATION_TIME);
             self.estimate.acceleration *= exp(-dt / Self::ACCELERATION_TIME);
             return;
         };
-        self.observe_pace(vehicle, now.speed - before.speed, dt);
+        if params.speed_time > 0.0 {
+            self.observe_driven(params, vehicle, [before, now], dt);
+        }
+        self.observe_pace(vehicle, self.speed_of(now.speed - before.speed), dt);
         if params.turn_time > 0.0 {
-            let speed = 0.5 * (before.speed + now.speed);
+            let speed = self.speed_of(0.5 * (before.speed + now.speed));
             let measured = wrap(now.yaw - before.yaw);
             self.observe_yaw(params.turn_time, vehicle, reached, (measured, speed), dt);
-            self.publish(vehicle, now.speed);
+            self.publish(vehicle, self.speed_of(now.speed));
         }
     }
 
@@ -300,7 +313,7 @@ impl Estimator {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
-        let speed = 0.5 * (before.speed + now.speed);
+        let speed = self.speed_of(0.5 * (before.speed + now.speed));
         let travel = speed * dt;
         // The heading in the middle of the period; `aside` is the motion across it, to the left.
         let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
@@ -329,7 +342,7 @@ impl Estimator {
         sliding.keep(2, -Self::MAX_UNDERSTEER, Self::MAX_UNDERSTEER);
         let slip = sliding.beyond_doubt(&SVector::<f64, 3>::new(1.0, 0.0, 0.0));
         self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
-        self.publish(vehicle, now.speed);
+        self.publish(vehicle, self.speed_of(now.speed));
     }
 
     /// Returns the estimator if it is one that `vehicle` could have.
@@ -347,6 +360,7 @@ impl Estimator {
         self.turning.checked("turning")?;
         self.sliding.checked("sliding")?;
         self.pace.checked("pace")?;
+        self.driving.checked("driving")?;
         input_within("wheel_rate", self.wheel_rate, Walk::<4>::MAX)?;
         input_in_range("unknown", self.unknown, 0.0, 1.0)?;
         let estimate = self.estimate;
@@ -355,6 +369,8 @@ impl Estimator {
         let acceleration = Self::MAX_ACCELERATION * vehicle.wheelbase;
         let offset = Self::MAX_STEER_OFFSET;
         input_in_range("gain", estimate.gain, Self::MIN_GAIN, Self::MAX_GAIN)?;
+        let (least, most) = Self::SCALES;
+        input_in_range("speed_scale", estimate.speed_scale, least, most)?;
         for (field, value, most) in [
             ("steer_offset", estimate.steer_offset, offset),
             ("slip", estimate.slip, Self::MAX_SLIP),

@@ -211,13 +211,16 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         if limit is None:
             return 1.0, Status.OK
         stretch = pace * self.resolved.horizon
-        _, turns = self._turns(path, at, stretch, FARTHEST)
+        _, halves = self._turns(path, at, 0.5 * stretch, 2 * FARTHEST)
         slowest = self.resolved.min_speed * self.resolved.min_speed
         speed = at.vehicle.forward_speed()
         squared, driven = pace * pace, speed * speed - 0.5 * braking * stretch
         longer, ahead = 1.0, Status.OK
-        for stretches, turn in enumerate(turns):
-            if abs(turn) * driven > stretch * limit:
+        # In a chicane, whose halves turn to either side, the sharper one counts.
+        for stretches, (first, second) in enumerate(zip(halves[::2], halves[1::2], strict=True)):
+            turn = first + second
+            asked = 2.0 * max(abs(first), abs(second)) if first * second < 0.0 else abs(turn)
+            if asked * driven > stretch * limit:
                 ahead = Status.TOO_FAST
             if abs(turn) > stretch * self._approach.widest(sqrt(squared), length):
                 longer = float(min(stretches + 2, FARTHEST))

@@ -9,7 +9,7 @@ use crate::laws::law::Tracked;
 use crate::laws::params::law_params;
 use crate::laws::pid::error_buffer::{BOUND, ErrorBuffer};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
-use crate::math::{cos, saturate, sin};
+use crate::math::{cos, larger, saturate, sin};
 use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
@@ -138,6 +138,13 @@ impl LateralLaw for Pid {
 
     fn steered(&self) -> &Steered {
         &self.steered
+    }
+
+    #[inline]
+    fn pull(&self, at: &Located) -> f64 {
+        // The derivative answers the heading: the front axle moves across the path at speed sin(heading).
+        let gain = larger(self.params.kd * at.vehicle.forward_speed(), 1.0);
+        self.params.kp * at.closest.cross_track_error() * gain
     }
 
     #[inline]

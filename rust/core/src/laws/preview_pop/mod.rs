@@ -284,16 +284,24 @@ impl PreviewPop {
             return (1.0, Status::OK);
         };
         let stretch = pace * self.params.horizon;
-        let mut turns = [0.0; FARTHEST];
-        self.turns(path, at, stretch, &mut turns);
+        let mut turns = [0.0; 2 * FARTHEST];
+        self.turns(path, at, 0.5 * stretch, &mut turns);
         let slowest = self.approach.min_speed * self.approach.min_speed;
         let speed = at.vehicle.forward_speed();
-        // A stretch turns the vehicle by its mean; it is judged by the speed after a quarter of it.
+        // A stretch turns the vehicle by its mean; it is judged by the speed after a quarter of it. In a
+        // chicane, whose halves turn to either side, the sharper one counts.
         let (mut squared, mut driven) = (pace * pace, speed * speed - 0.5 * braking * stretch);
         let (mut longer, mut ahead) = (1.0, Status::OK);
-        for (stretches, turn) in turns.iter().enumerate() {
+        for (stretches, halves) in turns.as_chunks::<2>().0.iter().enumerate() {
+            let [first, second] = *halves;
+            let turn = first + second;
             let widest = self.approach.widest(vehicle, sqrt(squared), length);
-            ahead |= Status::TOO_FAST.when(turn.abs() * driven > stretch * most);
+            let asked = if first * second < 0.0 {
+                2.0 * larger(first.abs(), second.abs())
+            } else {
+                turn.abs()
+            };
+            ahead |= Status::TOO_FAST.when(asked * driven > stretch * most);
             if turn.abs() > stretch * widest {
                 longer = smaller(from_count(stretches + 2), from_count(FARTHEST));
                 break;

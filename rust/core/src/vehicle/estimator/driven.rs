@@ -1,0 +1,68 @@
+//! The scale of the speed signal: how far the vehicle goes by its poses, for what its speed says.
+
+use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk};
+use crate::math::{cos, sin, smaller, wrap};
+
+impl Estimator {
+    /// How far the scale of a speed signal may be from 1, and how much older than the speed [s] a
+    /// pose, or the other way round: standard deviations.
+    pub(super) const DRIVING: [f64; 2] = [0.1, 0.1];
+    /// What the model leaves open: a share of the speed, by which tyres slip.
+    const OPEN_DRIVE: f64 = 0.03;
+    /// Least and largest scale that is one. Beyond, the signal is dead, or of another unit: it
+    /// counts as it is, and the monitor says what it is.
+    pub const SCALES: (f64, f64) = (0.6, 1.6);
+
+    /// The speed that is believed where the signal says `told` [m/s].
+    #[inline]
+    pub(crate) fn speed_of(&self, told: f64) -> f64 {
+        self.estimate.speed_scale * told
+    }
+
+    /// Updates the scale from the motion in the last `dt` [s] from `before` to `now`, both with the
+    /// speed that was told.
+    #[inline]
+    pub(super) fn observe_driven(
+        &mut self,
+        params: &AdaptParams,
+        vehicle: &Vehicle,
+        [before, now]: [VehicleState; 2],
+        dt: f64,
+    ) {
+        let wheelbase = vehicle.wheelbase;
+        let speed = 0.5 * (before.speed + now.speed);
+        let travel = speed * dt / wheelbase;
+        let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
+        let measured = (now.x - before.x) * cos(direction) + (now.y - before.y) * sin(direction);
+        // Of a speed that is noise no distance is expected to be a multiple.
+        let (square, noise) = (speed * speed / (wheelbase * wheelbase), self.pace.noise);
+        let stands_out = if square > noise {
+            1.0 - noise / square
+        } else {
+            0.0
+        };
+        let slopes =
+            SVector::<f64, 2>::new(stands_out * travel, (before.speed - now.speed) / wheelbase);
+        let slips = Self::OPEN_DRIVE * speed / wheelbase;
+        let change = Change {
+            measured: measured / wheelbase,
+            expected: travel + slopes.dot(&self.driving.mean),
+            slopes,
+            open: 2.0 * Self::OPEN_TIME * slips * slips * dt,
+            dt,
+        };
+        self.driving.observe(&change, Self::POSITION_NOISE);
+        let moving = smaller(speed.abs() / (Self::SLOW * wheelbase), 1.0);
+        let share = dt * moving / params.speed_time;
+        self.driving.forget(share, &Self::DRIVING);
+        let found = self.driving.beyond_doubt(&SVector::<f64, 2>::new(1.0, 0.0));
+        let (least, most) = Self::SCALES;
+        let is_scale = (least..=most).contains(&(1.0 + found));
+        self.estimate.speed_scale = if is_scale { 1.0 + found } else { 1.0 };
+    }
+
+    /// The filter of a speed signal that is right.
+    pub(super) fn driving() -> Walk<2> {
+        Walk::new([0.0; 2], &Self::DRIVING, Self::POSITION_NOISE)
+    }
+}
