@@ -21,8 +21,8 @@ def _mean_error(wheelbase: float, periods: tuple[float, float], lag: float) -> f
     speed, errors = 7.0 * math.sqrt(size), []
     x, y, yaw, wheel = 0.0, 0.0, math.atan(2.5 / 14.0), 0.0
     for k in range(int(250.0 * size / speed / np.mean(periods))):
-        seen = np.array([x, y, yaw]) + rng.normal(size=3) * np.array([1.0, 1.0, 0.3]) * NOISE
-        command = law.step(*seen, speed, periods[k % 2])
+        at_x, at_y, looks = (rng.normal(size=3) * NOISE).tolist()
+        command = law.step(x + at_x, y + at_y, yaw + 0.3 * looks, speed, periods[k % 2])
         errors.append(abs(command.cross_track_error))
         time = periods[(k + 1) % 2]
         parts = max(1, round(time / 0.002))

@@ -30,7 +30,7 @@ class Driven(NamedTuple):
 def _bends(size: float) -> NDArray[np.float64]:
     """Bends to both sides of at least 40 m for a car of 2.7 m."""
     yaw = np.cumsum(np.sin(np.arange(0.0, 400.0) / 30.0) / 40.0)
-    return size * np.c_[np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))]
+    return np.array([np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))]).T * size
 
 
 def _u_turns() -> NDArray[np.float64]:
@@ -58,8 +58,8 @@ def _drive(
     off = lateral = top = 0.0
     fault = None
     for _ in range(int(seconds / DT)):
-        seen = np.array([x, y]) + noise * rng.normal(size=2)
-        drive = driver.step(*seen, yaw + 0.002 * rng.normal(), told * speed, DT)
+        at_x, at_y = x + noise * rng.normal(), y + noise * rng.normal()
+        drive = driver.step(at_x, at_y, yaw + 0.002 * rng.normal(), told * speed, DT)
         fault = fault or (None if drive.fault is None else str(drive.fault))
         for _ in range(10):
             wheel += (drive.steer - wheel) * DT / 10.0 / 0.1

@@ -123,7 +123,7 @@ class Pid(LateralLaw[PidParams, PidState]):
     def pull(self, at: Located) -> float:
         """Return the proportional term times the gain on the heading, by the derivative."""
         gain = max(self.resolved.kd * at.vehicle.forward_speed(), 1.0)
-        return self.resolved.kp * at.closest.cross_track_error() * gain
+        return float(self.resolved.kp * at.closest.cross_track_error() * gain)
 
     def interrupt(self, state: PidState) -> None:
         """Forget what the derivative is taken from."""

@@ -94,7 +94,7 @@ class Pop(LateralLaw[PopParams, PopState]):
     def _lookahead(self, at: Located) -> float:
         """Return ld [m]."""
         found = self.resolved
-        return found.min_lookahead + found.lookahead_gain * at.vehicle.forward_speed()
+        return float(found.min_lookahead + found.lookahead_gain * at.vehicle.forward_speed())
 
     def set_steer(self, state: PopState, steer: float) -> None:
         """Note the angle that the wheels got: δ_prev."""
