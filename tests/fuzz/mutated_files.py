@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from popsteer import Path as Course
 from popsteer import logs
 from popsteer.errors import PopsteerError
 from popsteer.extras import MissingExtra, missing
-from popsteer.tables import read_waypoints
 
 YAW = 0.1 * np.arange(60)
 X, Y = 20.0 * np.sin(YAW), 20.0 * (1.0 - np.cos(YAW))
@@ -28,7 +28,7 @@ X, Y = 20.0 * np.sin(YAW), 20.0 * (1.0 - np.cos(YAW))
 
 def kinds() -> dict[str, bytes]:
     """Give a file of each kind."""
-    one, t = np.ones(60), 0.05 * np.arange(60)
+    one, t, c, n = np.ones(60), 0.05 * np.arange(60), np.cos(YAW), np.sin(YAW)
     lat, lon = 48.0 + Y / 111000.0, 11.0 + X / 74000.0
     points = "".join(f'<trkpt lat="{a}" lon="{b}"/>' for a, b in zip(lat, lon, strict=True))
     line = {"type": "LineString", "coordinates": np.column_stack((lon, lat)).tolist()}
@@ -48,6 +48,10 @@ def kinds() -> dict[str, bytes]:
         "logger": _table((X, Y, YAW, 5 * one), ", "),
         "commas": "x;y;v\n" + _table((X, Y, 5 * one), ";").replace(".", ","),
         "spaces": _table((X, Y, 20 * YAW, -np.sin(YAW), np.cos(YAW)), " "),
+        "poses": _table((t, X, Y, one, 0 * c, 0 * c, np.sin(YAW / 2), np.cos(YAW / 2)), " "),
+        "kitti": _table((c, 0 * c, -n, -Y, 0 * c, one, 0 * c, one, n, 0 * c, c, X), " "),
+        "sides": "x,y,type\n" + _table((X, Y), ",").replace("\n", ",left\n"),
+        "coarse": _table((np.arange(60) % 20, (np.arange(60) // 9) ** 2), "\t"),
         "gpx": f"<?xml version='1.0'?><gpx><trk><trkseg>{points}</trkseg></trk></gpx>",
         "geojson": json.dumps({"type": "Feature", "geometry": line}),
         "json": json.dumps({"x": X.tolist()}),
@@ -116,7 +120,7 @@ def check(data: bytes, file: Path) -> bool:
     """Read a file as waypoints and as a log; whether one of them was read."""
     file.write_bytes(data)
     read = 0
-    for reader in (read_waypoints, logs.read_csv):
+    for reader in (Course.from_csv, logs.read_csv):
         try:
             found: Any = reader(file)
         except MissingExtra:

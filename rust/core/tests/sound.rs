@@ -164,6 +164,20 @@ fn test_standstill_in_noise_leaves_one_waypoint() {
 }
 
 #[test]
+fn test_long_straight_between_bends_is_no_gap() {
+    // Two bends of coarse waypoints, which begin at its ends.
+    let arc = |k: i32| (f64::from(k) * 0.25).sin_cos();
+    let mut points: Xy = (-8..=0)
+        .map(|k| (48.0 * arc(k).0, 48.0 * (1.0 - arc(k).1)))
+        .collect();
+    points.extend((0..9).map(|k| (140.0 + 48.0 * arc(k).0, 48.0 * (1.0 - arc(k).1))));
+    for directed in [false, true] {
+        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+        assert_eq!(sound(&x, &y, false, directed), Ok(Sound::default()));
+    }
+}
+
+#[test]
 fn test_jump_between_two_drives_is_refused_also_where_directions_are_told() {
     let clean = course(0.5);
     let mut points = clean.clone();
@@ -173,6 +187,14 @@ fn test_jump_between_two_drives_is_refused_also_where_directions_are_told() {
         let found = sound(&x, &y, false, directed);
         assert!(matches!(found, Err(PathError::Gap { .. })), "{found:?}");
     }
+    // Back to where the first began, and on as it did.
+    let mut again = clean[..50].to_vec();
+    again.push((clean[49].0 - 1e-3, clean[49].1)); // It rolled back when it stood.
+    again.push((clean[0].0 + 1e-3, clean[0].1));
+    again.extend(&clean[..50]);
+    let (x, y): (Vec<f64>, Vec<f64>) = again.into_iter().unzip();
+    let found = sound(&x, &y, false, true);
+    assert!(matches!(found, Err(PathError::Gap { .. })), "{found:?}");
     // A long way to a cusp was meant.
     let mut points = vec![(-30.0, 0.0)];
     points.extend((0..40).map(|k| (-0.5 * f64::from(k), 0.1 * f64::from(k * k) / 40.0)));

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use super::mends::{Fault, Mend};
 use crate::error::PathError;
 use crate::geometry::Point;
-use crate::math::{atan2, from_count, larger, smaller, sqrt};
+use crate::math::{atan2, from_count, sqrt};
 
 /// Segments whose lengths differ by no more than this factor are no gap, and none is a twin.
 pub(super) const EVEN: f64 = 10.0;
@@ -183,7 +183,7 @@ impl Chain<'_> {
     }
 
     /// Refuses a segment far longer than the others at whose ends the path turns; that which closes a
-    /// path was asked for, and so are cusps if it is `directed`.
+    /// path was asked for, and so is a cusp at one of its ends if it is `directed`.
     pub(super) fn check_gaps(&self, directed: bool) -> Result<(), PathError> {
         let count = self.order.len();
         let places = if count < CORNERS { 0..0 } else { 0..count - 1 };
@@ -193,14 +193,17 @@ impl Chain<'_> {
             if length <= EVEN * self.spacing {
                 continue;
             }
-            let before = place.checked_sub(1).map(|before| self.step(before));
-            let after = (place + 2 < count).then(|| self.step(place + 1));
-            let beside = [before, after].into_iter().flatten();
-            let turns = beside.map(|other| match turn(gap, other) {
-                turn if directed => smaller(turn, PI - turn),
-                turn => turn,
-            });
-            if turns.fold(0.0, larger) > GAP_TURN {
+            // Over half a spacing: where a vehicle stood, single steps are noise.
+            let beside = [
+                self.heading_before(place, 0.5),
+                self.heading_after(place + 1),
+            ];
+            let [least, most] = match beside.map(|other| turn(gap, other)) {
+                [one, other] if one > other => [other, one],
+                both => both,
+            };
+            let cusp = directed && PI - most <= GAP_TURN;
+            if most > GAP_TURN && !(cusp && least <= GAP_TURN) {
                 let index = |place: usize| self.order.get(place).copied().unwrap_or(0);
                 return Err(PathError::Gap {
                     index: index(place),

@@ -162,7 +162,7 @@ impl Chain<'_> {
             .find(|&place| progress(place) >= 0.5 * self.spacing);
         let Some(before) = before else { return false };
         let near = |place: usize| get_distance(self.at(place), goal) <= self.spacing;
-        let straight = along(self.heading_before(before), goal - self.at(before));
+        let straight = along(self.heading_before(before, 1.0), goal - self.at(before));
         if !straight || !(near(before) || near(before + 1)) {
             return false;
         }
@@ -180,7 +180,7 @@ impl Chain<'_> {
         let before = self.order.len();
         while self.order.len() > 2 {
             let tip = self.order.len() - 1;
-            let direction = self.heading_before(tip);
+            let direction = self.heading_before(tip, 1.0);
             let ahead = direction.dot(&(point - self.at(tip)));
             if ahead >= share * self.spacing * size(direction) {
                 break;
@@ -192,10 +192,18 @@ impl Chain<'_> {
         gone
     }
 
-    /// The chord to `place` of the order over at least a spacing, or from the start.
-    pub(super) fn heading_before(&self, place: usize) -> Point {
+    /// The chord from `place` of the order over at least half a spacing, or to the end.
+    pub(super) fn heading_after(&self, place: usize) -> Point {
+        let start = self.at(place);
+        let far = |&end: &usize| get_distance(start, self.at(end)) >= 0.5 * self.spacing;
+        let last = self.order.len() - 1;
+        self.at((place..last).find(far).unwrap_or(last)) - start
+    }
+
+    /// The chord to `place` of the order over at least this share of the spacing, or from the start.
+    pub(super) fn heading_before(&self, place: usize, share: f64) -> Point {
         let end = self.at(place);
-        let reach = self.spacing * self.spacing;
+        let reach = share * share * self.spacing * self.spacing;
         let mut start = place;
         while start > 0 && (start == place || squared_distance(self.at(start), end) < reach) {
             start -= 1;
