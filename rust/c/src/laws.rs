@@ -27,7 +27,7 @@ macro_rules! make {
             };
             let law = $law::new(vehicle, params)?;
             let path = Path::for_vehicle(path, &vehicle);
-            let tracker = options.track(Law::from(law))?;
+            let tracker = options.track(&Law::from(law))?;
             let state = tracker.initial_state();
             Ok(Controller {
                 path,

@@ -70,12 +70,12 @@ popsteer_core::AdaptParams! { adapting {} }
 
 impl COptions {
     /// The tracker of `law` with these options.
-    pub(crate) fn track(self, law: Law) -> Result<Tracker<Law>, Failure> {
+    pub(crate) fn track(self, law: &Law) -> Result<Tracker<Law>, Failure> {
         let (adapt, monitor) = self.params();
         let tracker = match self.adapt {
-            POPSTEER_AUTO => Tracker::of(law),
-            POPSTEER_OFF => Tracker::new(law, None)?,
-            POPSTEER_ON => Tracker::new(law, Some(adapt))?,
+            POPSTEER_AUTO => Tracker::of(*law),
+            POPSTEER_OFF => Tracker::new(*law, None)?,
+            POPSTEER_ON => Tracker::new(*law, Some(adapt))?,
             other => return Err(no_switch("adapt", other)),
         };
         Ok(match self.monitor {
