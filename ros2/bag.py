@@ -6,7 +6,7 @@ The second node has the recording's time as its simulated one: it is given what 
 taken at each of its steps, then that step's time, and no more before it has commanded. Its periods
 are differences of the recorded times, those of the first node were a steady clock's: less than a
 microsecond apart. The car of the recording does not obey the second node, so nothing takes back
-what that adds up to: after 20 s, 7e-5 m/s and 2e-6 rad at most were seen.
+what that adds up to: after 20 s, 9e-4 m/s and 2e-6 rad at most were seen.
 """
 
 from __future__ import annotations

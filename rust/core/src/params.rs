@@ -53,7 +53,10 @@ impl fmt::Display for Formula {
         });
         match choice {
             Some((before, condition, one, other)) => {
-                write!(out, "`{before}{one}` with `{condition}`, else `{before}{other}`")
+                write!(
+                    out,
+                    "`{before}{one}` with `{condition}`, else `{before}{other}`"
+                )
             }
             None => write!(out, "`{}`", self.0),
         }
