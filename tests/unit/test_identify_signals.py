@@ -13,7 +13,7 @@ import popsteer
 from popsteer import logs
 from popsteer.identification.checks import refuse_steer
 from popsteer.identification.drive import _on_clock
-from popsteer.identification.signals import checked, looks, unrepeated
+from popsteer.identification.signals import BLOCK, LONGEST, checked, excited, looks, unrepeated
 from popsteer.logs import Log, LogError
 from studies import logged
 
@@ -133,6 +133,33 @@ def test_course_over_ground_is_refused_and_taken_with_the_option() -> None:
     found = popsteer.identify(log, told, course=True)
     assert found.vehicle.turning_wheelbase == pytest.approx(CAR.length, rel=0.01)
     assert found.delay == pytest.approx(CAR.lag + CAR.delay, abs=0.02)
+
+
+@pytest.mark.parametrize("ahead", [1.2, -0.8])
+def test_course_of_a_point_before_or_behind_the_axle_becomes_the_heading(ahead: float) -> None:
+    t = 0.05 * np.arange(1200)
+    speed, bend = 8.0 + 2.0 * np.sin(0.1 * t), np.tan(0.15 * np.sin(0.4 * t)) / 2.7
+    yaw = np.cumsum(0.05 * speed * bend)
+    course = yaw + np.arctan(ahead * bend)
+    x, y = np.cumsum(0.05 * speed * (np.cos(course), np.sin(course)), axis=1)
+    found = looks(Log(t, x, y, course, speed, np.arctan(2.7 * bend)), ahead).yaw
+    assert np.max(np.abs(course - yaw)) > 0.04
+    assert np.max(np.abs(found - yaw)[60:-60]) < 0.002
+
+
+def test_long_log_keeps_the_commands_in_flight_where_a_part_of_it_begins() -> None:
+    t = np.arange(0.0, 2.0 * LONGEST, 0.1)
+    begins = 3 * BLOCK
+    lively = (t >= begins) & (t < begins + LONGEST)
+    steer = np.where(lively, 0.1 * np.sin(t), 0.0)
+    yaw = np.cumsum(0.2 * steer)
+    log = Log(
+        t, np.cumsum(0.5 * np.cos(yaw)), np.cumsum(0.5 * np.sin(yaw)), yaw, 0.0 * t + 5.0, steer
+    )
+    part = excited(log)
+    assert begins <= part.t[0] < begins + 0.5
+    assert part.commands is not None
+    assert part.commands[0][[0, -1]] == pytest.approx([begins - BLOCK, begins + LONGEST - 0.1])
 
 
 def test_normalised_steer_that_reaches_one_is_refused() -> None:

@@ -298,17 +298,22 @@ def _refuse_course(log: Log) -> None:
 def looks(log: Log, ahead: float) -> Log:
     """Give a log whose yaw is the course of a point `ahead` of the rear axle the car's heading.
 
-    The rear axle is drawn behind the point (a tractrix): yaw' = v sin(course - yaw) / ahead.
+    The rear axle is drawn behind the point (a tractrix): yaw' = v sin(course - yaw) / ahead. Of a
+    point behind the axle that holds backwards in time, in which errors fade, too.
     """
     if abs(ahead) < 1e-6:
         return log
-    course, yaw, headings = np.unwrap(log.yaw), float(log.yaw[0]), []
+    rows = slice(None, None, 1 if ahead > 0.0 else -1)
+    course, speeds = np.unwrap(log.yaw)[rows], np.abs(log.speed)[rows]
+    steps = log.steps if ahead > 0.0 else np.roll(log.steps[rows], 1)
+    yaw, headings = float(course[0]), []
     middle = 0.5 * (course + np.concatenate((course[:1], course[:-1])))
-    for step, speed, way in zip(log.steps, log.speed, middle, strict=True):
-        kept = math.exp(-abs(speed) * step / abs(ahead))
+    for step, speed, way in zip(steps, speeds, middle, strict=True):
+        kept = math.exp(-speed * step / abs(ahead))
         yaw = way + kept * math.remainder(yaw - way, math.tau)
         headings.append(yaw)
-    return Log(**{**log.as_dict(), "yaw": headings}, name=log.name, commands=log.commands)
+    yaws = np.array(headings)[rows]
+    return Log(**{**log.as_dict(), "yaw": yaws}, name=log.name, commands=log.commands)
 
 
 def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
