@@ -2,7 +2,7 @@
 
 use super::State;
 use crate::subject::Subject;
-use popsteer_core::bounds::MAX_DT;
+use popsteer_core::bounds::{MAX_DT, MAX_SPEED};
 use popsteer_core::laws::{Belief, Decision};
 use popsteer_core::path::Located;
 use popsteer_core::path::preview::wheel_at_rest;
@@ -85,6 +85,10 @@ fn decide<L: Subject>(
     dt: f64,
 ) -> Plain {
     let (car, law) = (tracker.vehicle(), tracker.law());
+    // The speed is what the signal says by its scale so far.
+    let scale = before.model.estimator.estimate.speed_scale;
+    let speed = (scale * vehicle.speed).clamp(-MAX_SPEED, MAX_SPEED);
+    let vehicle = VehicleState { speed, ..vehicle };
     let mut shown = vehicle;
     let mut belief = Belief {
         wheel: before.steer,
@@ -100,7 +104,11 @@ fn decide<L: Subject>(
         }
         if let Some(adapt) = tracker.adapt() {
             let reached = in_flight.wheel_integrals(car, before.steer, dt);
-            estimator.observe_turn(adapt, car, now, reached, dt);
+            let told = VehicleState {
+                speed: now.speed / scale,
+                ..now
+            };
+            estimator.observe_turn(adapt, car, told, reached, dt);
         }
         let longer = estimator.estimate.longer_dead_time;
         let late = longer - before.model.estimator.estimate.longer_dead_time;

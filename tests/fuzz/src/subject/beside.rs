@@ -59,6 +59,7 @@ impl Subject for Pid {
             smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e4]),
             search_distance: search.search_distance,
             lost_distance: search.lost_distance,
+            derivative_filter: bytes.number([0.0, 0.5], [0.0, 1e3]),
         }
     }
 
@@ -85,6 +86,7 @@ impl Subject for Pid {
                 Point::new(coordinate(), coordinate())
             }),
             buffer: buffer.ok()?,
+            rate: bytes.number([-5.0, 5.0], whole),
         })
     }
 
@@ -95,6 +97,7 @@ impl Subject for Pid {
             (
                 state.previous_error,
                 state.previous_position,
+                state.rate.to_bits(),
                 buffer.length(),
                 buffer.next(),
                 buffer.sum().to_bits(),
