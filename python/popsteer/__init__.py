@@ -5,16 +5,6 @@ computed in Rust. SI units and radians; x forward, y left, yaw counter-clockwise
 turns left. All parameters of the car are in one `Vehicle`. A pose is that of the
 vehicle's point, wherever it is measured; each controller finds the point it tracks from there.
 
->>> import popsteer
->>> path = popsteer.Path([(float(x), 0.0) for x in range(100)])
->>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15)
->>> controller = popsteer.PreviewPop(path, car)
->>> command = controller.step(0.0, 0.5, 0.0, 5.0, 0.05)
->>> command.steer < 0.0  # left of the path: steer right
-True
->>> popsteer.sim.run(controller, popsteer.sim.KinematicBicycle(car)).metrics.finished
-True
-
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
 
@@ -24,6 +14,18 @@ For a vehicle: `popsteer.vehicles` (vehicles by name), `popsteer.controllers` an
 `popsteer.identification`. To read beside the paper: `popsteer.paper` (its functions)
 and `popsteer.reference` (the same controllers in plain Python). To look at: `popsteer.lab`
 (comparisons, margins, benchmarks, their tables and figures).
+
+Examples
+--------
+>>> import popsteer
+>>> path = popsteer.Path([(float(x), 0.0) for x in range(100)])
+>>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15)
+>>> controller = popsteer.PreviewPop(path, car)
+>>> command = controller.step(0.0, 0.5, 0.0, 5.0, 0.05)
+>>> command.steer < 0.0  # left of the path: steer right
+True
+>>> popsteer.sim.run(controller, popsteer.sim.KinematicBicycle(car)).metrics.finished
+True
 """
 
 from popsteer import interrupt as interrupt  # isort: skip - before all that takes time
