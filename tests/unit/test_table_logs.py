@@ -148,7 +148,7 @@ def test_log_of_each_kind_is_read_right(tmp_path: Any, kind: str) -> None:
         ),
         (
             _rows(T, X, Y, YAW, SPEED, STEER),
-            "no column 't'; there are: 6 columns without names",
+            "6 columns without names .--columns t,x,y,... names them in their order",
             {"columns": "t,x,y,yaw,speed,steer"},
         ),
         (

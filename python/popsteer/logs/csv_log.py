@@ -135,10 +135,14 @@ def _read(
     clock.find(table, places)
     for key in COLUMNS if alone else ("t",):
         if key not in places and not _has_other(key, places):
-            listed = table.listed() or f"{table.columns} columns without names"
+            if not table.head:
+                raise LogError(
+                    f"{table.name}: {table.columns} columns without names (--columns t,x,y,..."
+                    " names them in their order, - what is left out)"
+                )
             raise LogError(
-                f"{table.name}: no column {key!r}; there are: {listed} (--columns {key}=NAME names"
-                " one; another file with the same clock may have it)"
+                f"{table.name}: no column {key!r}; there are: {table.listed()} (--columns"
+                f" {key}=NAME names one; another file with the same clock may have it)"
             )
     places = {key: column for key, column in places.items() if key in _KNOWN}
     times = clock.read(table, places, units.get("t"))

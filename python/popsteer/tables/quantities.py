@@ -51,7 +51,8 @@ UNITS: dict[str, dict[str, float]] = {
 
 _NAMES = {
     "t": "t time stamp timestamp stamp_sec sec secs s_stamp elapsed time_stamp header_stamp"
-    " elapsed_time time_sec seconds rosbagtimestamp session_time",
+    " elapsed_time time_sec seconds rosbagtimestamp session_time"
+    " utc utc_time time_utc gps_time datetime date_time",
     "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
     "x": "x tx posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
