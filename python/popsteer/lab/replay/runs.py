@@ -100,6 +100,8 @@ LEAST, MOST = 0.1, 1.0
 """Bounds of the length that such a path is smoothed over, in wheelbases."""
 _SHORTEST = 2.0
 """Least distance that makes a path, in wheelbases."""
+_LONGEST = 1e6
+"""What no drive is longer than [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,6 +264,12 @@ def _own(log: Log, ahead: float, wheelbase: float) -> tuple[Path, NDArray[np.int
         raise LogError(
             f"{log.name}: {way[-1]:.1f} m of driving make no path: at least"
             f" {_SHORTEST * wheelbase:.3g} m are needed, or --waypoints"
+        )
+    if way[-1] > _LONGEST:
+        worst = int(np.argmax(rolled))
+        raise LogError(
+            f"{log.name}: {rolled[worst]:.3g} m between rows {worst} and {worst + 1}: a position"
+            " or a speed there is none of a drive"
         )
     backwards = log.speed < 0.0
     turns = _turns(way, backwards, wheelbase / 3.0)
