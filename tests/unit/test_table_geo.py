@@ -1,0 +1,86 @@
+"""Latitudes and longitudes become a plane about the first waypoint, or about an origin."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from popsteer import ConfigError, Path, PathError
+from tests.helpers import looped
+from tests.unit.test_table_kinds import ONE, N, X, Y, _rows, _write
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LAT, LON = 47.3, 8.5  # a sphere of WGS 84's larger radius is wrong by 0.4 % to the north
+
+
+def _degrees() -> tuple[Any, Any]:
+    east = 111319.49 * math.cos(math.radians(LAT))
+    return LAT + Y / 111319.49, LON + X / east
+
+
+def _flat(path: Path) -> None:
+    assert np.hypot(np.diff(path.x), np.diff(path.y)) == pytest.approx(
+        np.hypot(np.diff(X), np.diff(Y)), rel=6e-3
+    )
+
+
+@pytest.fixture
+def geo() -> None:
+    pytest.importorskip("pyproj")
+
+
+def _gpx(lat: Any, lon: Any) -> str:
+    points = "".join(f'<trkpt lat="{a!r}" lon="{b!r}"/>' for a, b in zip(lat, lon, strict=True))
+    return f"<?xml version='1.0'?>\n<gpx><trk><trkseg>{points}</trkseg></trk></gpx>"
+
+
+def _geojson(lat: Any, lon: Any) -> str:
+    line = {"type": "LineString", "coordinates": np.column_stack((lon, lat)).tolist()}
+    return json.dumps({"type": "Feature", "properties": {}, "geometry": line})
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda a, b: "latitude,longitude\n" + _rows((a, b), ",", "%.10f"),
+        lambda a, b: "lon [deg],lat [deg]\n" + _rows((b, a), ",", "%.10f"),
+        _gpx,
+        _geojson,
+    ],
+)
+def test_latitudes_and_longitudes_become_a_local_plane(
+    tmp_path: Any, geo: None, made: Callable[[Any, Any], str]
+) -> None:
+    lat, lon = _degrees()
+    file = _write(tmp_path, made(lat.tolist(), lon.tolist()))
+    path = Path.from_csv(file)
+    _flat(path)
+    assert (path.x[0], path.y[0]) == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert f"origin {lat[0]:.6f}" in str(path.source)
+    kept = Path.from_csv(file, origin=(LAT, LON))
+    if file.read_text(encoding="utf-8").startswith(("<", "{")):
+        with pytest.raises(ConfigError, match="is no table"):
+            Path.from_csv(file, columns="x,y")
+    assert (kept.x[0], kept.y[0]) == pytest.approx((X[0], Y[0]), rel=6e-3)
+
+
+@looped(
+    ("head", "columns"),
+    [("X,Y,id\n", "lon=X,lat=Y"), ("", "lon,lat")],
+)
+def test_degrees_without_a_name_are_refused_and_read_as_they_are_called(
+    tmp_path: Any, head: str, columns: str
+) -> None:
+    pytest.importorskip("pyproj")
+    lat, lon = _degrees()
+    more = (np.arange(N) * ONE,) if head else ()
+    file = _write(tmp_path, head + _rows((lon, lat, *more), ",", "%.10f"))
+    with pytest.raises(PathError, match="are degrees"):
+        Path.from_csv(file)
+    _flat(Path.from_csv(file, columns=columns))
