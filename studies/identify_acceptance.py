@@ -178,7 +178,8 @@ def main() -> None:
         pairs = [identified(kind, seed, **changes) for seed in range(count)]
         those = [one for car, found in pairs if found for one in stated(car, found)]
         everything += those
-        words = ", ".join((kind, *(f"{key} {value:g}" for key, value in changes.items())))
+        own = (key if value is True else f"{key} {value:g}" for key, value in changes.items())
+        words = ", ".join((kind, *own))
         rows.append(_row(words, those))
         print(rows[-1], flush=True)
     rows.append(_row("all", everything))

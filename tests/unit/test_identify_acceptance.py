@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+import popsteer
+from popsteer.logs import Log
 from studies import identify_acceptance as acceptance
+from studies import logged
 
 pytest.importorskip("scipy")
 
@@ -53,3 +56,15 @@ def test_play_of_a_driver_who_looks_ahead_is_told_from_lag(seed: int) -> None:
     assert found.vehicle.steer_play == pytest.approx(car.play, abs=0.0035)
     assert found.vehicle.steer_lag == pytest.approx(car.lag, abs=0.03)
     assert found.delay == pytest.approx(car.lag + car.delay, abs=0.015)
+
+
+def test_lag_that_is_assumed_is_one_that_the_log_allows() -> None:
+    car = logged.Car(
+        length=0.443, understeer=0.01, offset=-0.009, lag=0.024, delay=0.1575, rate=0.62, point=0.06
+    )
+    log = Log(**logged.log("laps", car, 1, noise=3.0, ahead=True))
+    told = popsteer.Vehicle(wheelbase=car.length, rear_axle=-car.point, steer_lag=0.25)
+    found = popsteer.identify(log, told)
+    assert "steer_lag" in found.unknown
+    assert found.vehicle.steer_lag < 0.15
+    assert found.vehicle.steer_lag + found.vehicle.dead_time == pytest.approx(found.delay)

@@ -105,7 +105,8 @@ def _delay(unknown: Unknown, found: Fit, drive: PreparedLog, given: Vehicle) -> 
             f" {given.steer_lag:g} and {given.dead_time:g} s: drive steps of {steps(drive)}"
         )
     else:
-        lag = min(given.steer_lag, total)
+        off = 3.0 * errors["steer_lag"]  # what is assumed the log must not refute
+        lag = max(values["steer_lag"] - off, min(given.steer_lag, values["steer_lag"] + off, total))
         why = (
             "the steering is too slow to tell lag and dead time apart: only their sum,"
             f" {total:.3f} ± {error:.2g} s, is known; that {lag:.3g} s of it are lag is assumed:"

@@ -108,7 +108,6 @@ def identify(
     length = first_length(drive, log.name)
     found, unknown, delay_error = _heading(drive, length, vehicle, log.name, progress)
     found = found.scaled(seen.scale_error)
-    refuse_steer(found, vehicle, log.name)
     point = fit_point(drive, found.yaw, found.place, found.theta)
     made, errors = _vehicle(vehicle, found, unknown, point, drive)
     unknown.notes += described(vehicle, found, point, seen)
@@ -174,6 +173,7 @@ def _heading(
     rate, both = known.max_steer_rate, {"steer_lag": 1.0, "dead_time": 1.0}
     fixed = {} if rate is None else {"max_steer_rate": rate}
     found = fit(drive, {"turning_wheelbase": length, **fixed}, fixed, prior, progress)
+    refuse_steer(found, given, name)  # before what is assumed bends the heading, too
     unknown = unidentified(found, drive, known)
     noise, model = found.split(**both)
     if unknown.fixed:
