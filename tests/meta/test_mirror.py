@@ -91,6 +91,7 @@ HELD = {
     # The textbook's solution: least squares over all measurements at once; numpy.
     "vehicle/kalman.rs": f"{_RUST}estimates.rs",
     "vehicle/estimator.rs": f"{_RUST}estimates.rs",
+    "vehicle/estimator/driven.rs": f"{_RUST}estimates.rs",
     "speed/curvature.rs": f"{_RUST}planned_speeds.rs",
     "speed/limits.rs": "tests/unit/test_planning_numpy.py",
     "speed/defaults.rs": "tests/unit/test_planning.py",
