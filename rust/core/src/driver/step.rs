@@ -251,6 +251,7 @@ impl<L: LateralLaw> Driver<L> {
         if signals.speed > 0.0 {
             // What the signal would say of the expected speed.
             vehicle.speed /= scale;
+            vehicle = vehicle.bounded();
         }
         let reported = Reported {
             applied_steer: usable(given.applied_steer),

@@ -104,7 +104,8 @@ impl<L: LateralLaw> Tracker<L> {
             let told = VehicleState {
                 speed: vehicle.speed / state.model.estimator.estimate.speed_scale,
                 ..vehicle
-            };
+            }
+            .bounded();
             if self
                 .step(path, &mut state, told, dt, Reported::NOTHING)
                 .is_err()

@@ -70,13 +70,14 @@ impl<L: LateralLaw> Tracker<L> {
         [lately, since]
     }
 
-    /// Measured and predicted vehicle, after the last command `steer` [rad] and all that is `reported`,
+    /// Measured and predicted vehicle, after the last command `steer` [rad], the speed that was `told`
+    /// [m/s] and all that is `reported`,
     /// which is checked: observes the motion since the last pose, in which the wheels did what they
     /// `reached`, puts the last command in flight, and predicts.
     #[inline]
     pub(super) fn perceive(
         &self,
-        (steer, dt): (f64, f64),
+        (steer, dt, told): (f64, f64, f64),
         model: &mut Model,
         vehicle: VehicleState,
         reached: &Reached,
@@ -99,11 +100,8 @@ impl<L: LateralLaw> Tracker<L> {
         let before = estimator.estimate.longer_dead_time;
         // A pose that was given before carries no new information.
         if let (Some(adapt), Some(wheels)) = (self.adapt(), reached.wheels) {
-            let told = VehicleState {
-                speed: old.speed / estimator.estimate.speed_scale,
-                ..old
-            };
-            estimator.observe_turn(adapt, car, told, wheels, reached.time);
+            let as_told = VehicleState { speed: told, ..old };
+            estimator.observe_turn(adapt, car, as_told, wheels, reached.time);
             // No command reaches the wheels before it is given: within a period the dead time
             // grows by at most that period.
             let longer = &mut estimator.estimate.longer_dead_time;
@@ -135,9 +133,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Updates the estimated slip. `vehicle` is the measured pose, with the speed as told, `dt` [s] after the last one, and
-    /// `bend` its curvature [1/m] before. A change of the driving direction interrupts the
-    /// estimation.
+    /// Updates the estimated slip. `vehicle` is the measured pose, with the speed as told, `dt` [s] after
+    /// the last one, and `bend` its curvature [1/m] before. A change of the driving direction interrupts
+    /// the estimation.
     #[inline]
     pub(super) fn observe_slip(
         &self,

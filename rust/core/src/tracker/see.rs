@@ -40,12 +40,13 @@ impl<L: LateralLaw> Tracker<L> {
             state.law.set_steer(applied);
         }
         let scale = model.estimator.estimate.speed_scale;
-        let speed = saturate(scale * vehicle.speed, -MAX_SPEED, MAX_SPEED);
+        let told = vehicle.speed;
+        let speed = saturate(scale * told, -MAX_SPEED, MAX_SPEED);
         let vehicle = VehicleState { speed, ..vehicle };
         let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
         let known = model.estimator.estimate;
         let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
-        let perception = self.perceive((state.steer, dt), model, vehicle, &reached, reported);
+        let perception = self.perceive((state.steer, dt, told), model, vehicle, &reached, reported);
         let mut belief = perception.belief;
 
         let (here, predicted) = (perception.here, perception.predicted);
@@ -60,11 +61,11 @@ impl<L: LateralLaw> Tracker<L> {
             if reached.wheels.is_some() {
                 let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
                 let since = (reached.time, bend);
-                let told = VehicleState {
-                    speed: vehicle.speed / scale,
+                let as_told = VehicleState {
+                    speed: told,
                     ..vehicle
                 };
-                self.observe_slip(&mut model.estimator, adapt, &located, told, since);
+                self.observe_slip(&mut model.estimator, adapt, &located, as_told, since);
             }
             belief.estimate = model.estimator.estimate;
         }
