@@ -657,7 +657,7 @@ class PidParams(_LawParams):
     buffer_length: int = 500
     integral_with_dt: bool = True
     smoothing_length: float | None = None
-    derivative_filter: float = 0.1
+    derivative_filter: float = 0.05
     search_distance: float | None = None
     lost_distance: float | None = None
 

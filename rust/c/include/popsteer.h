@@ -792,9 +792,9 @@ typedef struct popsteer_pid_params {
     double smoothing_length;
     /**
      * Time constant of the first-order filter of the derivative [s]: the common Td/N with N =
-     * 8 at the paper's gains. Without it (0, as printed) noise counts as often as inputs come,
-     * and wheels without a lag oscillate above 1/`kd` m/s, for the front axle moves across the
-     * path as soon as they turn. Default 0.1, in [0.0, 1000.0].
+     * 16 at the paper's gains. Without it (0, as printed) noise counts as often as inputs
+     * come, and wheels without a lag oscillate above 1/`kd` m/s, for the front axle moves
+     * across the path as soon as they turn. Default 0.05, in [0.0, 1000.0].
      */
     double derivative_filter;
     /**

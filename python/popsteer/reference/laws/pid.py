@@ -28,7 +28,7 @@ class PidParams(Params):
     integral_with_dt: bool = True  # each error times its Δt, as the published code has it
     # of the path's heading [m]
     smoothing_length: float | None = optional(0.0, 1e4, scaled=lambda car: 2.0 * car.wheelbase)
-    derivative_filter: float = number(0.1, 0.0, 1e3)  # its time constant [s]
+    derivative_filter: float = number(0.05, 0.0, 1e3)  # its time constant [s]
 
 
 @dataclass

@@ -35,10 +35,10 @@ law_params! {
         /// that of the error, as printed.
         smoothing_length: Scaled = 2.0 * wheelbase, in [0.0, 1e4];
         /// Time constant of the first-order filter of the derivative [s]: the common Td/N with
-        /// N = 8 at the paper's gains. Without it (0, as printed) noise counts as often as inputs
+        /// N = 16 at the paper's gains. Without it (0, as printed) noise counts as often as inputs
         /// come, and wheels without a lag oscillate above 1/`kd` m/s, for the front axle moves
         /// across the path as soon as they turn.
-        derivative_filter: f64 = 0.1, in [0.0, 1e3];
+        derivative_filter: f64 = 0.05, in [0.0, 1e3];
     }
 }
 
