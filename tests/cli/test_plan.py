@@ -172,7 +172,7 @@ def test_plan_of_a_path_too_short_or_without_an_extra_says_so(
     (tmp_path / "short.csv").write_text("0,0\n1,0\n", encoding="utf-8")
     outcome = command.call(capsys, "plan", str(tmp_path / "short.csv"))
     assert (outcome.status, outcome.out) == (2, "")
-    assert "too short to start and stop" in outcome.err
+    assert "short.csv is 1 m long, and the vehicle 3 m from axle to axle" in outcome.err
 
 
 def test_speed_limit_crosses_the_seam_of_a_lap(

@@ -118,13 +118,18 @@ def test_delay_that_is_not_known_is_given_and_its_sum_kept() -> None:
         found = _fit(dead_time=error)
         assert (_unsure(found) is not None) == doubts
     # The sum is known: the lag is the given one, and no more than the sum.
-    for total, lag in (((0.1, 0.2), 0.07), ((0.01, 0.02), 0.03)):
-        found = _fit({"steer_lag": total[0], "dead_time": total[1]}, dead_time=0.03)
+    # One that the log refutes is not assumed: where its lag is known, it is that.
+    for total, off, lag, known in (
+        ((0.1, 0.2), {"steer_lag": 0.04}, 0.07, 0.05),
+        ((0.01, 0.02), {"steer_lag": 0.04}, 0.03, 0.05),
+        ((0.1, 0.2), {}, 0.1, 0.03),
+    ):
+        found = _fit({"steer_lag": total[0], "dead_time": total[1]}, dead_time=0.03, **off)
         doubt = _unsure(found)
         assert doubt is not None
         assert doubt.fixed == {"steer_lag": pytest.approx(lag)}
         assert set(doubt.why) == {"steer_lag", "dead_time"}
-        assert f"{sum(total):.3f} ± 0.03 s" in doubt.why["dead_time"]
+        assert f"{sum(total):.3f} ± {known:.2g} s" in doubt.why["dead_time"]
         assert f"that {lag:.3g} s of it" in doubt.why["steer_lag"]
     both = _fit(dead_time=0.03, steer_lag=0.04)
     doubt = _unsure(both)
@@ -457,6 +462,7 @@ def test_what_is_not_shown_is_fixed_at_once_and_fitted_again(
 
     monkeypatch.setattr(procedure, "fit", fit)
     monkeypatch.setattr(procedure, "refit", refit)
+    monkeypatch.setattr(procedure, "refuse_steer", lambda *_: None)
     drive = _drive(speed=np.ones(100), acceleration=np.tile([0.5, -0.5], 50))
     found, unknown, delay_error = procedure._heading(drive, 2.5, GIVEN, "log", None)
     assert asked[0][:2] == ({"turning_wheelbase": 2.5}, {})
