@@ -129,6 +129,9 @@ def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.
     if dead_time > 0.0 and car.max_lateral_acceleration is not None:
         # The speed that counts is the predicted one.
         return
+    if state.estimator.estimate.speed_scale != 1.0:
+        # The speed that counts is the scaled one.
+        return
     left = _limits_reached(controller, before, spot.speed, spot.dt)
     if saturated:
         assert min(map(abs, left)) <= 1e-9

@@ -91,7 +91,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("elsewhere"))
-        made = LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None)
+        made = LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=":0")
     with made:
         yield made.scheduler_address
 

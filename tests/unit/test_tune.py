@@ -78,8 +78,8 @@ def test_score_is_that_of_single_runs() -> None:
 
 def test_score_without_evidence_is_refused_and_ends() -> None:
     pytest.importorskip("optuna")
-    # A path that is over at once: one step, no settled error, no steering rate.
-    stub = popsteer.Path([(0.0, 0.0), (0.01, 0.0)])
+    # A path that is over before the vehicle has joined it.
+    stub = popsteer.Path([(0.0, 0.0), (3.5, 0.0)])
     with pytest.raises(PopsteerError, match="stub: a run is over within the settling time"):
         tune.run(_problem(paths={"stub": stub}), trials=3)
 
