@@ -142,7 +142,10 @@ impl<L: LateralLaw> Driver<L> {
         // Speed law: what do the pedals do? It stops for a fault as for its operator.
         let travelled = seen.here.speed.abs() * dt;
         let rear = self.rear.offset(path, &seen.located, seen.here, travelled);
-        let speed = state.tracker.model.estimator.speed_of(vehicle.speed);
+        let speed = self
+            .tracker
+            .estimate(&state.tracker)
+            .speed_of(vehicle.speed);
         let pace = self.pace(
             path,
             plan,
@@ -246,12 +249,11 @@ impl<L: LateralLaw> Driver<L> {
                 },
             }
         };
-        let scale = tracker.model.estimator.estimate.speed_scale;
+        let known = tracker.model.estimator.estimate;
         let mut vehicle = signals.complete(steered, vehicle, (pose_age, state.fault), dt);
         if signals.speed > 0.0 {
             // What the signal would say of the expected speed.
-            vehicle.speed /= scale;
-            vehicle = vehicle.bounded();
+            vehicle = known.told(vehicle);
         }
         let reported = Reported {
             applied_steer: usable(given.applied_steer),

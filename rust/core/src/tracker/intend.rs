@@ -101,11 +101,7 @@ impl<L: LateralLaw> Tracker<L> {
                 state.model.estimator.estimate.acceleration = 0.0;
             }
             // The speed signal says what it says of a vehicle that is so fast.
-            let told = VehicleState {
-                speed: vehicle.speed / state.model.estimator.estimate.speed_scale,
-                ..vehicle
-            }
-            .bounded();
+            let told = state.model.estimator.estimate.told(vehicle);
             if self
                 .step(path, &mut state, told, dt, Reported::NOTHING)
                 .is_err()

@@ -1,10 +1,9 @@
 //! The first half of a step: where the vehicle is believed to be, where on the path that is, and what
 //! is wrong.
 
-use crate::bounds::MAX_SPEED;
 use crate::error::InputError;
 use crate::laws::{LateralLaw, LateralState};
-use crate::math::{larger, saturate};
+use crate::math::larger;
 use crate::path::{Follow, Located, PathView, Place};
 use crate::status::Status;
 use crate::tracker::monitor::Measured;
@@ -39,9 +38,8 @@ impl<L: LateralLaw> Tracker<L> {
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        let scale = model.estimator.estimate.speed_scale;
         let told = vehicle.speed;
-        let speed = saturate(scale * told, -MAX_SPEED, MAX_SPEED);
+        let speed = model.estimator.estimate.speed_of(told);
         let vehicle = VehicleState { speed, ..vehicle };
         let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
         let known = model.estimator.estimate;

@@ -1,6 +1,6 @@
 //! What is estimated of a vehicle, and how fast a controller adapts to it.
 
-use super::Vehicle;
+use super::{Vehicle, VehicleState};
 use crate::bounds::MAX_SPEED;
 use crate::math::saturate;
 use crate::params;
@@ -55,6 +55,19 @@ impl Estimate {
         acceleration: 0.0,
         speed_scale: 1.0,
     };
+
+    /// The speed [m/s] where the signal says `told`.
+    #[inline]
+    pub fn speed_of(&self, told: f64) -> f64 {
+        saturate(self.speed_scale * told, -MAX_SPEED, MAX_SPEED)
+    }
+
+    /// The vehicle with the speed that its signal would say.
+    #[inline]
+    pub fn told(&self, vehicle: VehicleState) -> VehicleState {
+        let speed = saturate(vehicle.speed / self.speed_scale, -MAX_SPEED, MAX_SPEED);
+        VehicleState { speed, ..vehicle }
+    }
 
     /// Whether commands reach the wheels of `vehicle` later than they are given.
     #[inline]

@@ -136,6 +136,13 @@ impl Estimator {
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
 
+    /// Share of the time that counts for forgetting: what a vehicle has shown is not to be forgotten
+    /// while it stands and shows nothing.
+    #[inline]
+    fn moving(vehicle: &Vehicle, speed: f64) -> f64 {
+        smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0)
+    }
+
     /// Bounds of `longer_dead_time` [s]: from no dead time to [`Self::MAX_LONGER`] more.
     #[inline]
     fn longer_range(vehicle: &Vehicle) -> (f64, f64) {
@@ -167,12 +174,16 @@ impl Estimator {
         if params.speed_time > 0.0 {
             self.observe_driven(params, vehicle, [before, now], dt);
         }
-        self.observe_pace(vehicle, self.speed_of(now.speed - before.speed), dt);
+        self.observe_pace(
+            vehicle,
+            self.estimate.speed_scale * (now.speed - before.speed),
+            dt,
+        );
         if params.turn_time > 0.0 {
-            let speed = self.speed_of(0.5 * (before.speed + now.speed));
+            let speed = self.estimate.speed_scale * (0.5 * (before.speed + now.speed));
             let measured = wrap(now.yaw - before.yaw);
             self.observe_yaw(params.turn_time, vehicle, reached, (measured, speed), dt);
-            self.publish(vehicle, self.speed_of(now.speed));
+            self.publish(vehicle, self.estimate.speed_scale * now.speed);
         }
     }
 
@@ -240,10 +251,8 @@ impl Estimator {
             dt,
         };
         let innovation = self.turning.observe(&change, Self::YAW_NOISE);
-        // What a vehicle has shown is not to be forgotten while it stands and shows nothing.
-        let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
         let turning = &mut self.turning;
-        turning.forget(dt * moving / time, &Self::TURNING);
+        turning.forget(dt * Self::moving(vehicle, speed) / time, &Self::TURNING);
         turning.keep(0, Self::MIN_GAIN, Self::MAX_GAIN);
         // What oversteers turns at most twice as much.
         let least = -0.5 * smaller(length / square, Self::MAX_UNDERSTEER);
@@ -313,11 +322,9 @@ impl Estimator {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
-        let speed = self.speed_of(0.5 * (before.speed + now.speed));
+        let speed = self.estimate.speed_scale * (0.5 * (before.speed + now.speed));
         let travel = speed * dt;
-        // The heading in the middle of the period; `aside` is the motion across it, to the left.
-        let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
-        let measured = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
+        let (_, measured) = moved(before, now);
         let distance = travel / vehicle.wheelbase;
         let square = speed * speed / vehicle.wheelbase;
         let slopes = SVector::<f64, 3>::new(
@@ -334,15 +341,17 @@ impl Estimator {
             dt,
         };
         self.sliding.observe(&change, Self::POSITION_NOISE);
-        let moving = smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0);
         let sliding = &mut self.sliding;
-        sliding.forget(dt * moving / params.slip_time, &Self::SLIDING);
+        sliding.forget(
+            dt * Self::moving(vehicle, speed) / params.slip_time,
+            &Self::SLIDING,
+        );
         sliding.keep(0, -Self::MAX_SLIP, Self::MAX_SLIP);
         sliding.keep(1, -1.0, 1.0);
         sliding.keep(2, -Self::MAX_UNDERSTEER, Self::MAX_UNDERSTEER);
         let slip = sliding.beyond_doubt(&SVector::<f64, 3>::new(1.0, 0.0, 0.0));
         self.estimate.slip = saturate(slip, -Self::MAX_SLIP, Self::MAX_SLIP);
-        self.publish(vehicle, self.speed_of(now.speed));
+        self.publish(vehicle, self.estimate.speed_scale * now.speed);
     }
 
     /// Returns the estimator if it is one that `vehicle` could have.
@@ -381,6 +390,16 @@ impl Estimator {
         }
         Ok(self)
     }
+}
+
+/// How far a vehicle went from `before` to `now` [m]: along the heading in the middle of the period,
+/// and across it, to the left.
+#[inline]
+fn moved(before: VehicleState, now: VehicleState) -> (f64, f64) {
+    let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
+    let (dx, dy) = (now.x - before.x, now.y - before.y);
+    let (c, s) = (cos(direction), sin(direction));
+    (dx * c + dy * s, dy * c - dx * s)
 }
 
 #[cfg(test)]

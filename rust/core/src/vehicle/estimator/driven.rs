@@ -1,7 +1,6 @@
 //! The scale of the speed signal: how far the vehicle goes by its poses, for what its speed says.
 
-use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk};
-use crate::math::{cos, sin, smaller, wrap};
+use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk, moved};
 
 impl Estimator {
     /// How far the scale of a speed signal may be from 1, and how much older than the speed [s] a
@@ -12,12 +11,6 @@ impl Estimator {
     /// Least and largest scale that is one. Beyond, the signal is dead, or of another unit: it
     /// counts as it is, and the monitor says what it is.
     pub const SCALES: (f64, f64) = (0.6, 1.6);
-
-    /// The speed that is believed where the signal says `told` [m/s].
-    #[inline]
-    pub(crate) fn speed_of(&self, told: f64) -> f64 {
-        self.estimate.speed_scale * told
-    }
 
     /// Updates the scale from the motion in the last `dt` [s] from `before` to `now`, both with the
     /// speed that was told.
@@ -32,8 +25,7 @@ impl Estimator {
         let wheelbase = vehicle.wheelbase;
         let speed = 0.5 * (before.speed + now.speed);
         let travel = speed * dt / wheelbase;
-        let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
-        let measured = (now.x - before.x) * cos(direction) + (now.y - before.y) * sin(direction);
+        let (measured, _) = moved(before, now);
         // Of a speed that is noise no distance is expected to be a multiple.
         let (square, noise) = (speed * speed / (wheelbase * wheelbase), self.pace.noise);
         let stands_out = if square > noise {
@@ -52,8 +44,7 @@ impl Estimator {
             dt,
         };
         self.driving.observe(&change, Self::POSITION_NOISE);
-        let moving = smaller(speed.abs() / (Self::SLOW * wheelbase), 1.0);
-        let share = dt * moving / params.speed_time;
+        let share = dt * Self::moving(vehicle, speed) / params.speed_time;
         self.driving.forget(share, &Self::DRIVING);
         let found = self.driving.beyond_doubt(&SVector::<f64, 2>::new(1.0, 0.0));
         let (least, most) = Self::SCALES;
