@@ -121,6 +121,16 @@ def test_module_same_bits_as_native(built: Built) -> None:
         assert answer == native, line[:60]
 
 
+def _car(settings: Settings) -> popsteer.Vehicle:
+    return sim.KinematicBicycle().vehicle.replace(
+        max_steer=0.6,
+        wheelbase=settings.wheelbase,
+        steer_lag=settings.steer_lag,
+        dead_time=settings.dead_time,
+        max_steer_rate=settings.max_steer_rate,
+    )
+
+
 @pytest.mark.parametrize("name", ["racetrack", "figure-eight"])
 def test_module_close_to_python(built: Built, name: str) -> None:
     """Python takes sines, tangents and exponentials from the platform, the module from libm."""
@@ -129,13 +139,7 @@ def test_module_close_to_python(built: Built, name: str) -> None:
     answers = _in_node(built, lines)[1:]
     track = tracks.get(name)
     path = popsteer.Path(track.xy, closed=track.closed)
-    car = sim.KinematicBicycle().vehicle.replace(
-        max_steer=0.6,
-        wheelbase=settings.wheelbase,
-        steer_lag=settings.steer_lag,
-        dead_time=settings.dead_time,
-        max_steer_rate=settings.max_steer_rate,
-    )
+    car = _car(settings)
     made: dict[str, controllers.Controller] = {
         "pop": popsteer.Pop(path, car),
         "preview-pop": popsteer.PreviewPop(path, car),
@@ -169,13 +173,7 @@ def test_module_slower_in_bends_drives_by_the_driver_of_python(built: Built) -> 
     lines = [_track("slalom"), *(_line(controller, settings) for controller in drivers)]
     answers = _in_node(built, lines)[1:]
     path = popsteer.Path(tracks.get("slalom").xy)
-    car = sim.KinematicBicycle().vehicle.replace(
-        max_steer=0.6,
-        wheelbase=settings.wheelbase,
-        steer_lag=settings.steer_lag,
-        dead_time=settings.dead_time,
-        max_steer_rate=settings.max_steer_rate,
-    )
+    car = _car(settings)
     start = sim.closed_loop.default_start(path, settings.start_offset, car)
     for answer, params in zip(answers, drivers.values(), strict=True):
         driver = popsteer.Driver(path, car.replace(max_speed=settings.speed), params)
