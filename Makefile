@@ -97,7 +97,7 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	mkdir -p $(BENCH)
 	touch $(BENCH)/started
 	cargo bench --package popsteer-bench --locked
-	$(VENV)/bin/popsteer bench --out $(BENCH)
+	$(PY) -m benches.latency $(BENCH)
 	$(PY) benches/path_scale.py --json $(BENCH)/path_scale.json
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
 	$(PY) -m studies.bench $(BENCH)

@@ -2,7 +2,7 @@
 
     python -m studies.bench out/bench
 
-The folder holds what that run wrote: `latency.json` (popsteer bench), `instruction_counts.json`,
+The folder holds what that run wrote: `latency.json` (benches.latency), `instruction_counts.json`,
 and, where that bench is there, `path_scale.json`; criterion's estimates are taken from its own
 folder, those newer than the file `started`. Blocks stand between `<!-- NAME: begin ... -->` and
 `<!-- NAME: end -->`; benches/README.md has the block `figures`, README.md `steps`.
@@ -18,9 +18,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benches.latency.calls import EMPTY_CALL, LABELS, POP_STEP
+from benches.latency.report import cells, digits, duration
 from benches.path_scale import text
-from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
-from popsteer.lab.bench.report import cells, digits, duration
 from studies.layout import ROOT, line, write_blocks
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.lab.bench.calls import DAQP_SOLVE, DAQP_UPDATE
-from popsteer.lab.common.timing import Drive, Driver
+from benches.latency.calls import DAQP_SOLVE, DAQP_UPDATE
+from benches.latency.timing import Drive, Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable

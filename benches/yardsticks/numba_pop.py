@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 import numba
 import numpy as np
 
-from popsteer.lab.common.timing import Drive, Driver
+from benches.latency.timing import Drive, Driver
 from popsteer.reference import PopParams, Vehicle
 from popsteer.reference.geometry import squared_distance
 from popsteer.reference.math import saturate

@@ -33,10 +33,10 @@ import numpy as np
 import osqp
 from scipy import sparse
 
+from benches.latency.calls import MPC_SOLVE, MPC_UPDATE
+from benches.latency.timing import Drive, Driver
 from popsteer._core import Vehicle, _InFlight
 from popsteer.errors import PopsteerError
-from popsteer.lab.bench.calls import MPC_SOLVE, MPC_UPDATE
-from popsteer.lab.common.timing import Drive, Driver
 from popsteer.lab.opponents.ahead import Ahead
 from popsteer.parameters import Parameters
 from popsteer.status import Status

@@ -41,7 +41,6 @@ _COMMANDS = (
     "sweep",
     "ros2",
     "record",
-    "bench",
     "tracks",
 )
 
@@ -125,8 +124,8 @@ def test_version_is_that_of_the_package(
     ("line", "left_out"),
     [
         (["--version"], ("popsteer.lab", "popsteer.sim", "rich.table", "popsteer.cli.compare")),
-        (["tracks"], ("popsteer.lab.bench", "popsteer.cli.compare", "matplotlib")),
-        (["compare", "--help"], ("popsteer.lab.bench", "popsteer.cli.tune", "matplotlib")),
+        (["tracks"], ("popsteer.lab.sweep", "popsteer.cli.compare", "matplotlib")),
+        (["compare", "--help"], ("popsteer.lab.sweep", "popsteer.cli.tune", "matplotlib")),
     ],
 )
 def test_command_loads_nothing_that_it_does_not_need(
@@ -315,7 +314,6 @@ WANTED = {
     | {"--max-speed", "--rate", "--stale", "--hold", "--keep-path", "--sim-time"}
     | {"--ros-args", "--params-file", "--log-level"},
     "record": WIRE | {"--seconds"},
-    "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }
 # Where the metavar of an option has to differ, as what can be named does.

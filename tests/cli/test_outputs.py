@@ -12,7 +12,6 @@ import pytest
 from popsteer import lab
 from popsteer.cli import outputs
 from popsteer.errors import PopsteerError
-from popsteer.lab.bench import latency
 from popsteer.lab.stability import carrot, figures
 from tests.cli import command
 from tests.helpers import looped
@@ -22,7 +21,6 @@ FOLDERS = {
     "compare": ("compare", "--controllers", "pop", "--track", "straight", "--out"),
     "several": ("compare", "--controllers", "pop", "--tracks", "straight,circle", "--out"),
     "stability": ("stability", "--speeds", "5", "--out"),
-    "bench": ("bench", "--out"),
     "tracks": ("tracks", "--out"),
 }
 FILES = {
@@ -42,7 +40,6 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for experiment, work in ((lab.compare, "run_each"), (lab.stability, "run")):
         monkeypatch.setattr(experiment, work, refuse)
-    monkeypatch.setattr(latency, "measure", refuse)
 
 
 def _refused(
@@ -144,7 +141,6 @@ def test_output_without_permission_is_refused_before_the_work(
         ("several", "matrix.json"),
         ("stability", "preview-choice-dark.png"),
         ("several", "matrix.md"),
-        ("bench", "latency.json"),
         ("tracks", "straight.csv"),
     ],
 )

@@ -19,15 +19,12 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "compare": ("compare", "--track", "straight", "--controllers", "pop", "--out", "out"),
     "stability": ("stability", "--controllers", "stanley", "--speeds", "5", "--out", "out"),
     "several": ("compare", "--tracks", "straight,circle", "--controllers", "pop", "--out", "out"),
-    "bench": ("bench", "--out", "out"),
     "tracks": ("tracks",),
     "export": ("tracks", "export", "circle", "out.csv"),
     "tracks-out": ("tracks", "--out", "out"),
 }
-# The table of these comes without minutes of measuring.
-QUICK = {name: arguments for name, arguments in COMMANDS.items() if name != "bench"}
 # Figures alone take seconds, and the others write files enough.
-QUICK |= {name: COMMANDS[name][:-2] for name in ("compare", "stability", "several")}
+QUICK = COMMANDS | {name: COMMANDS[name][:-2] for name in ("compare", "stability", "several")}
 # Buffered, as outside of tests: it fails late, on leaving.
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 

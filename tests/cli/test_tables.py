@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import subprocess
 from typing import TYPE_CHECKING
 
 import pytest
-from rich.console import Console
 
-from popsteer.lab.bench import latency
-from popsteer.lab.bench.report import table as bench_table
 from tests.cli import command
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rich.table import Table
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 
@@ -90,19 +85,6 @@ def test_table_is_whole_at_80_columns_and_piped(
     piped = command.call(capsys, *COMMANDS[name])
     assert (piped.status, piped.err) == (0, "")
     _check(name, _on_terminal(COMMANDS[name], 80), piped.out)
-
-
-def _rendered(table: Table, width: int) -> str:
-    console = Console(width=width, file=io.StringIO())
-    console.print(table)
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue()
-
-
-def test_table_of_bench_is_whole_at_80_columns_and_piped() -> None:
-    report = latency.measure(calls=1000, reference_calls=32)
-    table = bench_table(report)
-    _check("bench", _rendered(table, 80), _rendered(table, 160))
 
 
 def test_files_with_long_names_are_not_cut(tmp_path: Path) -> None:

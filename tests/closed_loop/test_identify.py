@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import popsteer
+from benches.latency.states import recorded
 from popsteer import presets, sim
-from popsteer.lab.bench.states import recorded
 from popsteer.logs import Log
 from tests.closed_loop import drives
 from tests.helpers import authors_data

@@ -35,7 +35,7 @@ LAYERS = (
     ("lab.opponents",),
     ("lab.baselines",),
     ("lab.common",),
-    ("lab.compare", "lab.stability", "lab.bench"),
+    ("lab.compare", "lab.stability"),
     ("lab.identify", "lab.plan", "lab.replay"),
     ("lab.suite", "lab.tune", "lab.sweep"),
     ("lab.report",),
@@ -85,7 +85,7 @@ def _upward(modules: Mapping[str, str]) -> list[str]:
     return sorted(found)
 
 
-def test_reference_is_imported_by_paper_and_by_what_times_it_alone() -> None:
+def test_reference_is_imported_by_paper_alone() -> None:
     modules = _sources()
     users = {
         module
@@ -93,7 +93,7 @@ def test_reference_is_imported_by_paper_and_by_what_times_it_alone() -> None:
         if _part(module) != "reference"
         and any(_part(each) == "reference" for each in _imports(source, modules))
     }
-    assert users == {"popsteer.lab.bench.calls", "popsteer.paper"}
+    assert users == {"popsteer.paper"}
 
 
 def test_every_part_of_the_package_has_its_layer() -> None:

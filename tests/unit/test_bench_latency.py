@@ -1,19 +1,18 @@
 from __future__ import annotations
 
 import gc
-import io
 import itertools
 import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from rich.console import Console
 
 import popsteer
-from popsteer import ConfigError, PopsteerError, reference
-from popsteer.lab.bench import latency, states, yardsticks
-from popsteer.lab.bench.calls import (
+from benches.latency import __main__ as program
+from benches.latency import measure as latency
+from benches.latency import states, timing, yardsticks
+from benches.latency.calls import (
     ASIDE_STEP,
     EMPTY_CALL,
     PAPER_REFERENCE_STEP,
@@ -26,18 +25,17 @@ from popsteer.lab.bench.calls import (
     SLOW_STEPS,
     lineup,
 )
-from popsteer.lab.bench.latency import Percentiles
-from popsteer.lab.bench.report import duration
-from popsteer.lab.common import timing
-from popsteer.lab.common.timing import Driver, time_calls
+from benches.latency.report import duration, to_json
+from benches.latency.timing import Driver, Percentiles, time_calls
+from popsteer import ConfigError, PopsteerError, reference
 from tests.helpers import looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from popsteer.lab.bench.latency import LatencyReport
-    from popsteer.lab.common.timing import Drive
+    from benches.latency.report import LatencyReport
+    from benches.latency.timing import Drive
 
 DT = states.DT
 
@@ -199,7 +197,7 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
 
 
 def test_to_json_holds_the_schema(report: LatencyReport) -> None:
-    written = json.loads(latency.to_json(report))
+    written = json.loads(to_json(report))
     assert written["build_profile"] == "release"
     absent = {name for name, row in written["results"].items() if row is None}
     assert absent == set(written["absent"]) == set(yardsticks.ROWS)
@@ -223,23 +221,13 @@ def test_to_json_holds_the_schema(report: LatencyReport) -> None:
     assert set(written["timing"]) == {"calls", "batch", "timer_floor_ns", "loop_ns"}
 
 
-def test_measure_debug_build_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_measure_debug_build_is_refused(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(popsteer, "build_profile", "debug")
     with pytest.raises(
         ConfigError, match=r"build_profile must be 'release'.*got 'debug'"
     ) as caught:
-        latency.measure()
+        latency.measure(drive)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("name", ["calls", "reference_calls"])
-def test_measure_no_calls_are_refused(
-    drive: Drive, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(popsteer, "build_profile", "release")
-    arguments: dict[str, Any] = {name: 0}
-    with pytest.raises(ConfigError, match=f"^{name} must be a count"):
-        latency.measure(drive, **arguments)
 
 
 def test_measure_time_that_vanishes_is_an_error(
@@ -273,43 +261,27 @@ def test_measure_progress_rises_to_one_and_garbage_is_collected_again(
     assert gc.isenabled()
 
 
-def test_run_prints_the_table_and_writes_the_file(
-    drive: Drive, report: LatencyReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_program_writes_the_file(
+    drive: Drive,
+    report: LatencyReport,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(latency, "at_hand", lambda: drive)
-    monkeypatch.setattr(latency, "_CALLS", 320)
-    absent = yardsticks.Yardsticks(absent=dict.fromkeys(yardsticks.ROWS, "install [this]"))
-    monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: absent)
+    given: list[object] = []
+
+    def measured(*states: object, **options: object) -> LatencyReport:
+        given.extend((*states, options["outside"]))
+        return report
+
+    monkeypatch.setattr(program, "at_hand", lambda: drive)
+    monkeypatch.setattr(program, "measure", measured)
+    monkeypatch.setattr(yardsticks, "at_hand", lambda of: ("yardsticks", of))
+    program.main(tmp_path / "new")
+    assert given == [drive, ("yardsticks", drive)]
     file = tmp_path / "new" / "latency.json"
-    shown = io.StringIO()
-    returned = latency.run(file, Console(file=shown, width=80))
-    assert file.read_text(encoding="utf-8") == latency.to_json(returned)
-    for line in ("POP in numba: install [this]", "MPC on osqp: install [this]"):
-        assert shown.getvalue().count(line) == 1
-    for word in (
-        "p99.9",
-        "net p50",
-        "POP, angle",
-        "PID",
-        "pure pursuit",
-        "Stanley",
-        "empty call",
-        "150",
-    ):
-        assert word in shown.getvalue()
-    assert "…" not in shown.getvalue()  # nothing is cut off in a terminal of the usual width
-
-
-def test_run_file_that_cannot_be_written_leaves_nothing(
-    drive: Drive, report: LatencyReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(latency, "measure", lambda *_args, **_kwargs: report)
-    monkeypatch.setattr(latency, "at_hand", lambda: drive)
-    monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: yardsticks.Yardsticks())
-    (tmp_path / "taken").write_text("", encoding="utf-8")
-    with pytest.raises(OSError, match="taken"):
-        latency.run(tmp_path / "taken" / "latency.json", Console(file=io.StringIO()))
-    assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
+    assert file.read_text(encoding="utf-8") == to_json(report)
+    assert str(file) in capsys.readouterr().out
 
 
 @looped(

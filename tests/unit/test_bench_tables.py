@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import popsteer
+from benches.latency.states import at_hand, embedded, recorded
 from popsteer import PathError, tracks, vehicles
-from popsteer.lab.bench.states import at_hand, embedded, recorded
 from studies import bench as tables
 from studies.layout import replace_block
 from tests.helpers import ROOT

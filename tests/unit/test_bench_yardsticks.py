@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import popsteer
-from popsteer import PopsteerError, reference
-from popsteer.lab.bench import latency, states, yardsticks
-from popsteer.lab.bench.calls import (
+from benches.latency import measure as latency
+from benches.latency import states, yardsticks
+from benches.latency.calls import (
     DAQP_SOLVE,
     DAQP_STEP,
     DAQP_UPDATE,
@@ -19,16 +19,14 @@ from popsteer.lab.bench.calls import (
     MPC_UPDATE,
     NUMBA_STEP,
 )
-from popsteer.lab.common.timing import Drive
-from tests.helpers import ROOT, authors_data, looped
+from benches.latency.timing import Drive
+from popsteer import reference
+from tests.helpers import authors_data, looped
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from popsteer.lab.common.timing import Driver
+    from benches.latency.timing import Driver
 
 
-FOLDER = ROOT / "benches" / "yardsticks"
 DT = states.DT
 
 
@@ -42,12 +40,12 @@ def drive() -> Drive:
 @pytest.fixture(scope="module")
 def found(drive: Drive) -> yardsticks.Yardsticks:
     """The yardsticks for that drive; numba compiles its step once, which takes seconds."""
-    return yardsticks.at_hand(drive, FOLDER)
+    return yardsticks.at_hand(drive)
 
 
 def numba_driver(drive: Drive) -> Driver:
     pytest.importorskip("numba")
-    return yardsticks.at_hand(drive, FOLDER).makers[NUMBA_STEP]()
+    return yardsticks.at_hand(drive).makers[NUMBA_STEP]()
 
 
 @pytest.fixture(scope="module")
@@ -159,35 +157,11 @@ def test_at_hand_without_the_extra_says_how_to_get_it(
     drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(yardsticks, "find_spec", lambda _name: None)
-    found = yardsticks.at_hand(drive, FOLDER)
+    found = yardsticks.at_hand(drive)
     assert not found.makers
     assert found.absent == dict.fromkeys(
         yardsticks.ROWS, "not installed: pip install numba daqp osqp scipy"
     )
-
-
-def test_at_hand_outside_of_a_checkout_says_where_to_look(
-    drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    found = yardsticks.at_hand(drive)
-    assert not found.makers
-    assert set(found.absent) == set(yardsticks.ROWS)
-    assert all("--yardsticks" in why for why in found.absent.values())
-
-
-def test_at_hand_in_a_checkout_finds_the_files(
-    drive: Drive, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(ROOT)
-    monkeypatch.setattr("popsteer.own.load", lambda _what, _place: lambda _drive: None)
-    found = yardsticks.at_hand(drive)
-    assert not any("--yardsticks" in why for why in found.absent.values())
-
-
-def test_at_hand_named_folder_without_the_files_is_an_error(drive: Drive, tmp_path: Path) -> None:
-    with pytest.raises(PopsteerError, match=r"numba_pop\.py: there is no such file"):
-        yardsticks.at_hand(drive, tmp_path)
 
 
 def test_measure_with_yardsticks_fills_their_rows(

@@ -243,8 +243,6 @@ record drive.mcap
  --domain 7
  --localhost
  --timeout 4
-bench
- --yardsticks here
 """
 
 
@@ -356,7 +354,6 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
         lab.replay: ("log", "tuning", "vehicle"),
         lab.sweep: ("job", "out"),
         lab.tune: ("job", "storage"),
-        lab.bench: ("file", "console"),
     }
     for module, names in runs.items():
         monkeypatch.setattr(module, "run", _stop(*names))

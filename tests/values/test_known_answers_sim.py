@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import math
+from dataclasses import replace
 from importlib.util import find_spec
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,6 @@ import pytest
 import popsteer
 from popsteer import Status, controllers, planning, sim
 from popsteer.lab import compare
-from popsteer.lab.common.timing import Percentiles
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 from popsteer.sim.steering import believed, informed
 
@@ -152,20 +152,33 @@ def test_smoothed_waypoints_are_as_far_apart_as_asked_or_as_recorded() -> None:
     assert longer.length == pytest.approx(lap.length, rel=2e-3)
 
 
-def test_step_time_of_a_comparison_is_net_of_the_clock_where_that_was_read(
+def test_step_time_of_a_comparison_holds_a_reading_of_the_clock_a_batch(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    net: dict[str, float | None] = {"stanley": 250.0, "pop": None}
+    now = 0
 
-    def timed(drivers: dict[str, Any], *_: Any) -> Any:
-        (name,) = drivers
-        singles = {name: [300, 400, 500, 900]}
-        return SimpleNamespace(
-            percentiles={name: Percentiles.of(singles[name], net[name])}, singles=singles
-        )
+    def clock() -> int:
+        nonlocal now
+        now += 100
+        return now
 
-    monkeypatch.setattr(compare.steps, "time_calls", timed)
-    params = compare.parameters(list(net), "default")
-    found = compare.time_steps(compare.run(PATH, params), params)
-    assert found.step_times == pytest.approx({"stanley": 250e-9, "pop": 500e-9})
-    assert found.latencies["pop"] == [300, 400, 500, 900]
+    class Slow:
+        fresh = 0
+
+        def reset(self) -> None:
+            self.fresh += 1
+
+        def step(self, *_: float) -> float:
+            nonlocal now
+            now += 250
+            return 0.0
+
+    monkeypatch.setattr(compare.steps, "perf_counter_ns", clock)
+    monkeypatch.setattr(compare.steps, "controller", lambda *_: Slow())
+    driven = compare.run(PATH, compare.parameters(["stanley"], "default"))
+    run = replace(driven.runs["stanley"], law="slow")
+    found = compare.time_steps(replace(driven, runs={"slow": run}), {"slow": None})
+    assert found.step_times["slow"] == pytest.approx((32 * 250 + 100) / 32 * 1e-9)
+    assert set(found.latencies["slow"]) == {350}
+    assert len(found.latencies["slow"]) >= 1000
+    assert gc.isenabled()

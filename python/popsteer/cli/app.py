@@ -14,7 +14,7 @@ from popsteer._core import __version__
 # line there.
 PAGES = (
     *("compare", "suite", "sweep", "tune", "stability", "paper", "params"),
-    *("new", "plan", "identify", "replay", "ros2", "record", "bench", "tracks"),
+    *("new", "plan", "identify", "replay", "ros2", "record", "tracks"),
 )
 
 _HELP = """\

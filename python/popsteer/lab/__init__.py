@@ -18,13 +18,11 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     Parameters of a controller, tuned for a vehicle.
 ``sweep``
     Thousands of runs that differ: how often a controller succeeds, and where it fails.
-``bench``
-    How long a control step takes.
 ``report``
     One self-contained page to look at for what an experiment came to.
 
 ``baselines`` and ``opponents`` are controllers from elsewhere to compare with, ``common`` is what
-the experiments share: names, layout, colours, timing. Running needs numpy alone; tables and figures
+the experiments share: names, layout, colours. Running needs numpy alone; tables and figures
 need the extra ``lab``: ``pip install "popsteer[lab]"``.
 
 Examples
@@ -43,7 +41,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from popsteer.lab import (
         baselines,
-        bench,
         common,
         compare,
         identify,
@@ -58,7 +55,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "baselines",
-    "bench",
     "common",
     "compare",
     "identify",

@@ -1,4 +1,4 @@
-"""The report of the benchmark: its ratios, its JSON, and its table for the terminal, by rich."""
+"""The report of the benchmark: its ratios, its JSON, and how its figures are worded."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from popsteer.lab.bench.calls import (
+from benches.latency.calls import (
     EMPTY_CALL,
-    LABELS,
     MPC_STEP,
     NUMBA_STEP,
     PAPER_NS,
@@ -21,42 +20,11 @@ from popsteer.lab.bench.calls import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rich.table import Table
-
-    from popsteer.lab.common.timing import Percentiles
-
-
-def table(report: LatencyReport) -> Table:
-    """Lay out a report; needs rich.
-
-    There is a row for each call: percentiles, net p50, both over the empty call's, and p50 over
-    POP's.
-    """
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    layout = Table(
-        title="Latency of a control step, called from Python",
-        caption=Text(_caption(report)),  # no markup: an extra's name stands in brackets
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,
-    )
-    layout.add_column("call", no_wrap=True)
-    ratios = "times\nan empty", "the same,\nnet", "times\nPOP"
-    for heading in ("p50", "p99", "p99.9", "max", "net p50", *ratios):
-        layout.add_column(heading, justify="right", no_wrap=True)
-    step, empty = report.row(POP_STEP), report.row(EMPTY_CALL)
-    for name, row in report.results.items():
-        if row is not None:
-            layout.add_row(LABELS.get(name, name), *cells(*map(asdict, (row, step, empty))))
-    return layout
+    from benches.latency.timing import Percentiles
 
 
 def cells(row: Mapping[str, Any], step: Mapping[str, Any], empty: Mapping[str, Any]) -> list[str]:
-    """Word the figures of a call, as `table` has them, beside those of POP's and an empty call."""
+    """Word the figures of a call beside those of POP's and an empty call."""
     net, of = row["net_p50"], empty["net_p50"]
     nets = ("-", "-") if net is None or of is None else (duration(net), digits(net / of))
     return [
@@ -66,25 +34,6 @@ def cells(row: Mapping[str, Any], step: Mapping[str, Any], empty: Mapping[str, A
         nets[1],
         digits(row["p50"] / step["p50"]),
     ]
-
-
-def _caption(report: LatencyReport) -> str:
-    """Say what is missing, what the columns hold, and what was driven on what."""
-    missing = {name: why for name, why in report.absent.items() if not LABELS[name].startswith("-")}
-    paper, net_paper = (
-        digits(PAPER_NS / value) if value else "-"
-        for value in (report.row(POP_STEP).p50, report.row(POP_STEP).net_p50)
-    )
-    clock = duration(report.timing["timer_floor_ns"])
-    states, on = report.states, report.machine
-    lines = [f"{LABELS[name]}: {why}" for name, why in missing.items()]
-    lines += [
-        f"p50 to max: single calls as read, one reading of the clock ({clock}) in each;",
-        "net p50: of batches, without clock and loop.",
-        f"The paper's 3.239 ms over POP's p50: {paper}; over its net p50: {net_paper}.",
-        f"{states['count']} states of {states['source']}; {on['cpu']}, {on['python']}.",
-    ]
-    return "\n".join(lines)
 
 
 def duration(nanoseconds: float) -> str:

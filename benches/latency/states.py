@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benches.latency.timing import Drive
 from popsteer import Path, Pop, tracks, vehicles
 from popsteer.errors import PathError
-from popsteer.lab.common.timing import Drive
 from popsteer.sim import default_start, run
 from popsteer.tables.text import read_table
 

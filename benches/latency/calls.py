@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
+from benches.latency.timing import Drive, Driver
 from popsteer import reference
 from popsteer._core import _EmptyCall
-from popsteer.lab.common.timing import Drive, Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
