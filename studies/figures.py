@@ -21,8 +21,8 @@ _STABILITY = "popsteer stability --out ."
 # The command that draws each figure, light and dark, by the beginning of its name.
 MADE_BY = {
     "results": "popsteer paper --out .",
-    "carrot-offset": "popsteer stability --vehicle carla-identified --out .",
-    "preview-choice": _STABILITY,
+    "carrot-offset": "python -m studies.carrot",
+    "preview-choice": "python -m studies.carrot",
     "stability-map": _STABILITY,
     "stability-margins": _STABILITY,
     "stability-loops": _STABILITY,

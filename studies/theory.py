@@ -14,8 +14,8 @@ import numpy as np
 import popsteer
 from popsteer import AdaptParams, controllers, presets, sim, vehicles
 from popsteer.lab.common.experiment import controller
-from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
-from popsteer.lab.stability.carrot import circle
+from popsteer.lab.stability import margins
+from studies.carrot import carrot_offset, circle, driven_offset, preview_offset
 from studies.chain import Chain
 from studies.layout import line, track
 

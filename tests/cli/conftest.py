@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 @pytest.fixture
 def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures of stability with few points: they take seconds, and here only their files count."""
-    from popsteer.lab.stability import carrot, figures
+    from popsteer.lab.stability import figures
 
     monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
-    monkeypatch.setattr(carrot, "_RADII", (7.0, 10.0))
 
 
 @pytest.fixture

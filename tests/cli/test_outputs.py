@@ -12,7 +12,7 @@ import pytest
 from popsteer import lab
 from popsteer.cli import outputs
 from popsteer.errors import PopsteerError
-from popsteer.lab.stability import carrot, figures
+from popsteer.lab.stability import figures
 from tests.cli import command
 from tests.helpers import looped
 
@@ -139,7 +139,7 @@ def test_output_without_permission_is_refused_before_the_work(
         ("compare", "runs/pop.csv"),
         ("compare", "overview-dark.svg"),
         ("several", "matrix.json"),
-        ("stability", "preview-choice-dark.png"),
+        ("stability", "stability-map-dark.png"),
         ("several", "matrix.md"),
         ("tracks", "straight.csv"),
     ],
@@ -176,7 +176,6 @@ def test_each_name_that_is_written_was_checked(
     # Coarse figures of stability have the same names.
     monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
-    monkeypatch.setattr(carrot, "_RADII", (7.0, 10.0))
     out = tmp_path / "out"
     outcome = command.call(capsys, *FOLDERS[name], str(out))
     assert outcome.status == 0

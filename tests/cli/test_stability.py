@@ -123,10 +123,7 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
 ) -> None:
     outcome = command.call(capsys, "stability", "--speeds", "5", "--out", str(tmp_path / "f"))
     assert outcome.status == 0
-    figures = {
-        *("stability-margins", "stability-loops", "stability-map", "carrot-offset"),
-        "preview-choice",
-    }
+    figures = {"stability-margins", "stability-loops", "stability-map"}
     names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
     assert {file.name for file in (tmp_path / "f").iterdir()} == names | {"stability.json"}
     for name in names:

@@ -10,8 +10,8 @@ import pytest
 import popsteer
 from popsteer import AdaptParams, PreviewPopParams, Vehicle, vehicles
 from popsteer.errors import ConfigError
-from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
-from popsteer.lab.stability.carrot import carrot_curve, choice
+from popsteer.lab.stability import margins
+from studies.carrot import carrot_curve, carrot_offset, choice, driven_offset, preview_offset
 from studies.theory import Given, driven_preview_offset, roll
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)
@@ -71,28 +71,18 @@ def test_preview_offset_of_a_right_or_estimated_vehicle_is_none(
 
 
 def test_choice_varies_the_parameter_of_each_controller() -> None:
-    pop = popsteer.PopParams()
-    found = choice(pop, VEHICLE, (3.0, 9.0), radius=40.0, speed=12.0, dt=0.04)
+    pop, car = popsteer.PopParams(), vehicles.get("paper")
+    found = choice(pop, (3.0, 9.0))
     rope = pop.replace(lookahead_gain=0.0, min_lookahead=9.0)
     assert found.values == (3.0, 9.0)
-    assert found.offsets[1] == carrot_offset(9.0, 40.0, VEHICLE, 12.0)
-    assert found.dead_times[1] == margins(rope, VEHICLE, 12.0, 0.04).dead_time
-    given = VEHICLE.replace(turning_wheelbase=2.7)
-    found = choice(
-        PreviewPopParams(),
-        VEHICLE,
-        (0.1, 1.0),
-        radius=40.0,
-        speed=12.0,
-        dt=0.04,
-        believed=given,
-        adapt=None,
-    )
+    assert found.offsets[1] == carrot_offset(9.0, 50.0, car, 15.0)
+    assert found.dead_times[1] == margins(rope, car, 15.0).dead_time
+    given = car.replace(turning_wheelbase=2.7)
+    found = choice(PreviewPopParams(), (0.1, 1.0), given)
     costly = PreviewPopParams(steer_rate_cost=1.0)
-    offset = preview_offset(costly, VEHICLE, 40.0, 12.0, 0.04, believed=given, adapt=None)
+    offset = preview_offset(costly, car, 50.0, 15.0, believed=given, adapt=None)
     assert found.offsets[1] == offset != 0.0
-    late = margins(costly, VEHICLE, 12.0, 0.04, believed=given).dead_time
-    assert found.dead_times[1] == late
+    assert found.dead_times[1] == margins(costly, car, 15.0, believed=given).dead_time
 
 
 def test_preview_offset_of_bad_numbers_is_refused_by_name() -> None:
@@ -152,24 +142,6 @@ def test_carrot_curve_lies_below_the_rope_where_the_wheels_turn_the_car_less() -
     curve = carrot_curve(vehicles.get("carla-identified"))
     assert (curve.computed < 0.5 * curve.rope).all()
     assert np.allclose(carrot_curve(vehicles.get("kinematic-bicycle")).computed, curve.rope)
-
-
-def test_carrot_curve_is_that_of_the_vehicle_and_the_tuning_that_are_given() -> None:
-    small = Vehicle(wheelbase=0.33, rear_axle=-0.165, max_steer=0.4)
-    curve = carrot_curve(small)
-    assert curve.radii[[0, -1]] == pytest.approx((4 * 0.33, 40 * 0.33))
-    assert curve.driven == pytest.approx(
-        np.interp(curve.driven_radii, curve.radii, curve.computed), abs=0.035
-    )
-    assert curve.computed.max() < 0.5
-    # A longer lookahead cuts more, and circles that it does not fit into are left out.
-    longer = carrot_curve(small, popsteer.PopParams(min_lookahead=2.0))
-    assert len(longer.radii) < len(curve.radii)
-    assert longer.radii[0] > 2.0
-    assert longer.computed[-1] > curve.computed[-1]
-    wide = carrot_curve(small.replace(max_steer=0.05))
-    assert wide.radii[0] > 0.33 / math.tan(0.05)
-    assert not len(carrot_curve(small, popsteer.PopParams(min_lookahead=20.0)).radii)
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,12 @@ import pytest
 import popsteer
 from popsteer import Vehicle, controllers, lab, presets, vehicles
 from popsteer.lab import stability
-from popsteer.lab.stability import carrot_offset, margins
+from popsteer.lab.stability import margins
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.runs import Cell, mean_error
 from popsteer.lab.suite.scenarios import SCENARIOS
 from popsteer.lab.suite.table import spoken
+from studies.carrot import carrot_offset
 from studies.front import HEADING, STEER_RATE, front_line
 from studies.layout import DOCS, table
 from studies.suite import FIGURES, loss_lines, read, update

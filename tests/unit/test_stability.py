@@ -282,7 +282,7 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
 
 
 def test_offset_that_is_driven_on_a_circle_is_the_computed_one() -> None:
-    from popsteer.lab.stability.carrot import carrot_offset, driven_offset
+    from studies.carrot import carrot_offset, driven_offset
 
     for radius, speed in ((30.0, 8.0), (50.0, 10.0)):
         offset, distance = driven_offset(radius, "kinematic-bicycle", speed)

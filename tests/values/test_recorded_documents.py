@@ -184,22 +184,10 @@ def _compare() -> dict[str, Any]:
 def _stability() -> dict[str, Any]:
     from popsteer.lab import stability
     from popsteer.lab.stability import figures
-    from popsteer.lab.stability.carrot import Carrot, Choice
 
     car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.1, dead_time=0.1)
     found = stability.run(["pop", "stanley", "preview-pop"], car, [4.0, 9.0, 15.0])
-    radii = np.array([12.0, 30.0, 80.0])
-    curve = Carrot(radii, 9.0 / radii, 18.0 / radii, radii[:2], 10.0 / radii[:2])
-    choices = {
-        said: Choice((0.02, 0.25, 1.0, 3.0), (0.05, 0.1, 0.2, 0.3), (-0.5, 0.3, 0.1, 0.02))
-        for said in (figures._POP, *figures._MODELS)
-    }
-    drawn = {
-        "margins": figures._margins_figure(found, THEMES["light"]),
-        "carrot": figures._carrot_figure(found, curve, THEMES["light"]),
-        "choice": figures.choice_figure(found, choices, THEMES["light"]),
-    }
-    return {name: documents.of_figure(figure) for name, figure in drawn.items()}
+    return {"margins": documents.of_figure(figures._margins_figure(found, THEMES["light"]))}
 
 
 def _plan() -> dict[str, Any]:

@@ -15,11 +15,8 @@ from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
 _CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
-# Some of the figures are drawn for some controllers alone.
-_FIGURES = (
-    *("stability-margins", "stability-loops", "stability-map", "carrot-offset"),
-    "preview-choice",
-)
+# The map is drawn of controllers with a lookahead alone.
+_FIGURES = ("stability-margins", "stability-loops", "stability-map")
 _FILES = ["stability.json", *(f"{name}{dark}.png" for name in _FIGURES for dark in ("", "-dark"))]
 
 HELP = """\

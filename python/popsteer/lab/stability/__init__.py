@@ -1,21 +1,16 @@
-"""How far the steering loops are from instability, and what that costs in bends.
+"""How far the steering loops are from instability.
 
-`linear` has the controllers in small signals, `runs` their margins, `carrot` the offsets in a bend;
-`table` and `figures` show them.
+`linear` has the controllers in small signals, `runs` their margins; `table`, `figures`.
 """
 
 from popsteer.lab.stability import table
-from popsteer.lab.stability.carrot import carrot_offset, driven_offset, preview_offset
 from popsteer.lab.stability.runs import Margins, Stability, dead_time_map, margins, run
 
 __all__ = [
     "Margins",
     "Stability",
-    "carrot_offset",
     "dead_time_map",
-    "driven_offset",
     "margins",
-    "preview_offset",
     "run",
     "table",
 ]

@@ -1,4 +1,4 @@
-"""Figures of the theory page: where the loops are stable, and how the carrot cuts bends."""
+"""Figures of a stability study: margins, the open loops, and the dead time over the lookahead."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from popsteer._core import PopParams, PreviewPopParams, PurePursuitParams
+from popsteer._core import PopParams, PurePursuitParams
 from popsteer.lab.common.draw import files_of, headline
 from popsteer.lab.common.names import title_of
-from popsteer.lab.stability.carrot import LATERAL, Carrot, Choice, carrot_curve, choice
 from popsteer.lab.stability.linear import lookahead
 from popsteer.lab.stability.response import Response, respond
 from popsteer.lab.stability.runs import dead_time_map, run
@@ -73,13 +72,6 @@ def stability_figures(
     }
     if maps:
         draw["stability-map"] = partial(_map_figure, result, maps)
-    pop = result.params.get("pop")
-    if isinstance(pop, PopParams):
-        curve = carrot_curve(car, pop, believed, dt)
-        if len(curve.radii):
-            draw["carrot-offset"] = partial(_carrot_figure, result, curve)
-    if choices := choice_curves(result):
-        draw["preview-choice"] = partial(choice_figure, result, choices)
     files = files_of(draw, lambda _, share: tell(0.8 + 0.2 * share))
     return {name: content for name, content in files.items() if name.endswith(".png")}
 
@@ -219,110 +211,6 @@ def responses(result: Stability) -> dict[str, Response]:
     }
 
 
-def _carrot_figure(result: Stability, curve: Carrot, theme: Theme) -> Figure:
-    """Draw the offset that POP keeps on circles: computed, and driven."""
-    figure = Figure(figsize=(7.6, 4.2), layout="constrained")
-    panel = figure.subplots()
-    panel.plot(
-        curve.radii, curve.computed, color=theme.laws["pop"], linewidth=2.0, label="computed"
-    )
-    panel.plot(
-        curve.radii, curve.rope, "--", color=theme.faint, linewidth=1.2, label="R - √(R² - ld²)"
-    )
-    panel.plot(
-        curve.driven_radii,
-        curve.driven,
-        "o",
-        color=theme.background,
-        markeredgecolor=theme.text,
-        markeredgewidth=1.5,
-        markersize=6,
-        label="driven as a kinematic bicycle",
-    )
-    panel.set_xscale("log")
-    panel.set_xticks(curve.driven_radii)
-    panel.xaxis.set_major_formatter("{x:.3g}")
-    panel.minorticks_off()
-    panel.set(xlabel="radius of the circle [m]", ylabel="offset to the inside [m]")
-    panel.legend(fontsize=8.5)
-    found: Any = result.params["pop"].resolved(result.believed)
-    panel.set_title(
-        f"POP's front axle on circles at {LATERAL:g} m/s² of lateral acceleration,"
-        f"\nld = {found.min_lookahead:.3g} m + {found.lookahead_gain:.3g} s · v",
-        pad=8,
-        fontsize=10,
-    )
-    return _captioned(figure, stability_caption(result), theme)
-
-
 def _captioned(figure: Figure, caption: str, theme: Theme) -> Figure:
     headline(figure, caption, theme)
     return figure
-
-
-_SPEED, _RADIUS = 15.0, 50.0
-_CHOICE_DISTANCES = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
-_COSTS = (0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
-_POP = "POP, over its lookahead [m]"
-_MODELS = {
-    "preview POP, over its steer_rate_cost [m s/rad]": (1.0, "o"),
-    "preview POP that does not adapt, given a wheelbase 15 % too long": (1.15, "^"),
-    "preview POP, 15 % too short (offset to the outside)": (0.85, "v"),
-}
-_MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
-
-
-def choice_curves(result: Stability) -> dict[str, Choice]:
-    """Compute the figure's curves, by what each shows; none without POP and preview POP."""
-    pop, preview = result.params.get("pop"), result.params.get("preview-pop")
-    if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):
-        return {}
-    vehicle, believed = result.vehicle, result.believed
-    size, pace = _sized(vehicle)
-    bend = partial(
-        choice, vehicle=vehicle, radius=size * _RADIUS, speed=pace * _SPEED, dt=result.dt
-    )
-    values = [size * each for each in _CHOICE_DISTANCES]
-    costs = [size * each for each in _COSTS]
-    curves = {_POP: bend(pop, values=values, believed=believed)}
-    for said, (share, _) in _MODELS.items():
-        given = believed.replace(turning_wheelbase=share * believed.turning_length(0.0))
-        curves[said] = bend(preview, values=costs, believed=given, adapt=None)
-    return curves
-
-
-def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme) -> Figure:
-    """Draw offsets in a bend against dead-time margins."""
-    size, pace = _sized(result.vehicle)
-    figure = Figure(figsize=(8.4, 4.6), layout="constrained")
-    panel = figure.subplots()
-    for said, found in curves.items():
-        law, marker = ("pop", "o") if said == _POP else ("preview-pop", _MODELS[said][1])
-        panel.plot(
-            [1e3 * each for each in found.dead_times],
-            [abs(each) for each in found.offsets],
-            f"{marker}-",
-            color=theme.laws[law],
-            linewidth=1.8 if said in _MARKED else 1.0,
-            markersize=5,
-            label=said,
-        )
-        for value, dead_time, offset in zip(*found, strict=True):
-            marked = any(math.isclose(value, size * each) for each in _MARKED.get(said, ()))
-            if marked and math.isfinite(dead_time):
-                panel.annotate(
-                    f"{value:.3g}",
-                    (1e3 * dead_time, abs(offset)),
-                    # Beside the steep curve, below the flat one.
-                    xytext=(8, -4) if law == "pop" else (-5, -14),
-                    textcoords="offset points",
-                    fontsize=8.5,
-                    color=theme.text,
-                )
-    panel.set(
-        xlabel="dead time that may be added [ms]", xlim=(0.0, None), ylim=(-0.08 * size, 1.1 * size)
-    )
-    panel.set_ylabel("offset in the bend [m]")
-    panel.set_title(f"A bend of {size * _RADIUS:.3g} m radius at {pace * _SPEED:.3g} m/s", pad=8)
-    panel.legend(fontsize=8.5, loc="upper left")
-    return _captioned(figure, stability_caption(result), theme)
