@@ -130,7 +130,7 @@ class Follow:
         (remaining, segment), value = self._remaining(drive), self._host.value
         feedback = self._action.Feedback()
         told = getattr(feedback, "tracking_feedback", feedback)
-        told.distance_to_goal, told.speed = remaining, measured.speed
+        told.distance_to_goal, told.speed = remaining, abs(measured.speed)
         if told is not feedback:  # from Nav2 1.5 on
             self._track(told, drive, measured)
             told.remaining_path_length, told.current_path_index = remaining, segment
@@ -166,7 +166,7 @@ class Follow:
         told.header.stamp.sec, told.header.stamp.nanosec = divmod(self._host.now(), 10**9)
         told.robot_pose.header.stamp = told.header.stamp
         told.position_tracking_error = drive.cross_track_error
-        told.heading_tracking_error = drive.heading_error
+        told.heading_tracking_error = -drive.heading_error  # positive where it points to the right
         back = inverse(intake.seen_from or (0.0, 0.0, 0.0))
         pose.position.x, pose.position.y, yaw = placed(back, measured[:3])
         pose.orientation.z, pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
@@ -188,7 +188,8 @@ class Follow:
         """Make a result, of the fields that this distribution has."""
         found = self._action.Result()
         if hasattr(found, "error_code"):
-            found.error_code = getattr(self._action.Result, code or "NONE")
+            named = self._action.Result if hasattr(found, "NONE") else self._action.Goal  # Iron's
+            found.error_code = getattr(named, code or "NONE")
         if hasattr(found, "error_msg"):
             found.error_msg = said
         return found

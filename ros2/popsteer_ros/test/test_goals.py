@@ -172,30 +172,33 @@ def test_cusp_by_the_orientations_of_a_path_is_driven_backwards() -> None:
     car.close()
 
 
-@pytest.mark.parametrize("distribution", ["humble", "jazzy", "kilted", "rolling"])
+@pytest.mark.parametrize("distribution", ["humble", "iron", "jazzy", "lyrical"])
 def test_goals_are_driven_by_the_action_that_each_distribution_has(
     monkeypatch: pytest.MonkeyPatch, distribution: str
 ) -> None:
-    package = "nav2_msgs" if distribution == "kilted" else f"nav2_{distribution}_msgs"
+    package = "nav2_msgs" if distribution == "jazzy" else f"nav2_{distribution}_msgs"
     action = pytest.importorskip(f"{package}.action").FollowPath
     monkeypatch.setattr("popsteer_ros.follow_path.FollowPath", action)
     car = Car(action=action).start()
+    car.y, car.yaw = 0.1, -0.2  # on the left of the path, and it points to the right
     results = []
-    for length in (4.0, -1.0):
+    for length in (8.0, -1.0):
         ended = car.send(path(0.0, length)).get_result_async()
         assert car.until(ended.done)
         results.append(ended.result())
         if length > 0.0:
-            feedback = getattr(car.feedback[-1], "tracking_feedback", car.feedback[-1])
-            assert feedback.distance_to_goal < 1.0
+            told = [getattr(each, "tracking_feedback", each) for each in car.feedback]
+    assert told[0].distance_to_goal == pytest.approx(8.0, abs=0.5)
+    assert told[-1].distance_to_goal < 1.0
     assert [each.status for each in results] == [SUCCEEDED, ABORTED]
-    if distribution == "rolling":
-        assert feedback.header.frame_id == feedback.robot_pose.header.frame_id == "map"
-        assert feedback.robot_pose.pose.position.x == pytest.approx(car.x, abs=0.2)
-        assert abs(feedback.position_tracking_error) < 0.01
+    if distribution == "lyrical":
+        assert told[-1].header.frame_id == told[-1].robot_pose.header.frame_id == "map"
+        assert told[-1].robot_pose.pose.position.x == pytest.approx(car.x, abs=0.2)
+        assert told[0].position_tracking_error == pytest.approx(0.1, abs=0.02)
+        assert told[0].heading_tracking_error == pytest.approx(0.2, abs=0.02)
     code, said = (getattr(results[1].result, name, None) for name in ("error_code", "error_msg"))
-    assert code == {"humble": None}.get(distribution, 103)
-    assert (said is not None) == (distribution in ("kilted", "rolling"))
+    assert code == (None if distribution == "humble" else 103)
+    assert (said is not None) == (distribution in ("jazzy", "lyrical"))
     car.close()
 
 

@@ -42,12 +42,13 @@ uint16 INVALID_PATH=103
 uint16 PATIENCE_EXCEEDED=104
 uint16 FAILED_TO_MAKE_PROGRESS=105
 uint16 NO_VALID_CONTROL=106
-uint16 CONTROLLER_TIMED_OUT=107
-std_msgs/Empty result
-uint16 error_code
 """
+_LATER = f"{_CODES}uint16 CONTROLLER_TIMED_OUT=107\n"
+_NEWEST = f"uint16 GOAL_REJECTED=1\nuint16 SEND_GOAL_FAILURE=2\n{_LATER}uint16 TIMEOUT=108\n"
 _GOAL = "nav_msgs/Path path\nstring controller_id\nstring goal_checker_id\n"
 _PROGRESS = f"{_GOAL}string progress_checker_id\n"
+_CODE = "std_msgs/Empty result\nuint16 error_code\n"
+_SAID = f"{_CODE}string error_msg\n"
 _NEARER = "float32 distance_to_goal\nfloat32 speed\n"
 _TRACKING = """\
 std_msgs/Header header
@@ -59,20 +60,21 @@ float32 distance_to_goal
 float32 speed
 float32 remaining_path_length
 """
+_JAZZY = f"{_PROGRESS}---\n{_LATER}{_SAID}---\n{_NEARER}"
 FOLLOW_PATH = {
     "humble": f"{_GOAL}---\nstd_msgs/Empty result\n---\n{_NEARER}",
-    "jazzy": f"{_PROGRESS}---\n{_CODES}---\n{_NEARER}",
-    "kilted": f"{_PROGRESS}---\n{_CODES}string error_msg\n---\n{_NEARER}",
-    "rolling": (
-        f"{_PROGRESS}---\n{_CODES}string error_msg\n---\n"
-        "nav2_{}_msgs/TrackingFeedback tracking_feedback\n"
+    "iron": f"{_CODES}{_PROGRESS}---\n{_CODE}---\n{_NEARER}",
+    "jazzy": _JAZZY,
+    "kilted": _JAZZY,
+    "lyrical": (
+        f"{_PROGRESS}string path_handler_id\n---\n{_NEWEST}{_SAID}---\n"
+        "nav2_lyrical_msgs/TrackingFeedback tracking_feedback\n"
     ),
 }
-"""Nav2's action by the distribution: Kilted's in `nav2_msgs`, others in `nav2_humble_msgs`, say."""
-_KILTED = FOLLOW_PATH["kilted"]
+"""Nav2's action by the distribution: Jazzy's in `nav2_msgs`, others in `nav2_humble_msgs`, say."""
 
 TEXTS = {
-    "nav2_msgs/action/FollowPath": _KILTED,
+    "nav2_msgs/action/FollowPath": _JAZZY,
     "nav2_msgs/msg/SpeedLimit": ("std_msgs/Header header\nbool percentage\nfloat64 speed_limit\n"),
     "bond/msg/Status": (
         "std_msgs/Header header\nstring id\nstring instance_id\nbool active\n"
@@ -80,11 +82,11 @@ TEXTS = {
     ),
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
     **{
-        f"nav2_{name}_msgs/action/FollowPath": text.format(name)
+        f"nav2_{name}_msgs/action/FollowPath": text
         for name, text in FOLLOW_PATH.items()
-        if text != _KILTED
+        if text != _JAZZY
     },
-    "nav2_rolling_msgs/msg/TrackingFeedback": _TRACKING,
+    "nav2_lyrical_msgs/msg/TrackingFeedback": _TRACKING,
     **{
         name: text
         for name, text in (logs.messages.DEFINITIONS | messages.DEFINITIONS).items()
