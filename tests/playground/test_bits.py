@@ -134,7 +134,8 @@ def _car(settings: Settings) -> popsteer.Vehicle:
 @pytest.mark.parametrize("name", ["racetrack", "figure-eight"])
 def test_module_close_to_python(built: Built, name: str) -> None:
     """Python takes sines, tangents and exponentials from the platform, the module from libm."""
-    settings = Settings()
+    # From 2 m aside such slow wheels make a PID oscillate (`too-fast`), where differences grow.
+    settings = Settings(start_offset=-1.0)
     lines = [_track(name), *(_line(controller, settings) for controller in CONTROLLERS)]
     answers = _in_node(built, lines)[1:]
     track = tracks.get(name)
