@@ -38,17 +38,10 @@ def identify(
     log: logs.Log,
     out: Annotated[
         Path | None,
-        optional(
-            "FILE",
-            "File for the vehicle, *.toml; a figure and data are written beside it.",
-        ),
+        optional("FILE", "File for the vehicle, *.toml; a figure and data are written beside it."),
     ] = None,
     vehicle: Annotated[
-        str | None,
-        optional(
-            "NAME|FILE",
-            "What is known already: a vehicle *.toml or a name.",
-        ),
+        str | None, optional("NAME|FILE", "What is known already: a vehicle *.toml or a name.")
     ] = None,
     set_vehicle: options.SetVehicle = None,
     columns: options.Columns = None,
@@ -56,18 +49,10 @@ def identify(
     topic: logs.Topic = None,
     unit: logs.Unit = None,
     course: Annotated[
-        bool,
-        options.flag(
-            "--course",
-            "The yaw is the course over ground, not the heading.",
-        ),
+        bool, options.flag("--course", "The yaw is the course over ground, not the heading.")
     ] = False,
     stops: Annotated[
-        Path | None,
-        optional(
-            "LOG",
-            "A second log, of stops and starts, to learn the drive.",
-        ),
+        Path | None, optional("LOG", "A second log, of stops and starts, to learn the drive.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,

@@ -24,15 +24,11 @@ Log: TypeAlias = Annotated[
     ),
 ]
 Topic: TypeAlias = Annotated[
-    list[str] | None,
-    optional("NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}."),
+    list[str] | None, optional("NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}.")
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
-    optional(
-        "NAME=UNIT",
-        "A unit, as steer=deg, speed=km/h, or a factor: steer=deg/15.5.",
-    ),
+    optional("NAME=UNIT", "A unit, as steer=deg, speed=km/h, or a factor: steer=deg/15.5."),
 ]
 
 

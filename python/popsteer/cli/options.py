@@ -36,15 +36,13 @@ Controllers: TypeAlias = Annotated[
 ]
 OwnControllers: TypeAlias = Annotated[str, valued("NAMES", "The controllers, by commas.")]
 Controller: TypeAlias = Annotated[
-    str | None,
-    optional("NAME", "Who steers. By default that of --params, or else preview-pop."),
+    str | None, optional("NAME", "Who steers. By default that of --params, or else preview-pop.")
 ]
 Preset: TypeAlias = Annotated[
     str, valued("NAME", "Tuning: default, paper, published-code or reproduction.")
 ]
 Params: TypeAlias = Annotated[
-    Path | None,
-    optional("FILE", "Tuning of popsteer tune, *.toml: a table each, such as [pop]."),
+    Path | None, optional("FILE", "Tuning of popsteer tune, *.toml: a table each, such as [pop].")
 ]
 Record: TypeAlias = Annotated[
     Path | None,
@@ -56,8 +54,7 @@ Set: TypeAlias = Annotated[
     optional("NAME=VALUE", "A parameter of controllers, of adapt or of monitor.", "--set"),
 ]
 Waypoints: TypeAlias = Annotated[
-    Path | None,
-    optional("FILE", "Waypoints to follow: a table, GPX or GeoJSON (docs/files.md)."),
+    Path | None, optional("FILE", "Waypoints to follow: a table, GPX or GeoJSON (docs/files.md).")
 ]
 SeveralWaypoints: TypeAlias = Annotated[
     list[Path] | None,
@@ -66,12 +63,10 @@ SeveralWaypoints: TypeAlias = Annotated[
 COLUMNS = "Its columns: x,y,-,'speed [km/h]' or speed=V,yaw=psi."
 Columns: TypeAlias = Annotated[str | None, optional("NAMES", COLUMNS)]
 Origin: TypeAlias = Annotated[
-    str | None,
-    optional("LAT,LON", "Where x = y = 0 [deg]; needs the extra 'geo'."),
+    str | None, optional("LAT,LON", "Where x = y = 0 [deg]; needs the extra 'geo'.")
 ]
 Track: TypeAlias = Annotated[
-    str | None,
-    optional("NAME", "A shipped track (popsteer tracks), or FILE.py:NAME."),
+    str | None, optional("NAME", "A shipped track (popsteer tracks), or FILE.py:NAME.")
 ]
 Tracks: TypeAlias = Annotated[
     str | None,
@@ -86,46 +81,35 @@ OwnPlant: TypeAlias = Annotated[
     optional("NAME|FILE", "What is driven; by default a bicycle of --vehicle, if given."),
 ]
 SetPlant: TypeAlias = Annotated[
-    list[str] | None,
-    optional("NAME=VALUE", "A parameter of the plant or a field of its vehicle."),
+    list[str] | None, optional("NAME=VALUE", "A parameter of the plant or a field of its vehicle.")
 ]
 Vehicle: TypeAlias = Annotated[
-    str | None,
-    optional("NAME|FILE", "What controllers know: a vehicle *.toml; else the plant's."),
+    str | None, optional("NAME|FILE", "What controllers know: a vehicle *.toml; else the plant's.")
 ]
 SetVehicle: TypeAlias = Annotated[
-    list[str] | None,
-    optional("NAME=VALUE", "A field of that vehicle; 'none' removes a limit."),
+    list[str] | None, optional("NAME=VALUE", "A field of that vehicle; 'none' removes a limit.")
 ]
 NoAdapt: TypeAlias = Annotated[bool, flag("--no-adapt", "The controllers estimate nothing.")]
 Start: TypeAlias = Annotated[
-    str | None,
-    optional(
-        "X,Y,YAW",
-        "Pose at the start [m, m, rad]; else on the path.",
-    ),
+    str | None, optional("X,Y,YAW", "Pose at the start [m, m, rad]; else on the path.")
 ]
 StartAt: TypeAlias = Annotated[
-    str,
-    valued("pose|rear|front", "Whose pose that is: of the vehicle or an axle."),
+    str, valued("pose|rear|front", "Whose pose that is: of the vehicle or an axle.")
 ]
 StartOffset: TypeAlias = Annotated[
-    float | None,
-    optional("METRES", "Start with the front axle this far left of the path."),
+    float | None, optional("METRES", "Start with the front axle this far left of the path.")
 ]
 Vary: TypeAlias = Annotated[
     list[str] | None,
     optional("NAME=DISTRIBUTION", "What varies, and how (docs/sweep.md); none: not."),
 ]
 Distributions: TypeAlias = Annotated[
-    Path | None,
-    optional("FILE", 'What varies, as TOML: NAME = "DISTRIBUTION".'),
+    Path | None, optional("FILE", 'What varies, as TOML: NAME = "DISTRIBUTION".')
 ]
 Speed: TypeAlias = Annotated[float | None, optional("M/S", "Speed at the start.")]
 ConstantSpeed: TypeAlias = Annotated[float | None, optional("M/S", "Drive at this speed.")]
 Longitudinal: TypeAlias = Annotated[
-    str | None,
-    optional("NAME", "Who works the pedals: speed-tracker, speed-pid or coupled."),
+    str | None, optional("NAME", "Who works the pedals: speed-tracker, speed-pid or coupled.")
 ]
 SetLongitudinal: TypeAlias = Annotated[
     list[str] | None, optional("NAME=VALUE", "A parameter of who works the pedals.")
@@ -137,8 +121,7 @@ Out: TypeAlias = Annotated[
     Path | None, optional("DIR", "Write tables, figures and records into this folder.")
 ]
 Report: TypeAlias = Annotated[
-    Path | None,
-    optional("FILE", "Write one page *.html to look at (docs/report.md)."),
+    Path | None, optional("FILE", "Write one page *.html to look at (docs/report.md).")
 ]
 
 

@@ -143,11 +143,7 @@ def show(
 
 
 def _print(
-    head: str,
-    tables: Iterable[Table],
-    below: Iterable[str],
-    said: str,
-    read: Iterable[str | None],
+    head: str, tables: Iterable[Table], below: Iterable[str], said: str, read: Iterable[str | None]
 ) -> None:
     at = console()
     for source in filter(None, read):

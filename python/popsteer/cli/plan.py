@@ -51,8 +51,7 @@ def plan(
     columns: options.Columns = None,
     origin: options.Origin = None,
     vehicle: Annotated[
-        str | None,
-        optional("NAME|FILE", "The vehicle: a file *.toml or a name."),
+        str | None, optional("NAME|FILE", "The vehicle: a file *.toml or a name.")
     ] = None,
     set_vehicle: options.SetVehicle = None,
     set_: Annotated[list[str] | None, optional("NAME=VALUE", "Set a limit.", "--set")] = None,
@@ -72,12 +71,10 @@ def plan(
         bool, flag("--keep-speeds", "The speeds of WAYPOINTS are limits too.")
     ] = False,
     smooth: Annotated[
-        float | None,
-        optional("METRES", "First smooth the waypoints, by at most so much."),
+        float | None, optional("METRES", "First smooth the waypoints, by at most so much.")
     ] = None,
     out: Annotated[
-        FilePath | None,
-        optional("FILE", "File for the course, CSV; a figure is drawn beside it."),
+        FilePath | None, optional("FILE", "File for the course, CSV; a figure is drawn beside it.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,

@@ -45,8 +45,7 @@ def replay(
     ] = None,
     set_vehicle: options.SetVehicle = None,
     controllers: Annotated[
-        str | None,
-        optional("NAMES", f"By default {_DEFAULT}, or that of --params."),
+        str | None, optional("NAMES", f"By default {_DEFAULT}, or that of --params.")
     ] = None,
     params: options.Params = None,
     preset: options.Preset = "default",

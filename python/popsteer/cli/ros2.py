@@ -29,35 +29,21 @@ Examples:
 
 def ros2(
     *,
-    vehicle: Annotated[
-        str,
-        valued(
-            "NAME|FILE",
-            "The vehicle: a file *.toml or a name.",
-        ),
-    ],
+    vehicle: Annotated[str, valued("NAME|FILE", "The vehicle: a file *.toml or a name.")],
     set_vehicle: options.SetVehicle = None,
     controller: Annotated[str, valued("NAME", "Who steers.")] = "preview-pop",
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
     no_adapt: options.NoAdapt = False,
-    max_speed: Annotated[
-        float,
-        valued(
-            "M/S",
-            "Go no faster than this.",
-        ),
-    ] = 5.0,
+    max_speed: Annotated[float, valued("M/S", "Go no faster than this.")] = 5.0,
     rate: Annotated[float, valued("HZ", "Control steps a second.")] = 50.0,
     stale: Annotated[float, valued("SECONDS", "Odometry older than this is not steered by.")] = 0.3,
     hold: Annotated[
-        float,
-        valued("SECONDS", "Then, drive on so long by dead reckoning, and brake."),
+        float, valued("SECONDS", "Then, drive on so long by dead reckoning, and brake.")
     ] = 0.2,
     keep_path: Annotated[
-        float,
-        valued("SECONDS", "Keep a path so long where new ones are bad."),
+        float, valued("SECONDS", "Keep a path so long where new ones are bad.")
     ] = 1.0,
     topic: ros2_options.Topic = None,
     path_type: ros2_options.PathType = None,

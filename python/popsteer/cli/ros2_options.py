@@ -25,33 +25,20 @@ _FLAGS = ("closed", "use_sim_time")
 _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_FLAGS)
 
 Domain: TypeAlias = Annotated[
-    int | None,
-    optional("ID", "DDS domain; by default that of ROS_DOMAIN_ID."),
+    int | None, optional("ID", "DDS domain; by default that of ROS_DOMAIN_ID.")
 ]
-Localhost: TypeAlias = Annotated[
-    bool,
-    flag("--localhost", "Stay on this machine."),
-]
+Localhost: TypeAlias = Annotated[bool, flag("--localhost", "Stay on this machine.")]
 Autoware: TypeAlias = Annotated[
     bool, flag("--autoware", "Autoware's messages and names of topics.")
 ]
 PathType: TypeAlias = Annotated[
-    str | None,
-    optional("path|trajectory", "What the path is: nav_msgs/Path or a Trajectory."),
+    str | None, optional("path|trajectory", "What the path is: nav_msgs/Path or a Trajectory.")
 ]
 CommandType: TypeAlias = Annotated[
-    str | None,
-    optional(
-        "TYPE",
-        "Command: ackermann, control, twist or twist-stamped.",
-    ),
+    str | None, optional("TYPE", "Command: ackermann, control, twist or twist-stamped.")
 ]
 Topic: TypeAlias = Annotated[
-    list[str] | None,
-    optional(
-        "NAME=TOPIC",
-        "Another topic for odometry, path, command, ...",
-    ),
+    list[str] | None, optional("NAME=TOPIC", "Another topic for odometry, path, command, ...")
 ]
 RosArgs: TypeAlias = Annotated[
     bool, flag("--ros-args", "What follows is as ROS's launch files write it.")
@@ -59,29 +46,19 @@ RosArgs: TypeAlias = Annotated[
 Remap: TypeAlias = Annotated[
     list[str] | None,
     optional(
-        "FROM:=TO",
-        "Another name, as ROS has it: of a topic, __node, __ns.",
-        *("-r", "--remap"),
+        "FROM:=TO", "Another name, as ROS has it: of a topic, __node, __ns.", *("-r", "--remap")
     ),
 ]
 Param: TypeAlias = Annotated[
     list[str] | None,
-    optional(
-        "NAME:=VALUE",
-        "A ROS parameter, such as rate or max_speed.",
-        *("-p", "--param"),
-    ),
+    optional("NAME:=VALUE", "A ROS parameter, such as rate or max_speed.", *("-p", "--param")),
 ]
 ParamsFile: TypeAlias = Annotated[
     list[str] | None, optional("FILE", "A YAML file of ROS parameters.", "--params-file")
 ]
 LogLevel: TypeAlias = Annotated[
     str | None,
-    optional(
-        "LEVEL",
-        "What is printed: debug, info, warn, error or fatal.",
-        "--log-level",
-    ),
+    optional("LEVEL", "What is printed: debug, info, warn, error or fatal.", "--log-level"),
 ]
 Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
 

@@ -45,17 +45,14 @@ def stability(
     set_: options.Set = None,
     speeds: Annotated[str, valued("M/S", "Speeds, separated by commas.")] = _SPEEDS,
     vehicle: Annotated[
-        str,
-        valued("NAME|FILE", "What the controllers know: a vehicle *.toml."),
+        str, valued("NAME|FILE", "What the controllers know: a vehicle *.toml.")
     ] = "paper",
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
-        str | None,
-        optional("NAME|FILE", "The real vehicle; by default the same."),
+        str | None, optional("NAME|FILE", "The real vehicle; by default the same.")
     ] = None,
     set_plant: Annotated[
-        list[str] | None,
-        optional("NAME=VALUE", "A field of the real vehicle alone."),
+        list[str] | None, optional("NAME=VALUE", "A field of the real vehicle alone.")
     ] = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
@@ -79,12 +76,7 @@ def stability(
     outputs.check_folder(out, _FILES, report)
     with Progress() as progress:
         result = lab.stability.run(
-            tuning.params,
-            itself,
-            at,
-            believed=given,
-            preset=tuning.preset,
-            dt=dt,
+            tuning.params, itself, at, believed=given, preset=tuning.preset, dt=dt
         )
         content: dict[str, bytes] = {}
         if out is not None:

@@ -67,18 +67,11 @@ def sweep(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
-        int | None,
-        optional(
-            "N",
-            "Threads or processes; by default one a core.",
-        ),
+        int | None, optional("N", "Threads or processes; by default one a core.")
     ] = None,
     dask: Annotated[
         str | None,
-        optional(
-            "ADDRESS",
-            "The scheduler of a Dask cluster, or local:N; extra 'dask'.",
-        ),
+        optional("ADDRESS", "The scheduler of a Dask cluster, or local:N; extra 'dask'."),
     ] = None,
     run: Annotated[
         str | None,
@@ -88,8 +81,7 @@ def sweep(
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        optional("FILE", "File for the rows, *.parquet or *.csv; with --run a folder."),
+        Path | None, optional("FILE", "File for the rows, *.parquet or *.csv; with --run a folder.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,

@@ -47,8 +47,7 @@ def tune(
     search: Annotated[
         list[str] | None,
         optional(
-            "NAME=DISTRIBUTION",
-            "A parameter to search: uniform(LOW,HIGH) or loguniform(...).",
+            "NAME=DISTRIBUTION", "A parameter to search: uniform(LOW,HIGH) or loguniform(...)."
         ),
     ] = None,
     waypoints: options.SeveralWaypoints = None,
@@ -69,20 +68,13 @@ def tune(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
-        int | None,
-        optional(
-            "N",
-            "Trials in the end; 100 without --seconds.",
-        ),
+        int | None, optional("N", "Trials in the end; 100 without --seconds.")
     ] = None,
     seconds: Annotated[float | None, optional("S", "How long to search, at most.")] = None,
     effort_limit: Annotated[float, valued("FACTOR", "How much more the wheels may move.")] = 1.1,
     storage: Annotated[
         str | None,
-        optional(
-            "URL|FILE",
-            "Where trials are kept: a storage of Optuna, or a journal.",
-        ),
+        optional("URL|FILE", "Where trials are kept: a storage of Optuna, or a journal."),
     ] = None,
     out: Annotated[
         Path | None, optional("FILE", "File for the tuning, *.toml; a figure is drawn beside it.")

@@ -109,9 +109,7 @@ def _reset_of(made: Any) -> Callable[[], None]:  # noqa: ANN401 - of one's own
 
 
 def _step_time(
-    run: Run,
-    make: Callable[[], Any],
-    progress: Callable[[float], object],
+    run: Run, make: Callable[[], Any], progress: Callable[[float], object]
 ) -> tuple[float, Sequence[int]]:
     """Give the median of a run's controller [s], and what each single step took [ns]."""
     records = run.records

@@ -57,10 +57,7 @@ def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
 
 
 def _draw_speeds(
-    panel: Axes,
-    profile: SpeedProfile,
-    course: tuple[NDArray[Any], ...],
-    theme: Theme,
+    panel: Axes, profile: SpeedProfile, course: tuple[NDArray[Any], ...], theme: Theme
 ) -> None:
     distance, speed, limit, bends = course
     most: float = profile.limits.max_speed or float(speed.max())

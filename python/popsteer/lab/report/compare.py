@@ -13,14 +13,7 @@ from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.compare.table import heading, notes, tables
 from popsteer.lab.report.colours import Colour, colours_of, dots, figure, log_axis, stairs
-from popsteer.lab.report.markup import (
-    badge,
-    escape,
-    html_table,
-    paragraphs,
-    plain_table,
-    table,
-)
+from popsteer.lab.report.markup import badge, escape, html_table, paragraphs, plain_table, table
 from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
 from popsteer.lab.report.page import Page
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances

@@ -9,6 +9,7 @@ from popsteer import controllers, params_file, vehicle_file
 from popsteer.lab.common.names import differences
 from popsteer.lab.report.markup import block, paragraphs
 from popsteer.lab.report.page import Section
+from popsteer.toml_file import worded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,17 +79,13 @@ def _toml(head: str, values: Mapping[str, Any]) -> str:
     """Word values as TOML; what is None, as a comment."""
     # A name with a dot or a space is quoted.
     plain = head.replace("-", "").replace("_", "").isalnum() and head.isascii()
-    lines = [f"[{head.replace('-', '_')}]" if plain else f'["{head}"]']
+    lines = [f"[{head.replace('-', '_') if plain else worded(head)}]"]
     for key, value in values.items():
         if value is None:
             lines.append(f"# {key} =")
-        elif isinstance(value, bool):
-            lines.append(f"{key} = {str(value).lower()}")
-        elif isinstance(value, str):
-            lines.append(f'{key} = "{value}"')
         elif hasattr(value, "as_dict"):
             inner = ", ".join(f"{k} = {v!r}" for k, v in value.as_dict().items() if v is not None)
             lines.append(f"{key} = {{ {inner} }}")
         else:
-            lines.append(f"{key} = {value!r}")
+            lines.append(f"{key} = {worded(value)}")
     return "\n".join(lines) + "\n"

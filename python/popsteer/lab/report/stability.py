@@ -49,10 +49,7 @@ def of_stability(result: Stability, origin: Origin | None = None) -> bytes:
         + paragraphs([NOTE]),
         figures=[*_margins(result), *_loops(result)],
         roles=colours_of(result.params),
-        sections=[
-            vehicles({"plant": result.vehicle}, {"plant": result.believed}),
-            tuning(origin),
-        ],
+        sections=[vehicles({"plant": result.vehicle}, {"plant": result.believed}), tuning(origin)],
     ).content()
 
 

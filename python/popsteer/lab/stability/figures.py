@@ -156,11 +156,7 @@ def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Th
     nyquist, step = (figure.add_subplot(grid[:, column]) for column in (1, 2))
     colours, dashes = theme.colours(result.params), theme.styles(result.params)
     for name, found in responses.items():
-        look: dict[str, Any] = {
-            "color": colours[name],
-            "linestyle": dashes[name],
-            "linewidth": 1.6,
-        }
+        look: dict[str, Any] = {"color": colours[name], "linestyle": dashes[name], "linewidth": 1.6}
         gains, phases = found.crossings()
         size.plot(found.frequency, np.abs(found.gain), **look)
         phase.plot(found.frequency, np.degrees(found.phase), **look)

@@ -17,13 +17,4 @@ from popsteer.lab.suite.conditions import Condition
 from popsteer.lab.suite.runs import Cell, Suite, names, run
 from popsteer.lab.suite.scenarios import Scenario, suite_car
 
-__all__ = [
-    "Cell",
-    "Condition",
-    "Scenario",
-    "Suite",
-    "names",
-    "run",
-    "suite_car",
-    "table",
-]
+__all__ = ["Cell", "Condition", "Scenario", "Suite", "names", "run", "suite_car", "table"]

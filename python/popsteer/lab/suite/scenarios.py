@@ -94,9 +94,7 @@ def arcs(
 
 def _bay() -> Path:
     """Past a bay and backwards into it: a bend of 90 degrees and 7 m, drawn as line and arcs."""
-    poses, reverse = arcs(
-        ((False, 0.0, 6.0), (True, 1.0 / 7.0, 3.5 * math.pi), (True, 0.0, 4.0)),
-    )
+    poses, reverse = arcs(((False, 0.0, 6.0), (True, 1.0 / 7.0, 3.5 * math.pi), (True, 0.0, 4.0)))
     return Path([(x, y) for x, y, _ in poses], reverse=reverse, yaw="spline")
 
 

@@ -257,10 +257,7 @@ def _study(
             backend = _backend(journal, file, lock, problem)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
-            study_name=_NAME,
-            storage=kept,
-            directions=["minimize", "minimize"],
-            load_if_exists=True,
+            study_name=_NAME, storage=kept, directions=["minimize", "minimize"], load_if_exists=True
         )
     except (OSError, PopsteerError):
         raise
