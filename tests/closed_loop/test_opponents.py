@@ -24,7 +24,7 @@ from popsteer.lab.suite.scenarios import SCENARIOS
 from popsteer.sim.geometry import object_of
 from studies import solvers
 from studies.limits import Slalom
-from tests.helpers import looped
+from tests.helpers import ROOT, looped
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -318,7 +318,8 @@ def test_mpc_far_beside_a_slalom_returns_behind_wheels_that_turn_slowly() -> Non
 
 def test_problem_by_stages_costs_what_the_condensed_one_does() -> None:
     pytest.importorskip("daqp")
-    given = solvers.record("noise", ["slalom"])
+    (course,) = solvers.courses(solvers.Recorded, "noise", ["slalom"])
+    given, _ = solvers.problems(course)
     q, r = weights(2.7, Weights().heading, Weights().change)
     random = np.random.default_rng(0)
     for k in range(0, len(given["fresh"]), 50):
@@ -338,6 +339,31 @@ def test_problem_by_stages_costs_what_the_condensed_one_does() -> None:
         changes = 0.05 * random.standard_normal(20)
         condensed = 0.5 * changes @ given["hessian"][k] @ changes + given["gradient"][k] @ changes
         assert staged(changes) - staged(0.0 * changes) == pytest.approx(condensed, rel=1e-6)
+
+
+@looped("name", ("double-lane-change", "racetrack"))
+def test_cubics_that_the_whole_mpc_is_told_are_the_headings_of_the_path(name: str) -> None:
+    path = SCENARIOS[name].path()
+    cubics = solvers.cubics(path, CAR)
+    arcs = np.append(path.s, path.length) if path.closed else path.s
+    for segment in range(0, len(cubics), 7):
+        share = np.linspace(0.05, 0.95, 7)
+        at = share * (arcs[segment + 1] - arcs[segment])
+        wanted = Ahead(path, CAR).headings(segment, float(arcs[segment]), at)
+        found = np.polynomial.polynomial.polyval(share, cubics[segment])
+        apart = np.cos(found - wanted)
+        assert apart == pytest.approx(1.0, abs=1e-15), (name, segment)
+
+
+def test_mpc_in_c_answers_as_the_one_in_python() -> None:
+    sources = ROOT / "out" / "solvers"
+    if not list(sources.glob("daqp-*.tar.gz")):
+        pytest.skip("needs daqp's sources: `pydoc studies.solvers` says whence")
+    whole = solvers.build(sources, "daqp", "mpc_daqp.c", *solvers.DAQP)
+    for condition, names in (("noise", ["hairpin", "zigzag", "beside"]), (solvers.ASIDE, [])):
+        for course in solvers.courses(solvers.Recorded, condition, names):
+            commands, _ = solvers.by_whole(whole, course, Ahead(course.path, course.car).path)
+            assert commands == pytest.approx(course.commands, abs=solvers.AGREE)
 
 
 def splined(path: popsteer.Path, car: popsteer.Vehicle) -> Mpc:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # Length of path over which the direction of dense waypoints is taken, in wheelbases: as preview
 # POP's `smoothing_length` has it by default, so that neither sees more of their noise.
-_SMOOTHING = 2.0 / 3.0
+SMOOTHING = 2.0 / 3.0
 
 
 class Ahead:
@@ -35,7 +35,7 @@ class Ahead:
     """
 
     def __init__(self, path: Path, vehicle: Vehicle) -> None:
-        self._base = _SMOOTHING * vehicle.wheelbase
+        self._base = SMOOTHING * vehicle.wheelbase
         self.path = path if path.yaw is not None else _with_tangents(path, 0.5 * self._base)
         self._yaw = np.asarray(self.path.yaw)
         xy = np.column_stack((path.x, path.y))
