@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 import statistics
+from typing import TYPE_CHECKING
 
 from popsteer import (
     AdaptParams,
@@ -22,6 +23,9 @@ from popsteer.sim import CarlaIdentified
 from studies.layout import DOCS, cells, course, line, table
 from studies.sizing import job
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
 # Its wheels turn at once, which is not every controller's case.
 BICYCLE = "kinematic-bicycle"
@@ -29,18 +33,21 @@ BICYCLE = "kinematic-bicycle"
 CROSS_TRACK, HEADING = 0.05, 0.10
 
 
-def matrix() -> tuple[dict[str, dict[tuple[str, str], float]], dict[str, float]]:
-    """The record of `make matrix`: by title the errors by plant and track, and the steps [µs]."""
+def matrix() -> tuple[dict[str, dict[tuple[str, str], list[float]]], dict[str, float]]:
+    """The record of `make matrix`: by title the errors by plant and track, and the steps [µs].
+
+    The errors are those at the point that the controller tracks, and at the rear axle.
+    """
     block = (DOCS / "choose.md").read_text(encoding="utf-8").partition("<!-- matrix: begin")[2]
-    found: dict[str, dict[tuple[str, str], float]] = {}
+    found: dict[str, dict[tuple[str, str], list[float]]] = {}
     steps: dict[str, list[float]] = {}
     for part in block.partition("<!-- matrix: end")[0].split("\n\n")[:-1]:
         head, _, *rows = (cells(row) for row in re.findall(r"^\|.*\|$", part, re.MULTILINE))
         track, _, *plants, _ = head
         for title, _, *errors, step in rows:
-            own = [float(each.partition(" / ")[0].strip("()")) for each in errors]
+            both = [[float(one.strip("()")) for one in each.split(" / ")] for each in errors]
             keys = ((plant, track) for plant in plants)
-            found.setdefault(title, {}).update(zip(keys, own, strict=True))
+            found.setdefault(title, {}).update(zip(keys, both, strict=True))
             steps.setdefault(title, []).append(float(step))
     return found, {title: statistics.median(own) for title, own in steps.items()}
 
@@ -53,6 +60,10 @@ def _loop(title: str, row: str) -> str:
         return "-"
     found = next(cells(each) for each in table("loop.md", "cars loop") if row in each)
     return found[titles.index(title.lower())].partition(" / ")[0]
+
+
+def _at_both(of: Callable[[Iterable[float]], float], errors: Iterable[list[float]]) -> str:
+    return " / ".join(f"{of(each):.3f}" for each in zip(*errors, strict=True))
 
 
 def _margins(title: str) -> list[str]:
@@ -73,9 +84,9 @@ def choose_lines() -> list[str]:
         lines.append(
             line(
                 title,
-                f"{statistics.median(errors.values()):.3f}",
-                f"{max(others):.3f}",
-                f"{max(of_bicycle):.3f}",
+                _at_both(statistics.median, errors.values()),
+                _at_both(max, others),
+                _at_both(max, of_bicycle),
                 _loop(title, "as it is"),
                 _loop(title, "localisation noise"),
                 *_margins(title),
