@@ -142,32 +142,60 @@ def paper_lines() -> list[str]:
     return lines
 
 
-def pid_lines() -> list[str]:
-    """Every reading of the paper's PID: gains, integral, and a delay that nobody is told."""
+class Reading:
+    """A PID whose first derivative may be that from no error."""
+
+    def __init__(self, law: Pid, *, kicks: bool) -> None:
+        self.law, self.kicks, self.tracked_point = law, kicks, law.tracked_point
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+        self.law.reset()
+        if self.kicks:
+            state = self.law.state
+            self.law.state = state.replace(law=state.law.replace(previous_error=0.0))
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        """Steer."""
+        return self.law.steer(x, y, yaw, speed, dt)
+
+
+def pid_lines(most: int = 8) -> list[str]:
+    """The readings of the paper's PID that come closest to its row."""
     path, _ = course("authors")
     plant, text = CarlaIdentified(), presets.get("pid", "paper")
     assert isinstance(text, PidParams)
-    lines = []
-    for (kp, kd), with_dt, delay in itertools.product(
-        ((0.25, 0.2), (0.12, 0.48)), (True, False), (0.0, 0.05, 0.1)
+    car, paper = plant.vehicle, lab.compare.paper.PAPER["pid"]
+    points = {"front axle": car.rear_axle + car.wheelbase, "pose": 0.0, "rear axle": car.rear_axle}
+    found: list[tuple[float, str]] = []
+    for (point, ahead), (kp, kd), with_dt, delay, kicks in itertools.product(
+        points.items(), ((0.25, 0.2), (0.12, 0.48)), (True, False), (0.0, 0.05, 0.1), (False, True)
     ):
+        # It tracks what it takes for the front axle.
+        told = car.replace(rear_axle=ahead - car.wheelbase, no_slip_point=None)
         params = text.replace(kp=kp, kd=kd, integral_with_dt=with_dt)
-        late = plant.replace(vehicle=plant.vehicle.replace(dead_time=delay))
         metrics = sim.run(
-            Pid(path, plant.vehicle, params, adapt=None),
-            late,
+            Reading(Pid(path, told, params, adapt=None), kicks=kicks),
+            plant.replace(vehicle=car.replace(dead_time=delay)),
+            path=path,
             start=lab.compare.paper.START,
             start_at="front",
             longitudinal=CoupledLongitudinal(),
         ).metrics
-        lines.append(
-            line(
-                f"{kp:g}, {params.ki:g}, {kd:g}",
-                "with Δt" if with_dt else "without Δt",
-                f"{1e3 * delay:.0f}",
-                f"{metrics.mean_abs_cross_track_error:.4f}",
-                f"{metrics.mean_abs_heading_error:.4f}",
-                f"{math.degrees(metrics.max_abs_steer):.0f}",
-            )
+        error, heading = metrics.mean_abs_cross_track_error, metrics.mean_abs_heading_error
+        off = (error / paper.mean_abs_cross_track_error, heading / paper.mean_abs_heading_error)
+        furthest = max(abs(each - 1.0) for each in off)
+        row = line(
+            f"{kp:g}, {params.ki:g}, {kd:g}",
+            "with Δt" if with_dt else "without Δt",
+            "from 0" if kicks else "none",
+            point,
+            f"{1e3 * delay:.0f}",
+            f"{error:.4f}",
+            f"{heading:.4f}",
+            f"{math.degrees(metrics.max_abs_steer):.0f}",
+            f"{100.0 * furthest:.0f} %",
         )
-    return lines
+        found.append((furthest, row))
+    return [row for _, row in sorted(found)[:most]]

@@ -35,7 +35,7 @@ def driven(track: str, plant: str) -> Comparison:
 
 
 def versus_figure(found: list[Comparison], theme: Theme) -> Figure:
-    """Draw the rear axle's errors over the distance, one point for all; the axes hold all of them."""
+    """Draw the rear axle's errors over the distance: one point for all, and all of them."""
     figure = Figure(figsize=(10.0, 5.4), layout="constrained")
     for panel, each, (_, _, title) in zip(figure.subplots(2, 1), found, PANELS, strict=True):
         for name, run in each.runs.items():

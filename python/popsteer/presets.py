@@ -8,8 +8,8 @@ preset             what it is
                    per metre scale with the vehicle.
 ``paper``          The paper's Table 1 and equations, literally.
 ``published-code`` What the authors' published program computes.
-``reproduction``   For each controller the one of these readings that comes out closest to the
-                   paper's table of results on the plant identified from the authors' run.
+``reproduction``   For each controller but the PID the one of these readings that comes out closest to
+                   the paper's table of results on the plant identified from the authors' run.
 =================  =============================================================================
 
 All but ``default`` are absolute numbers, those of the paper's car, whatever the vehicle; those of
