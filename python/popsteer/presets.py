@@ -8,7 +8,7 @@ preset             what it is
                    per metre scale with the vehicle.
 ``paper``          The paper's Table 1 and equations, literally.
 ``published-code`` What the authors' published program computes.
-``reproduction``   For each controller but the PID the one of these readings that comes out closest to
+``reproduction``   For each controller but the PID the one of these readings that comes closest to
                    the paper's table of results on the plant identified from the authors' run.
 =================  =============================================================================
 
