@@ -3,10 +3,8 @@
 In a ROS installation, or with the wheels of the group "ros": python ros2/bag.py
 
 The second node has the recording's time as its simulated one: it is given what the first one had
-taken at each of its steps, then that step's time, and no more before it has commanded. Its periods
-are differences of the recorded times, those of the first node were a steady clock's: less than a
-microsecond apart. The car of the recording does not obey the second node, so nothing takes back
-what that adds up to: after 20 s, 9e-4 m/s and 2e-6 rad at most were seen.
+taken at each of its steps, then that step's time, and no more before it has commanded. The car of
+the recording does not obey it, so whatever differs adds up: nothing does.
 """
 
 from __future__ import annotations
@@ -69,6 +67,7 @@ def play(command: str, file: Path, log: Any) -> tuple[list[Any], list[Any]]:
         steering = Steering("bare", command, log, options=["--sim-time", "--rate", "1000"])
         while not all(each.get_subscription_count() for each in (*publishers.values(), clock)):
             rclpy.spin_once(node, timeout_sec=0.1)
+        time.sleep(1.0)  # in which the node finds these publishers, too
 
         def step(now: int, messages: Iterable[Any]) -> None:
             count = len(recorded)
@@ -90,7 +89,7 @@ def play(command: str, file: Path, log: Any) -> tuple[list[Any], list[Any]]:
             step(now, messages)
     steering.end()
     node.destroy_node()
-    return recorded, again
+    return recorded[:-1], again  # but for the last one, to stand, at the end of the process
 
 
 def main() -> None:
@@ -118,11 +117,12 @@ def main() -> None:
 
 
 def by_time(commands: list[Any]) -> dict[int, Any]:
-    """Give what was commanded at each time: the last one, to stand, repeats a time."""
-    found: dict[int, Any] = {}
-    for each in commands:
-        found.setdefault(each.header.stamp.sec * 10**9 + each.header.stamp.nanosec, each.drive)
-    return found
+    """Give what was commanded at each time."""
+    stamps = [each.header.stamp for each in commands]
+    return {
+        stamp.sec * 10**9 + stamp.nanosec: each.drive
+        for stamp, each in zip(stamps, commands, strict=True)
+    }
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -146,6 +147,27 @@ def test_slewed_clock_is_no_jump(monkeypatch: pytest.MonkeyPatch) -> None:
 
     spun(bench, monkeypatch, each, 50)
     assert bench.node.loop.jumps == 0
+
+
+def test_stamps_are_as_far_apart_as_the_periods_though_clocks_are_read_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench, stamps = Bench(), []
+    cycle = bench.node.cycle
+
+    def kept(now: int, dt: float, missed: int = 0) -> Any:
+        stamps.append(now)
+        return cycle(now, dt, missed)
+
+    def each(turn: int, clocks: Clocks) -> None:
+        clocks.pass_by(1e-4 * (turn % 3))
+        clocks.wall += (-1) ** turn * 300_000
+
+    monkeypatch.setattr(bench.node, "cycle", kept)
+    found = spun(bench, monkeypatch, each, 30)
+    between = [(b - a) / 1e9 for a, b in itertools.pairwise(stamps)]
+    assert between == [dt for dt, _ in found[1:]]
+    assert abs(stamps[-1] - START) < 10**9
 
 
 def ticking(bench: Bench, times: list[int], pause: float = 0.0) -> None:

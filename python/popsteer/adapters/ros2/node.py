@@ -254,7 +254,7 @@ class Node:
 
     def finish(self, now: int) -> None:
         """Command a speed of 0, as the last command, at `now` of the node's clock [ns]."""
-        self._publish_drive(now, ends=True)
+        self._publish_drive(max(now, self._last[1]), ends=True)
 
     def check_silence(self, waited: float) -> None:
         """Give up where nothing has come in for `waited` seconds.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _SECOND = 10**9
 _JUMP = 0.1  # the clock against the machine's steady one [s]; NTP slews far less in a cycle
+_APART = 10**6  # what two readings of clocks may differ by without either having moved [ns]
 _SIM_JUMP = 1.0  # from one tick of a simulation to the next [s]
 _LAST = (2**31 - 1) * _SECOND  # what a stamp can say [ns]
 _PATIENCE = 0.05
@@ -48,6 +49,7 @@ class Pace:
     """When a node steps: on its odometry, or by a timer where that stays away. All times are in ns.
 
     It begins at `now` of the clock that measures its periods, where its stamps are of `wall`.
+    Stamps are as far apart as periods are long: a recording has these to the nanosecond.
     """
 
     def __init__(self, period: int, now: int, wall: int) -> None:
@@ -68,8 +70,9 @@ class Pace:
 
     def jump(self, now: int, wall: int) -> float:
         """Say by how much a clock has jumped [s], else 0; periods begin anew where theirs has."""
-        moved, self._offset = wall - now - self._offset, wall - now
-        passed = now - self._before
+        moved, passed = wall - now - self._offset, now - self._before
+        if abs(moved) > _APART:
+            self._offset += moved
         leaps = wall == now and passed > max(_SIM_JUMP * _SECOND, 5 * self._period)
         if leaps or passed < -_JUMP * _SECOND:
             self._before = self._base = now - self._period
@@ -82,7 +85,7 @@ class Pace:
             node.jumped(jump)
         if now < (self.earliest if came else self.due):
             return False
-        node.cycle(wall, *self.step(now, came=came))
+        node.cycle(now + self._offset, *self.step(now, came=came))
         return True
 
     def step(self, now: int, *, came: bool) -> tuple[float, int]:
