@@ -22,6 +22,7 @@ from studies.parking import parking_lines
 from studies.preview_pop import preview_lines, slip_lines
 from studies.replanning import input_lines, replanning_lines
 from studies.slopes import speed_lines, stop_lines
+from studies.suite import curve_lines
 from studies.theory import carrot_lines, choice_lines, late_line, margin_lines
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     # Of the tables before it and of the page's matrix.
     "choose": ("choose.md", choose_lines),
     "adapting": ("choose.md", adapting_lines),
+    "curve": ("results.md", curve_lines),
     "paper": ("paper.md", paper_lines),
     "pid": ("paper.md", pid_lines),
 }

@@ -10,20 +10,25 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from pathlib import Path
+from pathlib import Path as File
+from typing import Any
 
+from popsteer import Command, Path, PreviewPop, Vehicle, lab
+from popsteer.lab import opponents
 from popsteer.lab.common.names import title_of
+from popsteer.lab.opponents.ahead import Ahead
 from popsteer.lab.suite import Cell, Suite
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.scenarios import SCENARIOS
-from popsteer.lab.suite.table import losses, sentences, suite_lines
+from popsteer.lab.suite.table import losses, sentences, suite_lines, worded
 from studies.layout import ROOT, line, write_blocks
 
 OURS = "preview-pop"
+ON_CURVE = (OURS, "studies.suite:OnCurve", opponents.names()[0])
 FIGURES = ("suite.png", "suite-dark.png")
 
 
-def read(folder: Path) -> Suite:
+def read(folder: File) -> Suite:
     """Read the cells that a run wrote."""
     document = json.loads((folder / "suite.json").read_text(encoding="utf-8"))
     cells = [Cell(**each) for each in document["cells"]]
@@ -51,7 +56,40 @@ def loss_lines(found: Suite) -> list[str]:
     return [f"Of {len(places)} cells it loses {len(lost)}.", "", *lines]
 
 
-def update(folder: Path, root: Path) -> None:
+class OnCurve:
+    """Preview POP that is told the curve of the opponents where a path has none of its own."""
+
+    def __init__(self, path: Path, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+        self.law = PreviewPop(Ahead(path, vehicle).path, vehicle)
+        self.tracked_point = self.law.tracked_point
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+        self.law.reset()
+
+    def set_path(self, path: Path) -> None:
+        """Follow another path from the next step on."""
+        self.law.set_path(Ahead(path, self.vehicle).path)
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> Command:
+        """Steer."""
+        return self.law.step(x, y, yaw, speed, dt)
+
+
+def curve_lines() -> list[str]:
+    """Set out where paths come without tangents, by preview POP both ways and the MPC."""
+    rows: dict[str, Any] = {SCENARIOS["zigzag"].title: {"scenarios": ["zigzag"]}}
+    rows |= {CONDITIONS[k].title: {"conditions": [k]} for k in ("fresh path", "smoothed path")}
+    lines = []
+    for title, which in rows.items():
+        cells = lab.suite.run(ON_CURVE, **which).cells
+        of = [[each for each in cells if each.controller == name] for name in ON_CURVE]
+        lines.append(line(title, *(worded(each) for each in of)))
+    return lines
+
+
+def update(folder: File, root: File) -> None:
     """Rewrite the blocks and the figures of a checkout."""
     found = read(folder)
     said = [f"- {each}" for each in sentences(found)]
@@ -63,5 +101,5 @@ def update(folder: Path, root: Path) -> None:
 
 
 if __name__ == "__main__":
-    update(Path(sys.argv[1]), ROOT)
+    update(File(sys.argv[1]), ROOT)
     print("wrote docs/results.md and docs/figures/suite*.png")
