@@ -50,13 +50,16 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     table.grid(visible=False)
     table.set_title("mean |cross-track error| of the rear axle [mm]", fontsize=10.5)
     shades = theme.colours(names)
-    for name, title in zip(names, titles, strict=True):
+    points: dict[str, tuple[float, float]] = {}
+    for name in names:
         own = [each for each in found.cells if each.controller == name]
-        effort = float(np.mean([each.steer_rate for each in own]))
-        scatter.plot(effort, mean_error(own), "o", color=shades[name], markersize=8)
-        scatter.annotate(
-            title, (effort, mean_error(own)), xytext=(6, 4), textcoords="offset points", fontsize=8
-        )
+        points[name] = (float(np.mean([each.steer_rate for each in own])), mean_error(own))
+    for (name, (effort, error)), title in zip(points.items(), titles, strict=True):
+        scatter.plot(effort, error, "o", color=shades[name], markersize=8)
+        # Below where another point, as high, is just to the right, whose own is above.
+        right = (y / error for x, y in points.values() if 1.0 < x / effort < 2.5)
+        at = (6, -11) if any(0.9 < each < 1.1 for each in right) else (6, 4)
+        scatter.annotate(title, (effort, error), xytext=at, textcoords="offset points", fontsize=8)
     logarithmic(scatter, "xy")
     scatter.margins(0.25)
     scatter.set_xlabel("rate of the command, rms [rad/s]")
