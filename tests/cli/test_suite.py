@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import shlex
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -238,6 +239,10 @@ def test_losses_are_to_the_best_that_succeeded() -> None:
         "Play of 1°",
         "All",
     ]
+    both = [replace(each, plant=plant) for each in cells for plant in ("car", "bus")]
+    by_plant = rows(lab.suite.Suite("standard-2", both, found.step_times, []))[3:]
+    assert [title for title, _ in by_plant] == ["On car", "On bus", "All"]
+    assert {each.plant for each in by_plant[1][1]["mine"]} == {"bus"}
     # None of two cells each leads alone, where it does not lead in both.
     slalom = next(line for line in suite_lines(found) if line.startswith("| Slalom"))
     assert slalom == "| Slalom | 0.0152 | 0.0102 | **0.0010 (2)** |"

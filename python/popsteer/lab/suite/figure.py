@@ -46,7 +46,11 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
             )  # fmt: skip
     table.set_xticks(range(len(names)), titles, rotation=30, ha="right", fontsize=8.5)
     table.set_yticks(range(len(lines)), [title for title, _ in lines], fontsize=8.5)
-    table.axhline(len({each.scenario for each in found.cells}) - 0.5, color=theme.text, lw=1.2)
+    scenarios, conditions = (
+        len({getattr(each, field) for each in found.cells}) for field in ("scenario", "condition")
+    )
+    for above in {scenarios, scenarios + conditions} - {len(lines)}:
+        table.axhline(above - 0.5, color=theme.text, lw=1.2)
     table.grid(visible=False)
     table.set_title("mean |cross-track error| of the rear axle [mm]", fontsize=10.5)
     shades = theme.colours(names)

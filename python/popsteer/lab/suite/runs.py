@@ -209,12 +209,18 @@ def grouped(cells: Iterable[Cell], field: str) -> dict[str, list[Cell]]:
 
 
 def rows(found: Suite) -> list[tuple[str, dict[str, list[Cell]]]]:
-    """Give the cells of each scenario, then of each condition, then all, by controller."""
+    """Give the cells of each scenario, condition and plant of several, then all, by controller."""
+    plants = grouped(found.cells, "plant")
     return [
         *(
             (known[name].title, grouped(cells, "controller"))
             for field, known in (("scenario", SCENARIOS), ("condition", CONDITIONS))
             for name, cells in grouped(found.cells, field).items()
+        ),
+        *(
+            (f"On {plant}", grouped(cells, "controller"))
+            for plant, cells in plants.items()
+            if len(plants) > 1
         ),
         ("All", grouped(found.cells, "controller")),
     ]
