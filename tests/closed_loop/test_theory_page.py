@@ -141,6 +141,20 @@ def test_page_says_what_its_table_shows() -> None:
     assert said == [f"- {each}" for each in spoken(dict(list(titled.items())[:upto]))]
 
 
+def test_readme_says_what_the_suite_shows() -> None:
+    _, rows = shown()
+    ours, mpc, *others = (float(each.split()[0]) for each in rows["All"])
+    assert mpc < ours < min(others)
+    assert float(rows["rate of the command, rms [rad/s]"][0]) < 0.25 * float(
+        rows["rate of the command, rms [rad/s]"][1]
+    )
+    ours, mpc = (float(each.split()[0]) for each in rows["As told"][:2])
+    assert mpc < 0.5 * ours
+    for name in ("noise", "fresh path", "smoothed path"):
+        ours, *others = (float(each.split()[0]) for each in rows[CONDITIONS[name].title])
+        assert ours < min(others), name
+
+
 def test_row_of_the_hairpin_is_what_is_driven() -> None:
     heads, rows = shown()
     found = lab.suite.run(controllers.names(), scenarios=["hairpin"])
