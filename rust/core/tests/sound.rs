@@ -336,6 +336,41 @@ fn test_waypoints_without_an_order_are_refused() {
 }
 
 #[test]
+fn test_list_of_places_is_no_standstill_and_no_step_back() {
+    // Sorted by x, as a list of places is: it goes up and down at each, with long steps.
+    for count in [16_usize, 40] {
+        let points: Xy = (0..count)
+            .map(|k| (20.0 * k as f64, 30.0 * ((k * k * 7 + 3 * k) % 11) as f64))
+            .collect();
+        let found = mend(&points, false);
+        assert!(
+            matches!(found, Err(PathError::Unordered { waypoints, .. }) if waypoints == count),
+            "{found:?}"
+        );
+    }
+    // A recording that jumps out of the map: its spacing is that of the jumps.
+    let jumps: Xy = (0..32)
+        .map(|k| {
+            let way = 0.5 * f64::from(k);
+            let aside = f64::from(k * k % 5);
+            match k % 8 {
+                5 => (65.0, aside),
+                6 => (way, 65.0),
+                _ => (way - 0.4 * aside, aside),
+            }
+        })
+        .collect();
+    let found = mend(&jumps, false);
+    assert!(
+        matches!(
+            found,
+            Err(PathError::Unordered { .. } | PathError::Fold { .. })
+        ),
+        "{found:?}"
+    );
+}
+
+#[test]
 fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
     let car = |wheelbase| Vehicle {
         wheelbase,

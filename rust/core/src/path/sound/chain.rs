@@ -32,6 +32,8 @@ pub(super) struct Chain<'a> {
     pub(super) y: &'a [f64],
     pub(super) order: Vec<usize>,
     pub(super) spacing: f64,
+    /// How far the path gets from its first waypoint [m].
+    pub(super) reach: f64,
     pub(super) mends: Vec<Mend>,
 }
 

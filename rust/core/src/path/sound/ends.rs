@@ -113,7 +113,9 @@ impl Chain<'_> {
         let step = mean((first..last).map(|place| Point::new(size(self.step(place)), 0.0))).x;
         let radius = saturate(6.0 * step, 2.0 * self.spacing, 4.0 * self.spacing);
         let distance = |place: usize| squared_distance(self.at(place), middle);
-        let within = places().all(|place| distance(place) < radius * radius);
+        // A list of points without an order is all within a circle of its spacing.
+        let within =
+            2.0 * radius < self.reach && places().all(|place| distance(place) < radius * radius);
         let nearest = places().min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
         nearest.filter(|_| within && step < 0.8 * self.spacing)
     }

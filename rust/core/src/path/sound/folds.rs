@@ -56,6 +56,10 @@ impl Chain<'_> {
         if !(1..count).any(|place| self.is_fold(place)) {
             return Ok(());
         }
+        // Between long steps it is no noise that folds the path.
+        let is_long = |place: usize| size(self.step(place)) > 0.5 * self.spacing;
+        let long = |place: &usize| self.is_fold(*place) && is_long(place - 1) && is_long(*place);
+        self.check_order((1..count).filter(long).count(), count)?;
         // `done` and what comes are places of the order as it was.
         let mut done: Vec<usize> = Vec::with_capacity(count);
         let mut left = Vec::new();
@@ -96,12 +100,7 @@ impl Chain<'_> {
     fn check_folds(&self, left: &[usize]) -> Result<(), PathError> {
         let count = self.order.len();
         let index = |place: usize| self.order.get(place).copied().unwrap_or(0);
-        if count >= 12 && 4 * left.len() > count {
-            return Err(PathError::Unordered {
-                folds: left.len(),
-                waypoints: count,
-            });
-        }
+        self.check_order(left.len(), count)?;
         let cusp = left.iter().copied().find(|&place| {
             // Over a few waypoints, which noise does not turn round.
             let (start, end) = (place.saturating_sub(3), (place + 3).min(count - 1));
@@ -112,6 +111,17 @@ impl Chain<'_> {
             Err(PathError::Fold {
                 index: index(place),
             })
+        })
+    }
+
+    /// Refuses waypoints of which more than a quarter are folds.
+    fn check_order(&self, folds: usize, count: usize) -> Result<(), PathError> {
+        if count < 12 || 4 * folds <= count {
+            return Ok(());
+        }
+        Err(PathError::Unordered {
+            folds,
+            waypoints: self.x.len(),
         })
     }
 

@@ -54,11 +54,14 @@ pub fn sound(x: &[f64], y: &[f64], closed: bool, directed: bool) -> Result<Sound
         y,
         order: distinct_waypoints(x, y, closed),
         spacing: 0.0,
+        reach: 0.0,
         mends: Vec::new(),
     };
     chain.note_coinciding(closed);
     if chain.order.len() > 2 {
         chain.spacing = chain.usual_spacing(closed);
+        let away = |place| get_distance(chain.at(place), chain.at(0));
+        chain.reach = (1..chain.order.len()).map(away).fold(0.0, larger);
         if !directed {
             chain.mend(closed)?;
         }
