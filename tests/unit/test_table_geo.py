@@ -84,3 +84,27 @@ def test_degrees_without_a_name_are_refused_and_read_as_they_are_called(
     with pytest.raises(PathError, match="are degrees"):
         Path.from_csv(file)
     _flat(Path.from_csv(file, columns=columns))
+
+
+def test_degrees_without_names_are_read_where_only_one_order_is_possible(
+    geo: None, tmp_path: Any
+) -> None:
+    # No latitude is beyond 90 degrees; below, either may be one.
+    lat, east = 36.1 + Y / 111319.49, 139.98 + X / (111319.49 * math.cos(math.radians(36.1)))
+    yaw = np.arctan2(np.gradient(Y), np.gradient(X))
+    for columns, said in (
+        ((lat, east), "latitude, longitude"),
+        ((east, lat), "longitude, latitude"),
+        ((lat, east - 270.0, yaw), "latitude, longitude"),
+    ):
+        path = Path.from_csv(_write(tmp_path, _rows(columns)))
+        _flat(path)
+        assert np.asarray(path.x) == pytest.approx(X - X[0], abs=0.1)
+        assert f"of {said} (columns 1, 2)" in str(path.source)
+        assert (path.yaw is not None) == (len(columns) == 3)
+    file = _write(tmp_path, _rows((lat, east, 5.0 + np.sin(X))))
+    with pytest.raises(PathError, match=r"column 3 .* --columns lat,lon,speed, .* lat,lon,-$"):
+        Path.from_csv(file)
+    _flat(Path.from_csv(file, columns="lat,lon,-"))
+    with pytest.raises(PathError, match="say which is which"):
+        Path.from_csv(_write(tmp_path, _rows((LAT + Y / 111319.49, LON + X / 75000.0))))

@@ -127,6 +127,32 @@ READ: dict[str, tuple[str, str]] = {
         + _rows(([str(k) for k in range(N)], YAW, SPEED * 3600 / 1852, Y, X), "\t"),
         "vy",
     ),
+    "pandas, of an array": (",0,1\n" + _rows(([str(k) for k in range(N)], X, Y)), ""),
+    "pandas, of a comment": (
+        ",# x_m, y_m, w_tr_right_m, w_tr_left_m\n" + _rows((np.arange(N), X, Y, ONE, ONE)),
+        "",
+    ),
+    "CARLA, x, y, speed, time and a flag": (
+        _rows((X, Y, SPEED, [f" {t:6.3f} False" for t in S / 3.5]), ", ", "%.3f"),
+        "v",
+    ),
+    "the same in commas alone, at rest in noise": (
+        _rows(
+            (
+                *(np.append(each[:1], each) for each in (X, Y)),
+                np.append(-0.003, SPEED),
+                np.append(-0.4, S / 3.5),
+            )
+        ).split("\n", 1)[1],
+        "v",
+    ),
+    "a frame in each row": (_rows((X, Y, WRAPPED, ["map"] * N)), "y"),
+    "names in camel case": (
+        "LinkID,PositionX (m),PositionY (m),PositionZ (m),TargetSpeed,YawRate\n"
+        + _rows((["A2"] * N, X, Y, HEIGHT, SPEED, NONE)),
+        "v",
+    ),
+    "two widths that never change": (_rows((X, Y, 1.1 * ONE, 1.1 * ONE)), ""),
     "semicolons": ("x;y;speed\n" + _rows((X, Y, SPEED), ";"), "v"),
     "decimal commas": ("x;y;speed\n" + _rows((X, Y, SPEED), ";").replace(".", ","), "v"),
     "tabs": ("x [m]\ty [m]\tspeed\n" + _rows((X, Y, SPEED), "\t"), "v"),
@@ -215,6 +241,24 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "x=x,y=y",
         "",
     ),
+    "whole numbers that never change": (
+        _rows((X, Y, 2.0 * ONE, 2.0 * ONE)),
+        "column 3 .*, column 4",
+        "x,y,-,-",
+        "",
+    ),
+    "one side's cones": (
+        _rows((X, Y, ["blue"] * N)),
+        "column 3 is text .'blue'.",
+        "x,y,-",
+        "",
+    ),
+    "a unit in each row": (
+        _rows((X, Y, 3.6 * SPEED, ["km/h"] * N)),
+        "column 4 is text .'km/h'.",
+        "x,y,speed [km/h],-",
+        "v",
+    ),
     "no unit of speed": (
         "x,y,speed [furlong]\n" + _rows((X, Y, SPEED)),
         r"speed \[furlong\]: the unit 'furlong' of speed is not known",
@@ -295,6 +339,51 @@ def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) 
     path = Path.from_csv(_write(tmp_path, _rows((x, y, speed))))
     assert path.speed is not None
     assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
+
+
+def _lap(count: int = 300) -> tuple[Any, Any, Any]:
+    """A lap of bends to either side: x, y, and how far along it each waypoint is [rad]."""
+    along = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    radius = 20.0 + 8.0 * np.cos(3.0 * along)
+    return radius * np.cos(along), radius * np.sin(along), along
+
+
+def test_widths_beside_the_middle_of_a_lap_are_left_out(tmp_path: Any) -> None:
+    x, y, along = _lap()
+    draw = np.random.default_rng(7)
+    road = 1.2 + 0.3 * np.sin(2.0 * along)
+    sides = [road + draw.normal(0.0, 0.05, len(along)) for _ in "lr"]
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, *sides))))
+    assert path.speed is None
+    assert str(path.source).count("half of the width") == 2
+    # A speed and the one that was wanted are alike, too: slower in bends, hardly changing, or of a
+    # drive that is no lap; and other columns may be anything.
+    profile = np.asarray(planning.speed_profile(Path(np.column_stack((x, y)), closed=True)).speed)
+    far = slice(None, 200)
+    for columns in (
+        (x, y, profile, 1.02 * profile + draw.normal(0.0, 0.02, len(x))),
+        tuple(each[far] for each in (x, y, *sides)),
+        (x, y, *sides, 1.0 + along),
+        (x, y, *(2.0 + 0.02 * side for side in sides)),
+        (x, y, sides[0], 1.3 * sides[1]),
+    ):
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows(columns)))
+
+
+def test_heading_that_lags_behind_a_lap_is_known_and_left_out(tmp_path: Any) -> None:
+    x, y, _ = _lap()
+    yaw = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x))) - 0.25
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, (yaw + np.pi) % (2 * np.pi) - np.pi))))
+    assert path.yaw is None
+    assert "column 3 is a heading, which is left out" in str(path.source)
+    # So it is between waypoints that stand in noise.
+    draw = np.random.default_rng(3).normal(0.0, 0.05, (2, 3 * len(x)))
+    noisy = (np.repeat(x, 3) + draw[0], np.repeat(y, 3) + draw[1], np.repeat(yaw, 3))
+    assert "column 3 is a heading" in str(read_waypoints(_write(tmp_path, _rows(noisy))).source())
+    for other in (yaw - 0.25, 0.5 * yaw, np.sin(yaw)):
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((x, y, other))))
 
 
 def test_recorded_heading_is_found_among_noise_at_rest(tmp_path: Any) -> None:
@@ -450,6 +539,11 @@ def test_records_of_a_run_are_waypoints_and_a_log_to_the_bit(tmp_path: Any) -> N
         ("q.w", ("qw", None)),
         ("kappa_radpm", ("curvature", "radpm")),
         ("Steering Angle", ("steer", None)),
+        ("steeringAngle", ("steer", None)),
+        ("PositionX (m)", ("x", "m")),
+        ("speedKmh", ("speed", "kmh")),
+        ("yawRate", (None, None)),
+        ("WheelSpeedFL", (None, None)),
     ],
 )
 def test_meaning_of_a_name(name: str, found: tuple[str | None, str | None]) -> None:

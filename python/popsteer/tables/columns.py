@@ -134,12 +134,15 @@ def check_units(name: str, columns: Mapping[str, Column]) -> dict[str, float]:
 
 
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
-def explained(name: str, values: Floats) -> tuple[dict[str, Column], list[str]]:
+def explained(
+    name: str, values: Floats, texts: Mapping[int, str] | None = None
+) -> tuple[dict[str, Column], list[str]]:
     """Find which columns without names are what, and say what the others are.
 
     Every column has to be explained by the waypoints that two of them make; else PathError says
-    what is not, and which option settles it.
+    what is not, and which option settles it. `texts` says what columns are that are no numbers.
     """
+    texts = texts or {}
     count = values.shape[1]
     if count > _MANY:
         raise PathError(f"{name}: {count} columns without names (--columns x,y,... names them)")
@@ -149,8 +152,8 @@ def explained(name: str, values: Floats) -> tuple[dict[str, Column], list[str]]:
             f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, as"
             f" --columns {','.join(both + ['-'] * (count - 2))}"
         )
-    tried = [_explain(values, x, y) for x, y in _pairs(values)]
-    possible = [known for known in tried if _is_possible(values, known)]
+    tried = [_explain(values, x, y, texts) for x, y in _pairs(values) if not {x, y} & set(texts)]
+    possible = [known for known in tried if _is_possible(values, known, texts)]
     if not possible:
         raise PathError(f"{name}: no two columns are waypoints (--columns x,y,... names them)")
     known = max(possible, key=len)  # of several the first
@@ -166,7 +169,7 @@ def explained(name: str, values: Floats) -> tuple[dict[str, Column], list[str]]:
     return found, notes
 
 
-def _is_possible(values: Floats, known: Mapping[int, str]) -> bool:
+def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, str]) -> bool:
     """Whether x and y may stand behind other columns: those are a count, a time or an arc length.
 
     Where x and y are the first two, 0, 1, 2, ... may be x itself, so that another column has to
@@ -175,7 +178,11 @@ def _is_possible(values: Floats, known: Mapping[int, str]) -> bool:
     x = next(iter(known))
     found = {known.get(k, "?").split()[0] for k in range(values.shape[1])}
     before = {known.get(k, "?").split()[0] for k in range(x)}
-    is_proved = _TIMED in known.values() or found & {"yaw", "curvature", "s", "normal"}
+    is_proved = (
+        set(range(x)) <= set(texts)
+        or _TIMED in known.values()
+        or found & {"yaw", "curvature", "s", "normal"}
+    )
     return before <= _BEFORE and bool(x == 0 or is_proved or values[0, :x].max() > 1e9)
 
 
@@ -190,9 +197,9 @@ def _pairs(values: Floats) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairs if not (still[a] and still[b])] or pairs[:1]
 
 
-def _explain(values: Floats, x: int, y: int) -> dict[int, str]:
+def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[int, str]:
     """Say of each column what the waypoints of two make of it: a quantity, and words."""
-    known = {x: "x", y: "y"}
+    known = {x: "x", y: "y", **texts}
     way = shown.along(values[:, [x, y]])
     others = [k for k in range(values.shape[1]) if k not in known]
     turned = None
@@ -210,6 +217,8 @@ def _explain(values: Floats, x: int, y: int) -> dict[int, str]:
             known[k] = "curvature curvature"
         elif (k < min(x, y) or column[0] > 1e8) and shown.is_time(column):
             known[k] = "t time"
+        elif turned is None and shown.is_near_heading(values[:, [x, y]], column):
+            known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
     _find_pairs(values, way, known, others)
     _find_speed(values, way, known)
     return known
@@ -222,7 +231,7 @@ def _find_pairs(values: Floats, way: shown.Along, known: dict[int, str], others:
             continue
         if shown.is_direction(way, values[:, a], values[:, b]):
             known |= dict.fromkeys((a, b), "normal a unit vector along or beside the path")
-        elif np.array_equal(values[:, a], values[:, b]) and np.ptp(values[:, a]) > 0.0:
+        elif shown.are_widths(way, values[:, a], values[:, b], alone=values.shape[1] == 4):
             known |= dict.fromkeys((a, b), "nothing half of the width, as its neighbour is")
 
 
@@ -233,7 +242,7 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
     time = next((k for k, what in known.items() if what == "t time"), None)
     for k in rest:
         column = values[:, k]
-        if k < place_of_y or (column < 0.0).any():
+        if k < place_of_y:
             continue
         paired = [j for j in rest if j != k and shown.is_acceleration(way, values[:, j], column)]
         clock = [j for j in rest if j != k and shown.is_time(values[:, j])] if time is None else []
@@ -241,6 +250,8 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         timed = [j for j in clock if shown.is_rate(way, column, values[:, j])]
         if timed:
             known[k], known[timed[0]] = _TIMED, "t time"
+        elif (column < 0.0).any():
+            continue
         elif paired:
             known[k], known[paired[0]] = "speed speed", "acceleration the acceleration"
         elif shown.is_recorded_speed(way, column):
@@ -249,7 +260,7 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             known[k] = "speed speed, lower in bends"
         elif (
             # What F1TENTH's waypoint logger writes: x, y, a heading that proves to be one, speed.
-            values.shape[1] == 4 and rest == [3] and known.get(2, "").startswith("yaw")
+            values.shape[1] == 4 and rest == [3] and known.get(2, "").startswith(("yaw", "heading"))
         ):
             known[k] = "speed speed, as F1TENTH's logger writes x, y, yaw, speed"
         else:

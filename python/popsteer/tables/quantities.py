@@ -104,6 +104,9 @@ _SOURCES = frozenset(_SAID_OF.split())
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")  # PositionX
+
+
 class Meaning(NamedTuple):
     """What a column is, and in what unit its name has it; None where the name has none."""
 
@@ -124,16 +127,17 @@ def meaning(name: str) -> Meaning:
     """
     bracket = _UNIT.search(name)
     plain = name[: bracket.start()] if bracket else name
-    words = [word for word in re.split(r"[^0-9a-zµ°%]+", plain.strip().lower()) if word]
     unit = bracket[1].replace(" ", "").replace("²", "2") if bracket else None
-    found = _known(words)
-    if found is None and unit is None:
-        for count in (1, 2):  # vx_mps, speed_km_h
+    for spelled in dict.fromkeys((plain, _CAMEL.sub("_", plain))):
+        words = [word for word in re.split(r"[^0-9a-zµ°%]+", spelled.strip().lower()) if word]
+        if (found := _known(words)) is not None:
+            return found._replace(unit=unit or None)
+        for count in (1, 2) if unit is None else ():  # vx_mps, speed_km_h
             shorter, last = _known(words[:-count]), words[-count:]
-            for spelled in ("/".join(last), "".join(last)):
-                if shorter is not None and spelled in UNITS[shorter.quantity or ""]:
-                    return shorter._replace(unit=spelled)
-    return Meaning(None, unit or None) if found is None else found._replace(unit=unit or None)
+            for spelled_unit in ("/".join(last), "".join(last)):
+                if shorter is not None and spelled_unit in UNITS[shorter.quantity or ""]:
+                    return shorter._replace(unit=spelled_unit)
+    return Meaning(None, unit or None)
 
 
 def _known(words: list[str]) -> Meaning | None:

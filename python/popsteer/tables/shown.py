@@ -20,6 +20,7 @@ _AGREE = 0.8  # share of the waypoints at which a column agrees: recordings have
 _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which noise turns
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
+_NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
 _TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
 
 
@@ -86,21 +87,36 @@ class Heading(NamedTuple):
 
 
 def heading(
-    xy: Floats, values: Floats, units: tuple[str, ...] = ("rad", "deg"), *, both_ways: bool = False
+    xy: Floats,
+    values: Floats,
+    units: tuple[str, ...] = ("rad", "deg"),
+    *,
+    both_ways: bool = False,
+    most: float = _HEADING,
 ) -> Heading | None:
-    """Find the unit and the frame in which a column is the direction of waypoints.
+    """Find the unit and the frame in which a column is the direction of waypoints, within `most`.
 
     With `both_ways` it may also look against the waypoints, where they are driven backwards.
     """
     # A recording's noise hides its direction from one row to the next, not over a part of it all.
     reach = float(np.hypot(*np.ptp(xy, axis=0)))
     ways = (along(xy, share * reach) for share in (0.0, 0.01, 0.03))
-    found = (_heading(way, values, units, both_ways=both_ways) for way in ways)
+    found = (_heading(way, values, units, both_ways=both_ways, most=most) for way in ways)
     return next((each for each in found if each is not None), None)
 
 
+def is_near_heading(xy: Floats, values: Floats) -> bool:
+    """Whether a column is a heading, although farther from the waypoints' than one to drive by."""
+    return along(xy).turn >= np.pi and heading(xy, values, most=_NEAR) is not None
+
+
 def _heading(
-    way: Along, values: Floats, units: tuple[str, ...], *, both_ways: bool
+    way: Along,
+    values: Floats,
+    units: tuple[str, ...],
+    *,
+    both_ways: bool,
+    most: float,
 ) -> Heading | None:
     if len(way.moves) < (2 if both_ways else _LEAST):
         return None
@@ -128,9 +144,7 @@ def _heading(
     )
     if chosen.frame and chosen.backwards.mean() > _AGREE:
         return None  # in a frame of its own, and against the waypoints: it shows nothing
-    if error > _HEADING or (
-        way.turn >= _TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02
-    ):
+    if error > most or (way.turn >= _TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02):
         return None
     backwards = np.zeros(len(values), dtype=np.bool_)
     if both_ways:
@@ -213,21 +227,47 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     """
     here = values[way.moves]
     slow, fast = (float(each) for each in np.quantile(here, (0.01, 1.0)))
-    if len(here) < 30 or here.min() < 0.0 or fast < max(1.5, 1.3 * slow):
+    if len(here) < 30 or here.min() < 0.0 or fast < max(1.5, 1.3 * slow) or way.turn < 1.0:
         return False
+    most, usual, ranks = _in_bends(way, here)
+    return most <= 30.0 and (ranks <= -0.5 or (most <= 1.3 * usual and fast >= 2.0 * slow))
+
+
+def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:
+    """Give lateral accelerations that a speed would mean, and how its ranks follow the bends.
+
+    The 99 % and the 90 % quantile [m/s²], and the correlation of the ranks of speed and curvature.
+    """
     window = max(way.s[-1] / 60.0, 3.0 * float(np.median(np.diff(way.s))))
     middle = 0.5 * (way.s[1:] + way.s[:-1])
     steps = np.diff(way.points, axis=0)
     turned = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     ahead, behind = (np.interp(way.s + k * window, middle, turned) for k in (0.5, -0.5))
     bend = np.abs(ahead - behind) / window
-    most, usual = np.quantile(here * here * bend, (0.99, 0.9))
-    if most > 30.0 or np.ptp(bend) == 0.0 or way.turn < 1.0:
-        return False
-    if most <= 1.3 * usual and fast >= 2.0 * slow:
-        return True
+    most, usual = (float(each) for each in np.quantile(here * here * bend, (0.99, 0.9)))
     first, second = (np.argsort(np.argsort(each, kind="stable")) for each in (here, bend))
-    return _correlation(first.astype(np.float64), second.astype(np.float64)) <= -0.5
+    return most, usual, _correlation(first.astype(np.float64), second.astype(np.float64))
+
+
+def are_widths(way: Along, first: Floats, second: Floats, *, alone: bool) -> bool:
+    """Whether two columns are how far either side of a road is.
+
+    Both are the same, and are no whole numbers where they never change. Or they are `alone` those
+    of a line in the middle: beside a lap, alike within a tenth in their medians (public ones: 0.06
+    and less), and neither is slow in bends as a speed of a lap is (ranks of -0.42 and more; lateral
+    accelerations whose 99 % quantile is 1.6 times that of 90 % and more).
+    """
+    if np.array_equal(first, second):
+        return bool(np.ptp(first) > 0.0 or first[0] % 1.0 != 0.0)
+    if not alone or len(way.s) < 30 or way.turn < np.pi or min(first.min(), second.min()) <= 0.0:
+        return False
+    gap = float(np.hypot(*(way.points[-1] - way.points[0])))
+    one, other = float(np.median(first)), float(np.median(second))
+    varied = min(np.std(first) / one, np.std(second) / other) > 0.03
+    if gap > 3.0 * float(np.median(np.diff(way.s))) or not 0.9 < one / other < 1.1 or not varied:
+        return False
+    bends = (_in_bends(way, each[way.moves]) for each in (first, second))
+    return all(most > 1.5 * usual and ranks > -0.45 for most, usual, ranks in bends)
 
 
 def is_curvature(way: Along, values: Floats) -> bool:

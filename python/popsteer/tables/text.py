@@ -35,9 +35,11 @@ _SAMPLE = 200  # rows from which separator, names and preamble are found
 _SHOWN = 12  # names of columns in a message
 _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, short of flooding
 _LARGEST = 1e100
+_BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {""}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+_HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _SECTION = re.compile(r"\[([A-Za-z ]+)\]$")
 
 
@@ -80,6 +82,8 @@ class Table:
     """The line after which the numbers begin."""
     comments: list[str] = field(default_factory=list)
     vbox: bool = False
+    has_index: bool = False
+    """Whether the first column is the index of an array, as pandas writes it."""
 
     def where(self, line: int) -> str:
         """Name a line, as messages do."""
@@ -163,6 +167,8 @@ def table_of(name: str, text: str) -> Table:
         _COMMA.match(entry) for _, row in rows for entry in row
     )
     found = Table(name, text, separator, comma, 0)
+    has_index = bool(rows) and rows[0][1] == ["", *map(str, range(len(rows[0][1]) - 1))]
+    rows = rows[has_index:]  # pandas' head of an array: nothing above the index, 0, 1, ...
     if not rows:
         return found
     parse = _parse_comma if comma else _parse
@@ -171,7 +177,8 @@ def table_of(name: str, text: str) -> Table:
     if place is None:
         columns = len(rows[0][1])
         head = _head_of_comment(comments, columns, separator)
-        found = replace(found, columns=columns, head=head, start=rows[0][0] - 1)
+        start = rows[0][0] - 1
+        found = replace(found, columns=columns, head=head, start=start, has_index=has_index)
     else:
         line, head = rows[place]
         while len(head) > 2 and not head[-1]:
@@ -204,6 +211,8 @@ def split(content: str, separator: str | None) -> list[str]:
     if '"' in content:
         reader = csv.reader((content,), delimiter=separator, skipinitialspace=True)
         return [entry.strip() for entry in next(reader)]
+    if separator == _BOTH:
+        return content.replace(",", " ").split()
     return [entry.strip() for entry in content.split(separator)]
 
 
@@ -216,7 +225,7 @@ def _contents(name: str, text: str) -> Iterator[tuple[int, str]]:
     for number, line in enumerate(io.StringIO(text, newline=None), start=1):
         if len(line) > _LONGEST:
             raise PathError(f"{name}, line {number}: is longer than {_LONGEST:,} characters")
-        content = line if '"' in line else line.partition("#")[0]
+        content = _HASH.split(line, 1)[0] if "#" in line and '"' not in line else line
         if content.strip() and not content.lstrip().startswith(("#", "%", "//")):
             yield number, content.strip(" \n")  # a tab may stand before a column without a name
 
@@ -232,8 +241,17 @@ def _separator(lines: list[str]) -> str | None:
         counts = [line.count(mark) for line in lines]
         most = 2 * sum(map(bool, counts)) + bool(counts[:1] and counts[0]) > len(counts)
         if most and (mark != "\t" or min(counts) > 0):
-            return mark
+            return _BOTH if mark == "," and all(map(_is_spaced, lines)) else mark
     return None
+
+
+def _is_spaced(line: str) -> bool:
+    """Whether entries between commas are several numbers, or a number and a flag."""
+    entries = [entry.split() for entry in line.split(",")]
+    flags = ("True", "False")
+    return any(len(each) > 1 for each in entries) and all(
+        _parse(part) is not None or part in flags for each in entries for part in each
+    )
 
 
 def _head(

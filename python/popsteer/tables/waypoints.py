@@ -153,6 +153,7 @@ def make_path(make: Callable[..., Any], found: Waypoints, *, closed: bool) -> An
                 raise PathError(f"{_place(found, error.index)}: {error}", error.index) from error
             given.pop(wrong)
             found.read = [each for each in found.read if not each.startswith(wrong)]
+            found.notes = [each for each in found.notes if not each.startswith(f"{wrong} is in ")]
             found.notes.append(f"{wrong} ignored: {error}"[:200])
 
 
@@ -173,21 +174,33 @@ def _read_table(
     table: Table, wanted: list[str] | dict[str, str], origin: tuple[float, float] | None
 ) -> Waypoints:
     if not wanted and table.head is None:
-        texts = [k for k in range(table.columns) if table.is_text(k)]
-        if texts and len(texts) < table.columns - 1:
-            _refuse_text(table, texts)
-        values = table.numbers(range(table.columns))
+        texts = _texts(table)
+        values = table.numbers([k for k in range(table.columns) if k not in texts])
         _check_count(table.name, len(values))
+        for k in sorted(texts):
+            values = np.insert(values, k, 0.0, axis=1)
         if (posed := poses(values)) is not None:
             found = Waypoints(
                 table.name, posed.xy, read=[posed.read], notes=[posed.note], table=table
             )
             _add_yaw(found, {"yaw": posed.yaw}, "yaw (of the orientation)", both_ways=True)
             return found
-        places, notes = explained(table.name, values)
+        found = Waypoints(table.name, np.empty((0, 2)), table=table)
+        said = "x, y"
+        if shown.is_degrees(values[:, 0], values[:, 1]) and np.abs(values[:, :2]).max() > 90.0:
+            # No latitude is beyond 90 degrees, so that one of the two is the longitude.
+            east = int(np.argmax(np.abs(values[:, :2]).max(axis=0)))
+            said = "longitude, latitude" if east == 0 else "latitude, longitude"
+            values[:, :2] = _local(found, values[:, [1 - east, east]], origin)
+        try:
+            places, notes = explained(table.name, values, texts)
+        except PathError as error:
+            degrees = ",".join(each[:3] for each in said.split(", "))
+            option = "x,y" if found.origin is None else degrees
+            raise PathError(str(error).replace("--columns x,y", f"--columns {option}")) from None
         columns = {key: values[:, column.place] for key, column in places.items()}
-        found = Waypoints(table.name, np.column_stack((columns["x"], columns["y"])), table=table)
-        found.read.append(f"x, y (columns {places['x'].place + 1}, {places['y'].place + 1})")
+        found.xy = np.column_stack((columns["x"], columns["y"]))
+        found.read.append(f"{said} (columns {places['x'].place + 1}, {places['y'].place + 1})")
         found.notes += notes
     else:
         places = {
@@ -221,15 +234,28 @@ def _read_table(
     return found
 
 
-def _refuse_text(table: Table, texts: list[int]) -> None:
-    first = table.rows()
-    entry = next(first)[1][texts[0]][:40]
-    rest = iter(("x", "y"))
-    shown_as = ["-" if k in texts else next(rest, "-") for k in range(table.columns)]
-    raise PathError(
-        f"{table.name}: column {texts[0] + 1} is text ({entry!r}) without a name (--columns"
-        f" {','.join(shown_as)} reads the others, in the order of the rows)"
-    )
+def _texts(table: Table) -> dict[int, str]:
+    """Find columns that are no numbers, and what is said of those that never change.
+
+    So is pandas' index. Raises PathError where one changes, or is a unit, or a side of a road.
+    """
+    index = {0: "nothing the index"} if table.has_index else {}
+    texts = [k for k in range(table.columns) if table.is_text(k)]
+    if not texts or len(texts) >= table.columns - 1:
+        return index
+    entries = [row for _, _, row in table.entries(texts)]
+    first = dict(zip(texts, entries[0], strict=True))
+    told = zip(texts, zip(*entries, strict=True), strict=True)
+    varied = [k for k, each in told if len(set(each)) > 1]
+    told_more = UNITS["speed"].keys() | _SIDES
+    for k in varied or [k for k in texts if told_more & {first[k], *first[k].lower().split("_")}]:
+        rest = iter(("x", "y"))
+        shown_as = ["-" if each in texts else next(rest, "-") for each in range(table.columns)]
+        raise PathError(
+            f"{table.name}: column {k + 1} is text ({first[k][:40]!r}) without a name (--columns"
+            f" {','.join(shown_as)} reads the others, in the order of the rows)"
+        )
+    return index | {k: f"nothing always {entry[:40]!r}" for k, entry in first.items()}
 
 
 def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
