@@ -121,6 +121,20 @@ def test_journal_with_a_blank_or_broken_line_names_it(tmp_path: Path) -> None:
         assert file.read_bytes() == before
 
 
+def test_run_of_a_file_that_cannot_be_driven_names_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = sweep.run(_job())
+    document = json.loads(_job().text)
+    document["plant"]["vehicle"]["rear_axle"] = 9.5
+    file = rows.journal_of(tmp_path / "s.csv")
+    lines = (json.dumps(each, separators=(",", ":")) for each in (document, found[1]))
+    file.write_text("\n".join(lines) + "\n")
+    done = call(capsys, "sweep", "--run", f"{file}:1")
+    assert done.status == 2
+    assert done.err.startswith(f"popsteer: {file}: rear_axle must be that of the plant, 9.5, got ")
+
+
 def test_bombs_are_refused_unopened(tmp_path: Path) -> None:
     document = json.loads(_job().text)
     packed = zlib.compress(bytes(800_000_000 + 8), 9)

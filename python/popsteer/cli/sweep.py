@@ -14,7 +14,7 @@ from popsteer import lab, own, sim
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
-from popsteer.errors import ConfigError, printable
+from popsteer.errors import ConfigError, PopsteerError, printable
 from popsteer.files import write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
@@ -170,7 +170,10 @@ def _again(
             raise ConfigError(f"--{option}", name, f"that of the sweep, {there[option]}")
     outputs.check_folder(out, lab.compare.files.file_names([job.controller]), report)
     with Progress() as progress:
-        found = lab.sweep.repeat(job, run, progress=partial(progress.update, job.controller))
+        try:
+            found = lab.sweep.repeat(job, run, progress=partial(progress.update, job.controller))
+        except ConfigError as error:  # what the file says cannot be driven
+            raise PopsteerError(f"{file}: {error}") from None
         drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
         comparison = lab.compare.Comparison(
             {job.controller: found},
