@@ -39,11 +39,10 @@ from matplotlib.figure import Figure
 from popsteer import sim, vehicles
 from popsteer._core import AdaptParams, Path, Pop, PopParams, PreviewPopParams, SpeedPid, Vehicle
 from popsteer.errors import ConfigError
-from popsteer.lab.common.draw import files_of
 from popsteer.lab.stability.linear import lookahead, no_slip, preview_gains
 from popsteer.lab.stability.runs import margins
 from popsteer.ranges import check_in_range
-from studies.layout import DOCS
+from studies.layout import write_figures
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -247,13 +246,13 @@ def choice_figure(curves: Mapping[str, Choice], theme: Theme) -> Figure:
 
 
 def main() -> None:
-    draw = {
-        "carrot-offset": partial(carrot_figure, carrot_curve(vehicles.get("carla-identified"))),
-        "preview-choice": partial(choice_figure, choice_curves()),
-    }
-    for name, content in files_of(draw).items():
-        if name.endswith(".png"):
-            (DOCS / "figures" / name).write_bytes(content)
+    """Draw both figures."""
+    write_figures(
+        {
+            "carrot-offset": partial(carrot_figure, carrot_curve(vehicles.get("carla-identified"))),
+            "preview-choice": partial(choice_figure, choice_curves()),
+        }
+    )
 
 
 if __name__ == "__main__":

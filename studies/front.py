@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 
 from popsteer import PreviewPopParams, lab
-from popsteer.lab.common.draw import files_of
 from popsteer.lab.stability import margins
 from popsteer.lab.suite import suite_car
 from popsteer.lab.suite.runs import mean_error
-from studies.layout import DOCS, cells, line, write_table
+from studies.layout import cells, line, write_figures, write_table
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
@@ -81,9 +80,7 @@ def main() -> None:
     """Put the table and the figure into docs/."""
     lines = [front_line(rate, heading) for heading in HEADING for rate in STEER_RATE]
     write_table("preview_pop.md", "front", lines)
-    for name, content in files_of({"front": partial(front_figure, lines)}).items():
-        if name.endswith(".png"):
-            (DOCS / "figures" / name).write_bytes(content)
+    write_figures({"front": partial(front_figure, lines)})
     print("\n".join(lines))
 
 

@@ -11,8 +11,11 @@ from popsteer import tracks
 from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
+    from matplotlib.figure import Figure
+
+    from popsteer.lab.common.theme import Theme
     from popsteer.sim import Pose
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,6 +30,15 @@ def table(page: str, name: str) -> list[str]:
     """Rows of a table of a page, without its two lines of heads."""
     text = (DOCS / page).read_text(encoding="utf-8")
     return text.partition(f"<!-- table: {name} -->\n")[2].partition("\n\n")[0].splitlines()[2:]
+
+
+def write_figures(draw: Mapping[str, Callable[[Theme], Figure]]) -> None:
+    """Draw figures of the pages, for both backgrounds."""
+    from popsteer.lab.common.draw import files_of
+
+    for name, content in files_of(draw).items():
+        if name.endswith(".png"):
+            (DOCS / "figures" / name).write_bytes(content)
 
 
 def write_table(page: str, name: str, rows: Sequence[str]) -> None:

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import osqp
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
 from scipy import sparse
 
 import popsteer
@@ -27,10 +29,12 @@ from popsteer.lab.opponents.mpc import Mpc, Weights
 from popsteer.reference.laws.preview_pop.cost_to_go import transition
 from popsteer.sim.geometry import object_of
 from studies.chain import Chain
-from studies.layout import DOCS, line
+from studies.layout import line, write_figures
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
+
+    from popsteer.lab.common.theme import Theme
 
     Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -218,7 +222,8 @@ def check(case: Straight) -> tuple[Straight, Joined, float]:
     return case, join(case), allowed(case)
 
 
-FIGURE = DOCS / "figures" / "limits-map.png"
+RATES, SPEEDS = np.linspace(0.15, 1.0, 18), np.linspace(3.0, 25.0, 23)
+"""Of the map [rad/s, m/s]."""
 
 
 class Slalom(NamedTuple):
@@ -309,29 +314,36 @@ def sweep_lines() -> list[str]:
     return lines
 
 
-def draw_map() -> None:
+def map_figure(overshoots: Sequence[Array], theme: Theme) -> Figure:
     """Draw overshoot over speed and rate, clipped and within."""
-    from matplotlib import pyplot as plt
-    from matplotlib.colors import LogNorm
-
-    rates, speeds = np.linspace(0.15, 1.0, 18), np.linspace(3.0, 25.0, 23)
-    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.8), sharey=True, layout="constrained")
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
     titles = "plan without limits, cut afterwards", "limits inside the prediction"
-    for axis, title, inside in zip(axes, titles, (False, True), strict=True):
-        over = [
-            [join(Straight(rate, speed, 1.0), inside=inside).overshoot for speed in speeds]
-            for rate in rates
-        ]
+    for axis, title, over in zip(axes, titles, overshoots, strict=True):
         mesh = axis.pcolormesh(
-            speeds, rates, np.maximum(over, 1e-3), norm=LogNorm(1e-3, 3.0), cmap="viridis"
+            SPEEDS, RATES, np.maximum(over, 1e-3), norm=LogNorm(1e-3, 3.0), cmap="viridis"
         )
         axis.set(title=title, xlabel="speed [m/s]")
+        axis.grid(visible=False)
     axes[0].set_ylabel("rate of the wheels [rad/s]")
-    figure.colorbar(mesh, ax=axes, label="overshoot from 1 m beside [m]")
-    figure.savefig(FIGURE, dpi=110)
-    plt.close(figure)
+    bar = figure.colorbar(mesh, ax=axes, label="overshoot from 1 m beside [m]")
+    bar.outline.set_edgecolor(theme.faint)
+    return figure
+
+
+def draw_map() -> None:
+    """Compute the map and draw it."""
+    overshoots = [
+        np.array(
+            [
+                [join(Straight(rate, speed, 1.0), inside=inside).overshoot for speed in SPEEDS]
+                for rate in RATES
+            ]
+        )
+        for inside in (False, True)
+    ]
+    write_figures({"limits-map": functools.partial(map_figure, overshoots)})
 
 
 if __name__ == "__main__":
     draw_map()
-    print(f"wrote docs/figures/{FIGURE.name}")

@@ -12,9 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from popsteer import Path, lab, sim, tracks
-from popsteer.lab.common.draw import files_of
 from popsteer.lab.common.names import title_of
-from studies.layout import DOCS
+from studies.layout import write_figures
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
@@ -56,9 +55,7 @@ def versus_figure(found: list[Comparison], theme: Theme) -> Figure:
 def main() -> None:
     """Drive and draw."""
     found = [driven(track, plant) for track, plant, _ in PANELS]
-    for name, content in files_of({"versus": partial(versus_figure, found)}).items():
-        if name.endswith(".png"):
-            (DOCS / "figures" / name).write_bytes(content)
+    write_figures({"versus": partial(versus_figure, found)})
 
 
 if __name__ == "__main__":
