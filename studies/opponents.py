@@ -1,7 +1,7 @@
 """Searches the weights of each controller for the suite, forty sets each, preview POP's like all.
 
-    python -m studies.opponents        # all of them, half an hour; writes docs/results.md
-    python -m studies.opponents Lqr    # prints the sets of one, the least last
+    python -m studies.opponents        # all of them, ten minutes or more; writes docs/results.md
+    python -m studies.opponents Lqr    # one of them
 
 The score is the geometric mean of the mean error in all scenarios on the suite's car, as told and
 in noise. The first set is the defaults; the others, an eighth to eight times of them, are proposed
@@ -24,7 +24,7 @@ from popsteer.lab import opponents
 from popsteer.lab.common.names import title_of
 from popsteer.lab.suite import suite_car
 from popsteer.lab.suite.runs import Cell, mean_error
-from studies.layout import line, write_table
+from studies.layout import cells, line, table, write_table
 
 SEARCHED = {
     "preview-pop": ("steer_rate_cost", "heading_cost"),
@@ -103,7 +103,7 @@ def weights_line(key: str) -> str:
     tried = each.search()
     for score, values in tried:
         print(f"{key}: {worded(values)}: {score:.4f} m", flush=True)
-    cells = [title_of(each.name)]
+    row = [title_of(each.name)]
     begin = each.values(each.usual)
     for values in (begin, tried[-1][1]):
         driven = each.drive(values)
@@ -112,17 +112,20 @@ def weights_line(key: str) -> str:
         ]
         effort = sum(cell.steer_rate for cell in driven) / len(driven)
         figures = (f"{mean_error(searched):.4f}", f"{mean_error(driven):.4f}", f"{effort:.2f}")
-        cells += [worded(values), *figures]
-    found = line(*cells)
+        row += [worded(values), *figures]
+    found = line(*row)
     print(found, flush=True)
     return found
 
 
 def main() -> None:
-    """Search all or some; write the page's table of all."""
-    lines = [weights_line(key) for key in SEARCHED if key in (sys.argv[1:] or SEARCHED)]
-    if not sys.argv[1:]:
-        write_table("results.md", "weights", lines)
+    """Search all or some; write their rows of the page's table."""
+    rows = {cells(row)[0]: row for row in table("results.md", "weights")}
+    for key in SEARCHED:
+        if key in (sys.argv[1:] or SEARCHED):
+            found = weights_line(key)
+            rows[cells(found)[0]] = found
+    write_table("results.md", "weights", list(rows.values()))
 
 
 if __name__ == "__main__":

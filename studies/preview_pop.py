@@ -62,7 +62,7 @@ def preview_lines() -> Iterator[str]:
 
     yield _row("POP", Pop(path, CAR))
     yield _row("MPC", Mpc(path, CAR, Weights()))
-    yield _row("**preview POP**", law())
+    yield _row("preview POP", law())
     yield _row("not adapting", law(adapt=None))
     yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))
     yield _row("not estimating the slip, `slip_time=0`", law(adapt=NO_SLIP))

@@ -20,7 +20,7 @@ from popsteer.lab.suite.scenarios import SCENARIOS
 from popsteer.lab.suite.table import spoken
 from studies.carrot import carrot_offset
 from studies.front import HEADING, STEER_RATE, front_line
-from studies.layout import DOCS, table
+from studies.layout import DOCS, cells, table
 from studies.suite import FIGURES, loss_lines, read, update
 from studies.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
 
@@ -155,6 +155,15 @@ def test_readme_says_what_the_suite_shows() -> None:
         assert ours < min(others), name
 
 
+def test_weights_are_searched_for_the_suite_of_the_page() -> None:
+    heads, rows = shown()
+    titles = heads[-len(rows["All"]) :]
+    for row in map(cells, table("results.md", "weights")):
+        at = titles.index(row[0])
+        assert row[3] == rows["All"][at].strip("=* ").split()[0].strip("*"), row[0]
+        assert row[4] == rows["rate of the command, rms [rad/s]"][at], row[0]
+
+
 def test_row_of_the_hairpin_is_what_is_driven() -> None:
     heads, rows = shown()
     found = lab.suite.run(controllers.names(), scenarios=["hairpin"])
@@ -172,14 +181,14 @@ def test_row_of_the_default_costs_is_what_is_driven() -> None:
 
 
 def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:
-    cells = [
+    driven = [
         Cell("slalom", "noise", "suite-car", name, error, 0.1, 0.0, 0.1, 1.0, 0.0, True, "finished")
         for name, error in (("preview-pop", 0.02), ("stanley", 0.01))
     ]
     document = {
         "suite": "standard-2",
         "step_times": {"preview-pop": 1e-6, "stanley": 1e-6},
-        "cells": [asdict(each) for each in cells],
+        "cells": [asdict(each) for each in driven],
     }
     (tmp_path / "suite.json").write_text(json.dumps(document), encoding="utf-8")
     (tmp_path / "docs" / "figures").mkdir(parents=True)
