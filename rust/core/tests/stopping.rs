@@ -386,3 +386,136 @@ fn aged(pose_age: f64) -> Told {
         ..Told::default()
     }
 }
+
+/// A stop line, forwards and backwards: the stop point is the front's, and backwards the rear axle stops.
+#[test]
+fn test_stop_point_counts_forwards_and_the_rear_axle_backwards() {
+    let x: Vec<f64> = (0..=60).map(f64::from).collect();
+    let speed: Vec<f64> = (0..=60).map(|k| if k == 30 { 0.0 } else { 4.0 }).collect();
+    for (reverse, stop_point, rests) in [
+        (false, None, 30.0),
+        (false, Some(3.0), 27.0),
+        (true, None, 30.0),
+        (true, Some(3.0), 30.0),
+    ] {
+        let vehicle = Vehicle {
+            stop_point,
+            ..car(2.0, 0.2)
+        };
+        let tracker = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
+        let path = Path::new(&x, &[0.0; 61], Some(&speed), false).unwrap();
+        let path = path.with_reverse(&[reverse; 61]).unwrap();
+        let plan = tracker.plan(&path.view()).unwrap();
+        let (mut state, mut vehicle) = (SpeedTrackerState::default(), Car::new(0.0, 0.2, 0.0));
+        for _ in 0..500 {
+            let (yaw, sign) = if reverse {
+                (core::f64::consts::PI, -1.0)
+            } else {
+                (0.0, 1.0)
+            };
+            let measured = VehicleState {
+                x: vehicle.x,
+                y: 0.0,
+                yaw,
+                speed: sign * vehicle.speed,
+            };
+            let command = tracker
+                .step(&path.view(), &plan, &mut state, measured, DT)
+                .unwrap();
+            vehicle.advance(command.acceleration);
+        }
+        assert!(state.law.standing, "{reverse} {stop_point:?}");
+        assert!(
+            (vehicle.x - rests).abs() < 0.1,
+            "{reverse} {stop_point:?} {}",
+            vehicle.x
+        );
+    }
+}
+
+/// Weak brakes on slopes up and down: what is left of them decides whether it can stop, and holds it.
+#[test]
+fn test_weak_brakes_stop_uphill_what_they_cannot_stop_downhill_and_hold_it_on_both() {
+    // At 5 m/s 6 m before the end: 2.1 m/s² of 3; a slope of 15 % gives or takes 1.5.
+    for (grade, cannot) in [(0.0, false), (0.15, false), (-0.15, true)] {
+        let vehicle = Vehicle {
+            brake_deceleration: Some(3.0),
+            ..car(1.5, 0.05)
+        };
+        let tracker = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
+        let path = straight(6, 5.0, grade);
+        let plan = tracker.plan(&path.view()).unwrap();
+        let mut state = SpeedTrackerState::default();
+        let mut vehicle = Car::new(5.0, 0.05, grade);
+        vehicle.brakes = 3.0;
+        let (mut warned, mut command) = (false, None);
+        for _ in 0..200 {
+            let measured = at(std::slice::from_ref(&vehicle), 0.0, 1.0);
+            let found = tracker
+                .step(&path.view(), &plan, &mut state, measured, DT)
+                .unwrap();
+            warned |= found.cannot_stop;
+            vehicle.advance(found.acceleration);
+            command = Some(found);
+        }
+        assert_eq!(warned, cannot, "{grade}: {}", vehicle.x);
+        // Held with more than the slope pulls, whichever way that is.
+        let hold = -command.unwrap().acceleration;
+        let pull = (GRAVITY * grade).abs();
+        assert!(
+            vehicle.speed.abs() < 1e-9 && hold > 1.5 * pull,
+            "{grade}: {hold}"
+        );
+    }
+}
+
+/// A stop line on either side of a lap's seam, and one that was overrun across it.
+#[test]
+fn test_stop_lines_beside_the_seam_of_a_lap_are_as_far_as_they_are() {
+    let count = 126_u32;
+    let turn = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(count);
+    let radius = 20.0;
+    let x: Vec<f64> = (0..count).map(|k| radius * turn(k).sin()).collect();
+    let y: Vec<f64> = (0..count).map(|k| radius * (1.0 - turn(k).cos())).collect();
+    for line in [2, count - 2] {
+        let speed: Vec<f64> = (0..count)
+            .map(|k| if k == line { 0.0 } else { 4.0 })
+            .collect();
+        let path = Path::new(&x, &y, Some(&speed), true).unwrap();
+        let tracker = SpeedTracker::new(car(2.0, 0.2), SpeedTrackerParams::DEFAULT).unwrap();
+        let plan = tracker.plan(&path.view()).unwrap();
+        let length = path.view().length();
+        let due = path.view().arc(usize::try_from(line).unwrap());
+        let due = if line == 2 { due + length } else { due };
+        let mut state = SpeedTrackerState::default();
+        let mut vehicle = Car::new(0.0, 0.2, 0.0);
+        vehicle.x = length - 15.0;
+        let mut last = 0.0;
+        for k in 0..480 {
+            if k == 400 {
+                vehicle.x += 2.5; // it is pushed over its line: across the seam, if that is the one before
+            }
+            let angle = vehicle.x / length * std::f64::consts::TAU;
+            let measured = VehicleState {
+                x: radius * angle.sin(),
+                y: radius * (1.0 - angle.cos()),
+                yaw: angle,
+                speed: vehicle.speed,
+            };
+            let command = tracker
+                .step(&path.view(), &plan, &mut state, measured, DT)
+                .unwrap();
+            vehicle.advance(command.acceleration);
+            if k == 399 {
+                assert!(command.standing, "{line}");
+                assert!(
+                    (vehicle.x - due).abs() < 0.15,
+                    "{line}: {} {due}",
+                    vehicle.x
+                );
+            }
+            last = command.distance_to_stop;
+        }
+        assert!((last + 2.5).abs() < 0.3, "{line}: {last}");
+    }
+}
