@@ -230,6 +230,9 @@ def test_losses_are_to_the_best_that_succeeded() -> None:
     found = lab.suite.Suite("standard-2", cells, {"mine": 1e-6, "theirs": 1e-6, "fast": 1e-6}, [])
     assert [(a.mean_error, b.controller) for a, b in losses(found, "mine")] == [(0.02, "theirs")]
     assert losses(found, "theirs") == []
+    assert len(losses(found, "mine", 0.0)) == 1
+    less = lab.suite.Suite("standard-2", [cell("a", 2e-4), cell("b", 1e-4)], {}, [])
+    assert [len(losses(less, "a", more)) for more in (0.001, 0.0)] == [0, 1]
     two = [cell("mine", 0.01), cell("mine", 0.04, success=False)]
     assert mean_error(two) == pytest.approx(0.02)
     assert worded(two) == "0.0200 (1)"

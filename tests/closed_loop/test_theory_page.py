@@ -198,7 +198,7 @@ def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:
     update(tmp_path, tmp_path)
     text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert "| Slalom | 0.0200 | **0.0100** |" in text
-    assert "Of 1 cells it loses 1." in text
+    assert "Of 1 cells it loses 1, and 0 more by 1 mm or less." in text
     assert "- Stanley alone has the least: Slalom; Noise of 5 cm and 0.01 rad.\n" in text
     assert "- Behind the least in every row: Preview POP.\n" in text
     assert "| suite-car | 0.0200 | Stanley | 0.0100 | 2.00 |" in text

@@ -34,8 +34,8 @@ FILES = ("suite.csv", "suite.md", "suite.json", *figure_names("suite"))
 """The names of the files that `suite_files` gives."""
 SCHEMA = "popsteer-suite/1"
 """What the document says it is."""
-# A row is a loss where the error is more than so many times, and so much [m] more than, the least.
-LOSS = 1.1, 0.001
+# A row is a loss where the error is more than so many times the least.
+LOSS = 1.1
 
 
 def worded(cells: Sequence[Cell]) -> str:
@@ -52,20 +52,19 @@ def _marked(cells: dict[str, list[Cell]], bold: str = "") -> dict[str, str]:
     return words
 
 
-def losses(found: Suite, name: str) -> list[tuple[Cell, Cell]]:
-    """Give the cells where a controller loses to the best of the others, with that one's."""
+def losses(found: Suite, name: str, more: float = 0.001) -> list[tuple[Cell, Cell]]:
+    """Give the cells where a controller loses by so much [m] to the best, with that one's."""
     lost = []
     places: dict[tuple[str, str, str], list[Cell]] = {}
     for each in found.cells:
         places.setdefault((each.scenario, each.condition, each.plant), []).append(each)
-    ratio, more = LOSS
     for cells in places.values():
         succeeded = (each for each in cells if each.success)
         best = min(succeeded, key=attrgetter("mean_error"), default=None)
         for each in cells:
             if best is None or each.controller != name:
                 continue
-            if each.mean_error > max(ratio * best.mean_error, best.mean_error + more):
+            if each.mean_error > max(LOSS * best.mean_error, best.mean_error + more):
                 lost.append((each, best))
     return lost
 
