@@ -390,3 +390,79 @@ fn test_pasts_are_equal_where_all_their_angles_are() {
     };
     assert!(driven(0.3) == driven(0.3) && driven(0.3) != driven(0.31));
 }
+
+/// A localisation that jumps for good while its poses are old: from the jump on they are believed as
+/// before it, whatever their age.
+#[test]
+fn test_old_poses_after_a_jump_of_the_localisation_are_believed_as_before_it() {
+    let path = straight();
+    for age in [0.0, 0.1, 0.25] {
+        let tracker = Tracker::of(Stanley::new(CAR, StanleyParams::DEFAULT).unwrap());
+        let mut state = tracker.initial_state();
+        let mut after = Vec::new();
+        for k in 0..160_u32 {
+            let jump = if k >= 60 { 5.0 } else { 0.0 };
+            let along = 5.0 * (DT * f64::from(k) - age) + jump;
+            let pose = VehicleState {
+                x: along * YAW.cos(),
+                y: along * YAW.sin(),
+                yaw: YAW,
+                speed: 5.0,
+            };
+            let reported = Reported {
+                pose_age: age,
+                ..Reported::NOTHING
+            };
+            let command = tracker
+                .step(&path.view(), &mut state, pose, DT, reported)
+                .unwrap();
+            if k >= 60 {
+                after.push(command.status.contains(Status::OUTLIER));
+            }
+        }
+        let doubted = after.iter().take_while(|&&outlier| outlier).count();
+        assert!((1..40).contains(&doubted), "{age}: {doubted}");
+        assert!(!after[doubted..].contains(&true), "{age}: {after:?}");
+    }
+}
+
+/// A position that repeats while the car turns: its heading is believed while it lives, and by the wheels
+/// from when it repeats, too, however long after.
+#[test]
+fn test_heading_of_a_frozen_position_is_rolled_on_once_it_freezes_too() {
+    let angle = |k: u32| f64::from(k) * 0.01;
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..600)
+        .map(|k| (50.0 * angle(k).sin(), 50.0 * (1.0 - angle(k).cos())))
+        .unzip();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    for lives in [0, 3, 6] {
+        let tracker =
+            Tracker::of(PreviewPop::new(Vehicle::PAPER, PreviewPopParams::DEFAULT).unwrap());
+        let mut state = tracker.initial_state();
+        let place = |k: u32, at: u32| {
+            let yaw = 0.1 * DT * f64::from(k);
+            let frozen = 0.1 * DT * f64::from(at);
+            VehicleState {
+                x: 50.0 * frozen.sin(),
+                y: 50.0 * (1.0 - frozen.cos()),
+                yaw,
+                speed: 5.0,
+            }
+        };
+        let mut headings = Vec::new();
+        for k in 0..52_u32 {
+            let pose = place(k.min(40 + lives), k.min(40));
+            tracker
+                .step(&path.view(), &mut state, pose, DT, Reported::NOTHING)
+                .unwrap();
+            headings.push(state.gate.as_ref().unwrap().believed.yaw);
+        }
+        // At 0.1 rad/s: within a quarter of it from the freeze of the heading on.
+        let turned = headings[51] - headings[41 + lives as usize];
+        let wanted = 0.1 * DT * f64::from(10 - lives);
+        assert!(
+            (turned - wanted).abs() < 0.25 * wanted,
+            "{lives}: {turned} {wanted}"
+        );
+    }
+}

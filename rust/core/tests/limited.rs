@@ -61,6 +61,52 @@ fn test_first_move_is_that_of_interior_points_on_1000_random_instances() {
     println!("first move within {worst:e} rad");
 }
 
+/// Wheels that turn at their rate and then land at a limit of the curvature: the moves before it are held
+/// one by one, and their multipliers are apart from that of the landing. From guesses that hold what the
+/// plan does not, too.
+#[test]
+fn test_moves_at_their_rate_that_land_at_a_limit_are_those_of_the_exact_program() {
+    let mut random = Random(16);
+    let (mut landed, mut cut_short, mut passes) = (0, 0, 0);
+    for n in 0..4000 {
+        let mut instance = Instance::random(&mut random);
+        instance.turns.resize(20, 0.0);
+        let moves = random.uniform(2.0, 9.0);
+        let side = random.of(&[-1.0, 1.0]);
+        let limits = &mut instance.limits;
+        limits.later *= 0.3;
+        limits.first = (-limits.later, limits.later);
+        let reach = moves * limits.later;
+        (limits.low, limits.high) = (-reach, reach);
+        instance.start.commanded = random.uniform(-0.5, 0.5) * reach;
+        instance.start.driven = instance.start.commanded;
+        instance.start.error = side * random.uniform(0.1, 4.0) * instance.length;
+        let horizon = instance.horizon();
+        // No guess, all moves at their least, at their greatest, and by turns with the curvature's.
+        for guess in [
+            0,
+            0o1_1111_1111_1111_1111_1111,
+            0o2_2222_2222_2222_2222_2222,
+            0o4_2214_2231_1324,
+        ] {
+            let plan = horizon.limited(instance.start, &instance.limits, ReachedLimits(guess));
+            passes += plan.passes;
+            if plan.cut_short {
+                cut_short += 1;
+                continue;
+            }
+            let residual = instance.residual(&plan);
+            assert!(residual < 1e-8, "{n} {guess:o}: {residual} {plan:?}");
+            // Two moves at the rate, and then the limit of the curvature.
+            let codes: Vec<u64> = (0..20).map(|k| plan.limits.0 >> (3 * k) & 7).collect();
+            let lands = |w: &[u64]| matches!(w, [1 | 2, 1 | 2, 3 | 4, ..]);
+            landed += usize::from(codes.windows(3).any(lands));
+        }
+    }
+    println!("{landed} of 16000 land, {passes} passes, {cut_short} cut short");
+    assert!(landed > 10_000 && cut_short <= 16, "{landed} {cut_short}");
+}
+
 #[test]
 fn test_plan_within_limits_that_do_not_bind_is_the_unlimited_one() {
     let mut random = Random(13);

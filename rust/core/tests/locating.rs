@@ -236,3 +236,107 @@ fn test_vehicle_beside_jitter_is_on_the_side_of_the_path_about_it() {
         assert!(back > 5, "{back}");
     }
 }
+
+/// What is offset from a place is found on the same lap and leg, farther off than a search goes.
+#[test]
+fn test_offset_from_a_place_goes_over_the_seam_and_not_over_a_cusp() {
+    let car = Vehicle {
+        wheelbase: 1.0,
+        ..Vehicle::DEFAULT
+    };
+    let follow = Follow::of(&car, 0.0, 0.0);
+    let pose = |x: f64, y: f64, yaw: f64| VehicleState {
+        x,
+        y,
+        yaw,
+        speed: 1.0,
+    };
+    // A lap of 80 m that begins in the midst of a side, at the origin.
+    let sides: [(f64, f64); 5] = [
+        (0.0, 0.0),
+        (10.0, 0.0),
+        (10.0, 20.0),
+        (-10.0, 20.0),
+        (-10.0, 0.0),
+    ];
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for (k, from) in sides.iter().enumerate() {
+        let to = sides[(k + 1) % sides.len()];
+        let length = (to.0 - from.0).hypot(to.1 - from.1);
+        for step in 0..popsteer_core::math::to_count(length) {
+            let share = popsteer_core::math::from_count(step) / length;
+            x.push(from.0 + share * (to.0 - from.0));
+            y.push(from.1 + share * (to.1 - from.1));
+        }
+    }
+    let lap = Path::new(&x, &y, None, true).unwrap();
+    let view = lap.view();
+    for (from, to, arc) in [(2.0, -7.5, 72.5), (-2.0, 7.5, 7.5), (1.0, 8.5, 8.5)] {
+        let here = follow.locate(&view, None, pose(from, 0.0, 0.0), 0.1);
+        let there = follow.offset(&view, &here, pose(to, 0.0, 0.0), 0.0);
+        let found = there.closest.arc_length(&view);
+        assert!((found - arc).abs() < 1e-9, "{from} {to}: {found}");
+    }
+    // 20 m out and back on one line: beyond its end a leg goes on straight.
+    let x: Vec<f64> = (0..=40)
+        .map(|k| 20.0 - f64::from((k - 20_i32).abs()))
+        .collect();
+    let back: Vec<bool> = (0..=40).map(|k| k >= 20).collect();
+    let legs = Path::new(&x, &[0.0; 41], None, false).unwrap();
+    let legs = legs.with_reverse(&back).unwrap();
+    let view = legs.view();
+    for (waypoint, from, to, segment) in [
+        (15, 15.0, 28.0, 19),
+        (25, 15.0, 28.0, 20),
+        (15, 15.0, 4.5, 4),
+        (25, 15.0, 4.5, 35),
+    ] {
+        let here = follow.locate(&view, Some(waypoint), pose(from, 0.0, 0.0), 0.1);
+        let there = follow.offset(&view, &here, pose(to, 0.0, 0.0), 0.0);
+        assert_eq!(there.closest.segment, segment, "{waypoint} {to}");
+        assert_eq!(there.reverse, waypoint == 25);
+    }
+}
+
+/// After a jump of the localisation the last place explains what the jump explains, no more than the
+/// heading costs: two lanes, and a pose so far from either.
+#[test]
+fn test_place_after_a_jump_is_the_other_lane_only_where_the_jump_does_not_explain_it() {
+    use popsteer_core::path::{Place, Spot};
+    let follow = Follow::of(&Vehicle::PAPER, 0.0, 0.0);
+    for (apart, along, off, moves) in [
+        (40.0, 60.0, 40.0, true), // on the other lane, 40 m from its own: 10 m are explained
+        (8.0, 60.0, 8.0, false),  // 8 m from its own, by a jump of 60 m
+        (8.0, 1.0, 8.0, false),   // by one of 8 m
+        (8.0, 1.0, 3.0, false),   // nearer to its own
+        (25.0, 80.0, 18.0, true), // 18 m from its own and 7 from the other: 11 more than 10
+        (25.0, 80.0, 16.0, false), // 16 and 9
+    ] {
+        // Down one lane, and far round to the other one.
+        let lane = (0..200).map(|k| (f64::from(k), 0.0));
+        let round = [
+            (400.0, 0.0),
+            (400.0, -400.0),
+            (-200.0, -400.0),
+            (-200.0, apart),
+        ];
+        let other = (0..200).map(|k| (f64::from(k), apart));
+        let (x, y): (Vec<f64>, Vec<f64>) = lane.chain(round).chain(other).unzip();
+        let path = Path::new(&x, &y, None, false).unwrap();
+        let view = path.view();
+        let point = Point::new(20.0, 0.0);
+        let place = Place::Lost(Spot { segment: 20, point });
+        let vehicle = VehicleState {
+            x: 20.0 + along,
+            y: off,
+            yaw: 0.0,
+            speed: 1.0,
+        };
+        let at = follow.find(&view, &place, vehicle, 0.1, 0.1);
+        let found = at.closest.point.y;
+        assert!(
+            (found - if moves { apart } else { 0.0 }).abs() < 1e-9,
+            "{apart} {off}: {found}"
+        );
+    }
+}

@@ -383,6 +383,10 @@ fn test_path_of_laps_loses_those_driven_and_gains_those_to_drive() {
             ((0, 180), (60, 180), 85, 25),
             ((0, 120), (0, 180), 85, 85),
             ((0, 180), (60, 180), 40, 40),
+            // As near to either end as a search goes.
+            ((0, 180), (0, 180), 178, 178),
+            ((0, 180), (0, 180), 1, 1),
+            ((0, 180), (60, 180), 61, 1),
         ] {
             let (old, new) = (laps(before, 0.0, noise), laps(after, shift, noise));
             let point = |k: usize| Point::new(old.view().x()[k], old.view().y()[k]);

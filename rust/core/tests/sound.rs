@@ -2,6 +2,7 @@
 
 #![cfg(feature = "alloc")]
 
+use popsteer_core::math::from_count;
 use popsteer_core::path::sound::{Fault, Mend, Sound, sound};
 use popsteer_core::{Path, PathError, Vehicle};
 
@@ -340,7 +341,12 @@ fn test_list_of_places_is_no_standstill_and_no_step_back() {
     // Sorted by x, as a list of places is: it goes up and down at each, with long steps.
     for count in [16_usize, 40] {
         let points: Xy = (0..count)
-            .map(|k| (20.0 * k as f64, 30.0 * ((k * k * 7 + 3 * k) % 11) as f64))
+            .map(|k| {
+                (
+                    20.0 * from_count(k),
+                    30.0 * from_count((k * k * 7 + 3 * k) % 11),
+                )
+            })
             .collect();
         let found = mend(&points, false);
         assert!(
