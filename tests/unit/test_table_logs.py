@@ -89,6 +89,8 @@ READ: dict[str, str] = {
     "ns since 1970": HEAD + _rows(_stamps(1), X, Y, YAW, SPEED, STEER),
     "ISO": HEAD + _rows(_clock("%Y-%m-%dT%H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
     "ISO, UTC": HEAD + _rows(_clock("%Y-%m-%d %H:%M:%S.%fZ"), X, Y, YAW, SPEED, STEER),
+    "slashes in a date": HEAD + _rows(_clock("%Y/%m/%d %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "clock with its zone": HEAD + _rows(_clock("%H:%M:%S.%f-05:00"), X, Y, YAW, SPEED, STEER),
     "clock past midnight": HEAD + _rows(_clock("%H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
     "decimal commas": HEAD.replace(",", ";")
     + _rows(T, X, Y, YAW, SPEED, STEER, separator=";").replace(".", ","),
@@ -235,8 +237,17 @@ def test_pose_and_speed_of_topics_of_their_own(tmp_path: Any) -> None:
 def test_values_that_never_change_are_said(tmp_path: Any) -> None:
     log = logs.read(_write(tmp_path, HEAD + _rows(T, X, Y, YAW, SPEED, 0.0 * T)))
     assert log.remarks == ("steer never changes",)
+    for still, said in ((0.0, ("speed never changes",)), (6.0, ())):
+        log = logs.read(_write(tmp_path, HEAD + _rows(T, X, Y, YAW, 0.0 * SPEED + still, STEER)))
+        assert log.remarks == said
     log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
     assert log.remarks == ("the position never changes",)
+
+
+def test_date_in_another_order_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:
+    text = HEAD + _rows(_clock("%d.%m.%Y %H:%M:%S"), X, Y, YAW, SPEED, STEER)
+    with pytest.raises(LogError, match=r"line 2, column 1: .* is no time: .* as 2024-05-01T"):
+        logs.read(_write(tmp_path, text))
 
 
 def test_a_row_a_second_or_a_day_asks_for_the_unit_of_time() -> None:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from popsteer.tables.text import Table
 
 _CLOCK = re.compile(
-    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]\s*)?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\s*(Z|[+-]\d\d:?\d\d)?$"
+    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T ]\s*)?"
+    r"(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\s*(Z|[+-]\d\d:?\d\d)?$"
 )
 # From where on a stamp counts the epoch's ns, us or ms: 2001, and later than any other could.
 _EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
@@ -67,7 +68,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
         hours, minutes = np.floor(values / 1e4), np.floor(values / 1e2) % 100.0
         since = 3600.0 * hours + 60.0 * minutes + values % 100.0
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
-    if _CLOCK.match(first):
+    if _CLOCK.match(first) or ":" in first:
         return _clocks(table, entries, column)
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         size = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
@@ -106,10 +107,13 @@ def _clocks(table: Table, entries: list[tuple[int, list[str]]], column: Column) 
         value = _clock(row[0])
         if value is None:
             place = f"{table.where(line)}, column {column.place + 1}"
-            raise PathError(f"{place}: {row[0][:40]!r} is no time")
+            raise PathError(
+                f"{place}: {row[0][:40]!r} is no time: seconds, a clock, or a date and a clock as"
+                " 2024-05-01T23:59:58.5"
+            )
         values.append(value)
     since = np.array(values)
-    if "-" not in entries[0][1][0]:
+    if not re.match(r"\d{4}\D", entries[0][1][0]):
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
     origin = int(since[0])
     return Times(since - origin, origin * 10**9, "t is a date and a clock", is_sure=True)

@@ -338,11 +338,16 @@ def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats) -> None:
 
 
 def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:
-    """Say which column never changes although the positions turn, or that those never do."""
+    """Say which column never changes although the positions turn, or that those never do.
+
+    So it is with a speed of 0, but no other: that may be driven.
+    """
     x, y = columns["x"], columns["y"]
     if len(x) > 5 and np.ptp(x) == 0.0 and np.ptp(y) == 0.0:
         return ("the position never changes",)
     known = np.isfinite(x) & np.isfinite(y)
     if known.sum() < 20 or shown.along(np.column_stack((x, y))[known]).turn < 1.0:
         return ()
-    return tuple(f"{key} never changes" for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0)
+    still = [key for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0]
+    still += [] if columns["speed"].any() else ["speed"]
+    return tuple(f"{key} never changes" for key in still)
