@@ -337,6 +337,26 @@ fn test_waypoints_without_an_order_are_refused() {
 }
 
 #[test]
+fn test_corners_that_turn_back_are_driven() {
+    // Drawn by hand: at 4 and 16 the way goes back beside where it came, a spacing aside.
+    let x = [
+        0.0, -27.0, -53.0, -39.0, 33.0, 11.0, 41.0, 60.0, 71.0, 64.0, 83.0, 95.0, 83.0, 25.0,
+    ];
+    let y = [
+        -95.0, -93.0, -14.0, 17.0, 26.0, 48.0, 72.0, 58.0, 66.0, 82.0, 87.0, 50.0, 8.0, -4.0,
+    ];
+    let mut points: Xy = x.into_iter().zip(y).collect();
+    points.extend([
+        (-10.0, -12.0),
+        (-9.0, -39.0),
+        (9.0, -55.0),
+        (-8.0, -75.0),
+        (-3.0, -87.0),
+    ]);
+    assert_eq!(mend(&points, false).unwrap(), Sound::default());
+}
+
+#[test]
 fn test_list_of_places_is_no_standstill_and_no_step_back() {
     // Sorted by x, as a list of places is: it goes up and down at each, with long steps.
     for count in [16_usize, 40] {

@@ -9,10 +9,11 @@ use super::ends::APART;
 use super::mends::Fault;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
-use crate::math::larger;
+use crate::math::{larger, saturate};
 
-/// What is left out lies within this many spacings of what stays: one, and what spacings vary by.
-const PASSED: f64 = 1.1;
+/// What is left out lies within this many spacings of the path that stays: farther aside it was
+/// driven, as corners are.
+const PASSED: f64 = 0.25;
 
 /// What a repair at a fold leaves.
 struct Repair {
@@ -229,10 +230,11 @@ impl Chain<'_> {
             self.at(on) - tip
         };
         let straight = along(heading, self.at(on) - tip) && along(self.at(on) - tip, onward);
+        let last = *done.last()?;
         let passed = |at: usize| {
-            let near = done.iter().rev().take(MOST).chain([&on]);
-            near.into_iter()
-                .any(|&kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing)
+            let beside = |a, b| self.beside(a, b, at) <= PASSED * spacing;
+            let mut pairs = done.windows(2).rev().take(MOST);
+            beside(last, on) || pairs.any(|pair| matches!(pair, &[a, b] if beside(a, b)))
         };
         let certain = !driven && !folded && straight && (place..on).all(passed);
         certain.then_some(Repair {
@@ -268,8 +270,8 @@ impl Chain<'_> {
                 .heading_of(kept)
                 .is_none_or(|inward| along(inward, here - self.at(before)));
         let passed = |at: usize| {
-            let mut near = (place..end).chain([before]);
-            near.any(|kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing)
+            let beside = |a, b| self.beside(a, b, at) <= PASSED * spacing;
+            beside(before, place) || (place + 1..end).any(|next| beside(next - 1, next))
         };
         let gone = done.get(done.len() - back..)?;
         let certain = straight && back > 0 && gone.iter().all(|&at| passed(at));
@@ -279,6 +281,14 @@ impl Chain<'_> {
             add: [None, None],
             on: place,
         })
+    }
+
+    /// How far the waypoint at a place is from the segment between two others [m].
+    fn beside(&self, start: usize, end: usize, at: usize) -> f64 {
+        let (start, along) = (self.at(start), self.at(end) - self.at(start));
+        let share =
+            along.dot(&(self.at(at) - start)) / larger(along.dot(&along), f64::MIN_POSITIVE);
+        get_distance(start + along * saturate(share, 0.0, 1.0), self.at(at))
     }
 
     /// How far apart the waypoints are about a fold [m]: the median of eight on each side.
