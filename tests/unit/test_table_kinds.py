@@ -93,6 +93,25 @@ READ: dict[str, tuple[str, str]] = {
         ),
         "vyk",
     ),
+    "raceline beside its reference line": (
+        "x_ref,y_ref,x_raceline,y_raceline,alpha_m,x_normvec_m,y_normvec_m\n"
+        + _rows(
+            (
+                X - 0.7 * np.sin(YAW),
+                Y + 0.7 * np.cos(YAW),
+                X,
+                Y,
+                0.7 * ONE,
+                np.sin(YAW),
+                -np.cos(YAW),
+            )
+        ),
+        "",
+    ),
+    "raceline of another tool": (
+        "s,raceline_x,raceline_y,psi,kappa,vx,ax\n" + _rows((S, X, Y, YAW, K, SPEED, NONE)),
+        "vyk",
+    ),
     "F1TENTH raceline without a head": (
         _rows((S, X, Y, YAW - np.pi / 2, K)),
         "yk",
@@ -128,6 +147,7 @@ READ: dict[str, tuple[str, str]] = {
         "vy",
     ),
     "pandas, of an array": (",0,1\n" + _rows(([str(k) for k in range(N)], X, Y)), ""),
+    "pandas, of an array without its index": ("0,1,2\n" + _rows((X, Y, WRAPPED)), "y"),
     "pandas, of a comment": (
         ",# x_m, y_m, w_tr_right_m, w_tr_left_m\n" + _rows((np.arange(N), X, Y, ONE, ONE)),
         "",
@@ -258,6 +278,12 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "column 4 is text .'km/h'.",
         "x,y,speed [km/h],-",
         "v",
+    ),
+    "Autoware's saver, km/h": (
+        "x,y,z,yaw,velocity,change_flag\n" + _rows((X, Y, HEIGHT, WRAPPED, 3.6 * SPEED, NONE)),
+        "velocity beside change_flag is km/h",
+        "speed=velocity [km/h]",
+        "vy",
     ),
     "no unit of speed": (
         "x,y,speed [furlong]\n" + _rows((X, Y, SPEED)),

@@ -98,7 +98,7 @@ _PLACES = {name: place for place, name in enumerate(_PLAIN)}
 # What says where a value comes from, not what it is: /odom/pose/pose/position/x is an x.
 _SAID_OF = (
     "field pose twist odom odometry ego car vehicle state base link map local global world ref data"
-    " msg current actual measured robot path wp waypoint waypoints header drive sample"
+    " msg current actual measured robot path wp waypoint waypoints header drive sample raceline"
 )
 _SOURCES = frozenset(_SAID_OF.split())
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")

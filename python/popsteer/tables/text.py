@@ -167,8 +167,12 @@ def table_of(name: str, text: str) -> Table:
         _COMMA.match(entry) for _, row in rows for entry in row
     )
     found = Table(name, text, separator, comma, 0)
-    has_index = bool(rows) and rows[0][1] == ["", *map(str, range(len(rows[0][1]) - 1))]
-    rows = rows[has_index:]  # pandas' head of an array: nothing above the index, 0, 1, ...
+    begun = rows[0][1] if rows else []
+    has_index = begun == ["", *map(str, range(len(begun) - 1))]
+    # pandas' head of an array: 0, 1, 2, ... above decimals, and nothing above the index.
+    counted = len(rows) > 1 and len(begun) > 2 and begun == list(map(str, range(len(begun))))
+    decimals = counted and all("." in entry for _, row in rows[1:5] for entry in row)
+    rows = rows[has_index or decimals :]
     if not rows:
         return found
     parse = _parse_comma if comma else _parse

@@ -212,6 +212,7 @@ def _read_table(
         _check_position(table, places)
         if not wanted:
             _refuse_sides(table, places)
+            _refuse_velocity(table, places)
         factors = check_units(table.name, places)
         use = list(places)
         values = table.numbers([places[key].place for key in use])
@@ -270,6 +271,16 @@ def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
             )
 
 
+def _refuse_velocity(table: Table, places: Mapping[str, Column]) -> None:
+    """Refuse the head of Autoware.AI's waypoint saver without a unit: it writes km/h."""
+    speed, head = places.get("speed"), table.head or []
+    if speed and not speed.unit and "change_flag" in head and "steering_flag" not in head:
+        raise PathError(
+            f"{table.name}: {speed} beside change_flag is km/h as Autoware writes it: --columns"
+            f" 'speed={speed} [km/h]', or [m/s]"
+        )
+
+
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
     if {"lat", "lon"} <= places.keys() and not {"x", "y"} <= places.keys():
         return
@@ -301,7 +312,7 @@ def _position(
             f" --columns lon={places['x']},lat={places['y']} reads them as longitude and latitude"
         )
     found.read += [_said("x", places["x"]), _said("y", places["y"])]
-    if {"x_normal", "y_normal", "alpha"} <= columns.keys():
+    if {"x_normal", "y_normal", "alpha"} <= columns.keys() and "ref" in places["x"].name.lower():
         found.notes.append("x and y are the raceline's: the reference line + alpha * normal vector")
         x = x + columns["alpha"] * columns["x_normal"]
         y = y + columns["alpha"] * columns["y_normal"]
