@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from nav2_msgs.action import FollowPath
@@ -18,19 +18,6 @@ from .goals import light, poses_of
 _KEPT = 10  # for so long a client may ask for a result [s]; each keeps its goal's path
 
 
-class Host(Protocol):
-    """The rclpy node that offers the action."""
-
-    def now(self) -> int:
-        """Give the time of the node's clock [ns]."""
-
-    def get_logger(self) -> Any:
-        """Give where the node's log goes."""
-
-    def value(self, name: str) -> Any:
-        """Give a parameter."""
-
-
 class Follow:
     """Drives one goal at a time; a new one takes the place of the old one.
 
@@ -39,7 +26,7 @@ class Follow:
     `open` is the number of goals whose result is still to come.
     """
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: Any) -> None:
         self.core: Any = None
         self._host, self._action = host, FollowPath
         self._goal: Any = None
@@ -89,22 +76,26 @@ class Follow:
         """Take the path of a goal; gives a code and what is wrong, no code where it is there."""
         name, known = request.controller_id, self._host.value("controller_plugins")
         if name not in known and not (name == "" and len(known) == 1):
-            return "INVALID_CONTROLLER", f"controller {name!r} is none of {', '.join(known)}"
+            return "INVALID_CONTROLLER", f"controller {name[:99]!r} is none of {', '.join(known)}"
         intake, now = self.core.intake, 1e-9 * self._host.now()
-        path, intake.goals = request.path, True
+        path, code, intake.goals = request.path, "INVALID_PATH", True
         try:
             points = points_of_poses(poses_of(path), path.header.frame_id.lstrip("/"))
+            if not len(points.xy):
+                return code, "the path has no poses"
             if intake.take_points(points, now, anew=anew):
                 return "NONE", ""
-            here, near = intake.here(points.frame, now), self._host.value("goal_tolerance")
+            code = "TF_ERROR"
+            if (here := intake.here(points.frame, now)) is not None:
+                away = np.hypot(*(points.xy - (here.x, here.y)).T).max()
+                if (
+                    away < self._host.value("goal_tolerance")
+                    and not np.ptp(points.xy, axis=0).any()
+                ):
+                    return None, ""
         except MessageError as error:
-            return "TF_ERROR", str(error)
-        if here is not None and len(points.xy):
-            away = np.hypot(*(points.xy - (here.x, here.y)).T).max()
-            if away < near and not np.ptp(points.xy, axis=0).any():
-                return None, ""
-        said = intake.course_refused
-        return "TF_ERROR" if "transform" in said else "INVALID_PATH", said
+            return code, str(error)
+        return "INVALID_PATH", intake.course_refused
 
     def check(self) -> None:
         """Look after a step whether the goal is reached, cancelled or lost; tell of it."""
@@ -147,11 +138,8 @@ class Follow:
     def _remaining(self, drive: Any) -> tuple[float, int]:
         """Give how far the goal is, beyond cusps, too [m], and the path's segment."""
         driver = self.core.driver
-        path, at, remaining = (
-            driver.path,
-            driver.state.tracker.place.segment,
-            drive.distance_to_stop,
-        )
+        path, at = driver.path, driver.state.tracker.place.segment
+        remaining = drive.distance_to_stop
         if path.reverse is not None:
             # Where it changes its gear, the place is on the next leg already, the distance not.
             at -= bool(path.reverse[at] != drive.reverse)

@@ -15,9 +15,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
 
-_POSES = (
-    48  # bytes of a goal's id (16) and of the header of its path (8, and 24 of the frame's name)
-)
+_POSES = 48  # bytes of a goal's id (16), and the header of its path (8, and 24 of the frame's name)
 _POSE = 11  # numbers of 8 bytes in a pose with its header, the last seven of which are the pose's
 
 

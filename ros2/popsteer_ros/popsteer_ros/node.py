@@ -103,7 +103,7 @@ class Track(LifecycleNode):
         try:
             return change(request, response)
         except rclpy_implementation.RCLError:
-            wanted = request.transition.label or request.transition.id
+            wanted = request.transition.label[:99] or request.transition.id
             state = self._state_machine.current_state[1]
             self.get_logger().error(f"transition {wanted} is refused in the state {state}")
             response.success = False
@@ -145,6 +145,7 @@ class Track(LifecycleNode):
         self.core = Node(self._link, make, options, recording=self._recording, say=say)
         self.frames.base, self.frames.axle = self.value("base_frame"), self.value("rear_axle_frame")
         self.frames.known = {}
+        self.frames.clear()  # time may have begun anew since it was active
         self.core.intake.frames = self.frames
         self.core.limit_speed(self.value("max_speed"))
         if path is not None:

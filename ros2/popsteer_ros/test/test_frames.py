@@ -70,7 +70,8 @@ def test_localisation_that_dies_is_stopped_for_though_its_stamps_are_ahead(*, st
     car.close()
 
 
-def test_transforms_of_a_time_that_is_over_are_forgotten_with_it() -> None:
+def simulated() -> tuple[Car, list[int]]:
+    """Give a car whose time is simulated, and the second that it began at, to be changed."""
     car = Car(origin=(3.0, 2.0, 0.3), use_sim_time=True)
     car.node.set_parameters([Parameter("use_sim_time", value=True)])
     clock, ticks, begin = car.node.create_publisher(Clock, "/clock", 1), itertools.count(), [100]
@@ -82,6 +83,26 @@ def test_transforms_of_a_time_that_is_over_are_forgotten_with_it() -> None:
     steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
     car.node.create_timer(0.02, tick, clock=steady)
     assert car.until(lambda: car.track.now() > 100 * 10**9)
+    return car, begin
+
+
+def test_transforms_of_a_time_that_ends_while_it_is_inactive_are_forgotten() -> None:
+    car, begin = simulated()
+    car.drive()
+    car.track.trigger_deactivate()
+    assert car.until(lambda: car.speed == 0.0)
+    begin[0] = 20
+    assert car.until(lambda: car.track.now() < 90 * 10**9)
+    car.track.trigger_activate()
+    assert car.until(lambda: car.paths.get_subscription_count() > 0)
+    assert car.until(lambda: car.track.core.intake.measured is not None)
+    car.paths.publish(path(car.x, 100.0))
+    assert car.until(lambda: car.speed > 1.0), car.track.core.intake.courses.reason
+    car.close()
+
+
+def test_transforms_of_a_time_that_is_over_are_forgotten_with_it() -> None:
+    car, begin = simulated()
     car.drive()
     begin[0] = 20  # it begins anew, and localisation does not come back
     car.localised = False

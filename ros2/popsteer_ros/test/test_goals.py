@@ -100,7 +100,8 @@ def test_goal_where_the_robot_is_has_succeeded_and_no_path_elsewhere_is_one() ->
     assert car.outcome(car.send(path(0.1, 0.0))) == (SUCCEEDED, 0)
     codes = FollowPath.Result
     assert car.outcome(car.send(path(3.0, 0.0))) == (ABORTED, codes.INVALID_PATH)
-    assert car.outcome(car.send(path(0.0, -1.0))) == (ABORTED, codes.INVALID_PATH)
+    for frame in ("map", "", "m" * 2000):  # a path without poses is one in no frame
+        assert car.outcome(car.send(path(0.0, -1.0, frame))) == (ABORTED, codes.INVALID_PATH)
     car.close()
 
 
