@@ -69,7 +69,7 @@ RATIOS = {
 AGREE = 1e-9
 """How far the commands of the MPC in C may be from those of the one in Python [rad]."""
 # TinyMPC's: with larger tolerances, or fewer passes, its first moves are others.
-RHO, TOLERANCE, MOST = 0.09, 1e-6, 1000
+RHO, TOLERANCE, MOST = 0.03, 1e-6, 10_000
 DAQP = ("csrc/include", "csrc/src/*.c")
 TINYMPC = ("tinympc/TinyMPC/src", "tinympc/TinyMPC/src/tinympc/[art]*.cpp")
 OPTIONS = ("-O3", "-march=native", "-DNDEBUG", "-shared", "-fPIC", "-w")
@@ -128,6 +128,8 @@ class Recorded(Mpc):
         # What the path takes off is the same for every plan: it moves what is wanted.
         wanted[1:] += (self._drift @ reference).reshape(STAGES, 4)
         dynamics, inputs = self.model
+        far = 0.5 * self.vehicle.wheelbase  # as the MPC bounds it
+        error = min(max(seen.error, -far), far)
         return {
             "fresh": given["H"] is not None or not self.problems,
             "hessian": self.hessian,
@@ -136,7 +138,7 @@ class Recorded(Mpc):
             "lower": given["blower"],
             "dynamics": dynamics,
             "inputs": inputs,
-            "start": [seen.error, seen.heading, seen.wheel, self._before],
+            "start": [error, seen.heading, seen.wheel, self._before],
             "wanted": wanted,
             "before": self._before,
         }

@@ -319,16 +319,20 @@ def test_mpc_far_beside_a_slalom_returns_behind_wheels_that_turn_slowly() -> Non
 
 def test_problem_by_stages_costs_what_the_condensed_one_does() -> None:
     pytest.importorskip("daqp")
-    (course,) = solvers.courses(solvers.Recorded, "noise", ["slalom"])
-    given, _ = solvers.problems(course)
+    driven = solvers.courses(solvers.Recorded, "noise", ["slalom"])
+    # The last is from 3 m aside.
+    driven += solvers.courses(solvers.Recorded, solvers.ASIDE)[-1:]
     q, r = weights(2.7, Weights().heading, Weights().change)
     random = np.random.default_rng(0)
-    for k in range(0, len(given["fresh"]), 50):
+    courses = [solvers.problems(course)[0] for course in driven]
+    for given, k in [(each, k) for each in courses for k in range(0, len(each["fresh"]), 50)]:
         last = np.flatnonzero(given["fresh"][: k + 1])[-1]
         a, b = given["dynamics"][k], given["inputs"][k]
         p = cost_to_go(a, b, q, r)
 
-        def staged(changes: Any, k: int = k, a: Any = a, b: Any = b, p: Any = p) -> float:
+        def staged(
+            changes: Any, given: Any = given, k: int = k, a: Any = a, b: Any = b, p: Any = p
+        ) -> float:
             x, cost = given["start"][k], 0.0
             for stage, change in enumerate(changes, 1):
                 x = a @ x + b[:, 0] * change
