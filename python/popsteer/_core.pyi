@@ -111,6 +111,7 @@ class _Steering:
         applied_steer: float | None = None,
         measured_steer: float | None = None,
         pose_age: float = 0.0,
+        roll: float = 0.0,
     ) -> float: ...
 
 @type_check_only
@@ -135,6 +136,7 @@ class _Controller(_Stateful[_ParamsT], _Steering):
         applied_steer: float | None = None,
         measured_steer: float | None = None,
         pose_age: float = 0.0,
+        roll: float = 0.0,
     ) -> Command: ...
     def step_or_hold(
         self,
@@ -148,6 +150,7 @@ class _Controller(_Stateful[_ParamsT], _Steering):
         applied_steer: float | None = None,
         measured_steer: float | None = None,
         pose_age: float = 0.0,
+        roll: float = 0.0,
     ) -> Command: ...
     def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
@@ -356,6 +359,7 @@ class Driver:
         applied_steer: float | None = None,
         measured_steer: float | None = None,
         pose_age: float = 0.0,
+        roll: float = 0.0,
         gear: bool | None = None,
     ) -> Drive: ...
     def reset(self, *, steer: float | None = None) -> None: ...
@@ -412,6 +416,7 @@ class Batch:
         applied_steer: ArrayLike | None = None,
         measured_steer: ArrayLike | None = None,
         pose_age: ArrayLike = 0.0,
+        roll: ArrayLike = 0.0,
     ) -> _Floats: ...
     def step(
         self,
@@ -426,6 +431,7 @@ class Batch:
         applied_steer: ArrayLike | None = None,
         measured_steer: ArrayLike | None = None,
         pose_age: ArrayLike = 0.0,
+        roll: ArrayLike = 0.0,
     ) -> CommandBatch: ...
     def set_path(
         self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None
@@ -593,6 +599,8 @@ def _plan_speeds(
 class Vehicle(_Vehicle):
     wheelbase: float = 3.0
     rear_axle: float = 0.0
+    antenna_left: float = 0.0
+    antenna_height: float = 0.0
     no_slip_point: float | None = None
     turning_wheelbase: float | None = None
     understeer: float = 0.0

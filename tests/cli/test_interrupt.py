@@ -83,7 +83,7 @@ def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
             # To all of its processes, as a terminal does.
             os.killpg(process.pid, signal.SIGINT)
     os.close(reading)
-    assert process.wait(10.0) == 130, sent
+    assert process.wait(LONG) == 130, sent
     assert interrupted is not None
     plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", sent[interrupted:]).decode()
     lines = [line.strip() for line in re.split(r"[\r\n]+", plain)]

@@ -247,6 +247,8 @@ Ranges = dict[str, tuple[tuple[float, float], tuple[float, float]]]
 
 VEHICLE_RANGES: Ranges = {
     "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
+    "antenna_left": ((-1e2, 1e2), (-1.0, 1.0)),
+    "antenna_height": ((0.0, 1e2), (0.0, 3.0)),
     "rear_axle": ((-1e3, 1e3), (-3.0, 1.0)),
     "no_slip_point": ((-1e3, 1e3), (-3.0, 3.0)),
     "turning_wheelbase": ((1e-3, 1e3), (1.0, 5.0)),

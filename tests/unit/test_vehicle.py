@@ -23,6 +23,8 @@ from tests.helpers import looped, named
 FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "wheelbase": ((1e-3, 1e3), 3.0, False),
     "rear_axle": ((-1e3, 1e3), 0.0, False),
+    "antenna_left": ((-1e2, 1e2), 0.0, False),
+    "antenna_height": ((0.0, 1e2), 0.0, False),
     "no_slip_point": ((-1e3, 1e3), None, True),
     "turning_wheelbase": ((1e-3, 1e3), None, True),
     "understeer": ((0.0, 1e3), 0.0, False),

@@ -16,7 +16,7 @@ from popsteer.identification.identifiability import Unknown, steps, unidentified
 from popsteer.identification.innovations import excitation, unexplained
 from popsteer.identification.pedals import ASKED, Drive, fit_drive
 from popsteer.identification.result import Identification, compared, described
-from popsteer.identification.signals import checked
+from popsteer.identification.signals import centred, checked
 from popsteer.identification.whiten import Error
 from popsteer.logs import Log, LogError
 
@@ -63,7 +63,8 @@ def identify(
         more, with steering that is not slow, show everything. Its angles are the commanded ones; if
         they are measured ones, dead time and lag are those from the wheels to the motion.
     vehicle : Vehicle, optional
-        What a tape measure and the manual say: `wheelbase`, `rear_axle`, the limits. Without it
+        What a tape measure and the manual say: `wheelbase`, `rear_axle`, `antenna_left`, the
+        limits. Without it
         the positions of the axles are estimated from the motion of the car.
     course : bool, default False
         Whether `yaw` is the course over ground of the pose's point, not the car's heading.
@@ -103,7 +104,8 @@ def identify(
     from popsteer.identification.point import fit_point
 
     given = Vehicle() if vehicle is None else vehicle
-    seen = checked(log, given.rear_axle, course=course)
+    centre = centred(log, given.antenna_left)
+    seen = checked(centre, given.rear_axle, course=course)
     drive = prepare(seen.log, size_of(given.wheelbase), seen.whole)
     length = first_length(drive, log.name)
     found, unknown, delay_error = _heading(drive, length, vehicle, log.name, progress)

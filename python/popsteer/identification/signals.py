@@ -108,11 +108,24 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
     return Signals(one, other, bias, scale, error, notes)
 
 
+def centred(log: Log, antenna_left: float) -> Log:
+    """Give the log with the positions of an antenna aside moved onto the car's centre line."""
+    if antenna_left == 0.0:
+        return log
+    x = log.x + antenna_left * np.sin(log.yaw)
+    return _with(log, x=x, y=log.y - antenna_left * np.cos(log.yaw))
+
+
 def _corrected(log: Log, bias: float, scale: float) -> Log:
     """Give the log with its heading turned and its speed scaled."""
+    return _with(log, yaw=log.yaw + bias, speed=scale * log.speed)
+
+
+def _with(log: Log, **columns: Array) -> Log:
     return Log(
-        **log.as_dict() | {"yaw": log.yaw + bias, "speed": scale * log.speed},
+        **log.as_dict() | columns,
         name=log.name,
+        shown=log.shown,
         remarks=log.remarks,
         commands=log.commands,
         signals=log.signals,

@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from popsteer.reference.error import input_within
 from popsteer.reference.laws.law import Belief, Decision, LateralLaw
-from popsteer.reference.math import atan, divide, saturate, wrap
+from popsteer.reference.math import PI, atan, divide, saturate, wrap
 from popsteer.reference.path.preview import wheel_at_rest
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimate import Estimate
@@ -117,13 +118,19 @@ class Tracker(Generic[StateT]):
         """Return the angle of `step` alone [rad]; same state afterwards."""
         return self.step(x, y, yaw, speed, dt).steer
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+    def step(
+        self, x: float, y: float, yaw: float, speed: float, dt: float, *, roll: float = 0.0
+    ) -> Command:
         """Take one control step: the pose of the vehicle's point, and the speed, after `dt` [s].
+
+        The position is that of its antenna, where it has one, at a `roll` to the right [rad].
 
         Raises `InputError`, naming the first argument that is not finite or beyond its bound; the
         state is then unchanged.
         """
-        vehicle, dt = VehicleState(x, y, yaw, speed).checked(), checked_dt(dt)
+        antenna, dt = VehicleState(x, y, yaw, speed).checked(), checked_dt(dt)
+        roll = input_within("roll", roll, 0.5 * PI)
+        vehicle = antenna.left(-self.law.vehicle.antenna_offset(roll))
         law, state, path = self.law, self.state, self.path
         if dt > _ESTIMATION_GAP:
             self.estimate = replace(self.estimate, acceleration=0.0)

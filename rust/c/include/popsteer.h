@@ -281,6 +281,10 @@ typedef struct popsteer_reported {
      * How long before the step pose and speed were measured [s], 0 to 1.
      */
     double pose_age;
+    /**
+     * How far the vehicle is rolled to its right [rad], positive where its right side is lower.
+     */
+    double roll;
 } popsteer_reported;
 
 /**
@@ -502,6 +506,17 @@ typedef struct popsteer_vehicle {
      * axle's, negative where it is of a point ahead of that. Default 0, in [-1000.0, 1000.0].
      */
     double rear_axle;
+    /**
+     * How far to the left of the centre line the antenna lies whose position is given as the
+     * pose's [m]; negative to the right. The pose's point is on the centre line beside it.
+     * Default 0, in [-100.0, 100.0].
+     */
+    double antenna_left;
+    /**
+     * How high above ground it lies [m]: what a `roll` moves it aside by. Default 0, in [0.0,
+     * 100.0].
+     */
+    double antenna_height;
     /**
      * How far ahead of the pose's point lies the no-slip point [m], the one that moves along
      * the vehicle's heading; absent if it is the rear axle. NAN: absent, in [-1000.0, 1000.0].

@@ -34,9 +34,11 @@ pub struct CReported {
     pub measured_steer: f64,
     /// How long before the step pose and speed were measured [s], 0 to 1.
     pub pose_age: f64,
+    /// How far the vehicle is rolled to its right [rad], positive where its right side is lower.
+    pub roll: f64,
 }
 
-same_fields!(CReported, Reported, { applied_steer, measured_steer, pose_age });
+same_fields!(CReported, Reported, { applied_steer, measured_steer, pose_age, roll });
 
 /// What one step answers.
 #[repr(C)]

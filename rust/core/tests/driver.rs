@@ -379,6 +379,7 @@ fn test_driver_that_knows_nothing_holds_and_one_odd_report_changes_nothing() {
             applied_steer: Some(f64::NAN),
             measured_steer: Some(9.0),
             pose_age: 0.0,
+            roll: f64::NAN,
         },
         ..Sensed::from(pose)
     };

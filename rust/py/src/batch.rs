@@ -10,7 +10,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::batch_inputs::{Ages, Inputs, on_error_of};
+use crate::batch_inputs::{Each, Inputs, on_error_of};
 use crate::errors::Raises;
 use crate::params::{Count, Number};
 use crate::path::PyPath;
@@ -132,6 +132,8 @@ impl PyBatch {
     ///     The measured angles of the wheels [rad]; see `step` of a controller.
     /// pose_age : float or array of shape (N,), default 0.0
     ///     How long ago poses and speeds were measured [s], 0 to 1.
+    /// roll : float or array of shape (N,), default 0.0
+    ///     How far the vehicles are rolled to their right [rad]; see `step` of a controller.
     ///
     /// Returns
     /// -------
@@ -148,9 +150,9 @@ impl PyBatch {
     #[pyo3(
         signature = (
             x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
-            applied_steer=None, measured_steer=None, pose_age=Ages::Same(0.0)
+            applied_steer=None, measured_steer=None, pose_age=Each::Same(0.0), roll=Each::Same(0.0)
         ),
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0)"
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0)"
     )]
     fn steer<'py>(
         &mut self,
@@ -164,13 +166,14 @@ impl PyBatch {
         hold_limit: Count,
         applied_steer: Option<Bound<'py, PyAny>>,
         measured_steer: Option<Bound<'py, PyAny>>,
-        pose_age: Ages<'py>,
+        pose_age: Each<'py>,
+        roll: Each<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
         let steers = [applied_steer.as_ref(), measured_steer.as_ref()];
         self.inputs
-            .read(count, [x, y, yaw, speed], steers, &pose_age)?;
+            .read(count, [x, y, yaw, speed], steers, [&pose_age, &roll])?;
         let angles = PyArray1::<f64>::zeros(py, count, false);
         {
             let mut writable = angles.try_readwrite()?;
@@ -196,9 +199,9 @@ impl PyBatch {
     #[pyo3(
         signature = (
             x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
-            applied_steer=None, measured_steer=None, pose_age=Ages::Same(0.0)
+            applied_steer=None, measured_steer=None, pose_age=Each::Same(0.0), roll=Each::Same(0.0)
         ),
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0)"
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0)"
     )]
     fn step<'py>(
         &mut self,
@@ -212,13 +215,14 @@ impl PyBatch {
         hold_limit: Count,
         applied_steer: Option<Bound<'py, PyAny>>,
         measured_steer: Option<Bound<'py, PyAny>>,
-        pose_age: Ages<'py>,
+        pose_age: Each<'py>,
+        roll: Each<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
         let steers = [applied_steer.as_ref(), measured_steer.as_ref()];
         self.inputs
-            .read(count, [x, y, yaw, speed], steers, &pose_age)?;
+            .read(count, [x, y, yaw, speed], steers, [&pose_age, &roll])?;
         self.commands.resize(count, Command::NONE);
         let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
         let out = self.commands.as_mut_slice();

@@ -25,7 +25,7 @@ impl Inputs {
         count: usize,
         [x, y, yaw, speed]: [&Bound<'_, PyAny>; 4],
         steers: [Option<&Bound<'_, PyAny>>; 2],
-        pose_age: &Ages<'_>,
+        [pose_age, roll]: [&Each<'_>; 2],
     ) -> PyResult<()> {
         let (x, y) = (column(x, "x", count)?, column(y, "y", count)?);
         let (yaw, speed) = (column(yaw, "yaw", count)?, column(speed, "speed", count)?);
@@ -36,20 +36,18 @@ impl Inputs {
             .and(yaw.as_array())
             .and(speed.as_array())
             .for_each(|place, &x, &y, &yaw, &speed| *place = VehicleState { x, y, yaw, speed });
-        self.read_reported(count, steers, pose_age)
+        self.read_reported(count, steers, [pose_age, roll])
     }
 
-    /// Copies what the vehicles report beside pose and speed: applied and measured angles, ages.
+    /// Copies what the vehicles report beside pose and speed: applied and measured angles, ages, rolls.
     fn read_reported(
         &mut self,
         count: usize,
         steers: [Option<&Bound<'_, PyAny>>; 2],
-        pose_age: &Ages<'_>,
+        [pose_age, roll]: [&Each<'_>; 2],
     ) -> PyResult<()> {
         self.reported.clear();
-        if let ([None, None], Ages::Same(age)) = (steers, pose_age)
-            && age.to_bits() == 0
-        {
+        if let ([None, None], true) = (steers, pose_age.is_zero() && roll.is_zero()) {
             return Ok(());
         }
         self.reported.resize(count, Reported::NOTHING);
@@ -66,16 +64,43 @@ impl Inputs {
                 report.measured_steer = Some(steer);
             }
         }
-        match pose_age {
-            Ages::Same(age) => {
-                for report in &mut self.reported {
-                    report.pose_age = *age;
+        pose_age.write(&mut self.reported, "pose_age", |it| &mut it.pose_age)?;
+        roll.write(&mut self.reported, "roll", |it| &mut it.roll)?;
+        Ok(())
+    }
+}
+
+/// A number of each vehicle.
+#[derive(Clone, Debug)]
+pub(crate) enum Each<'py> {
+    /// All alike.
+    Same(f64),
+    /// An array, one entry a vehicle.
+    Array(Bound<'py, PyAny>),
+}
+
+impl Each<'_> {
+    fn is_zero(&self) -> bool {
+        matches!(self, Self::Same(value) if value.to_bits() == 0)
+    }
+
+    /// Writes them into a `field` of what each vehicle reports; `name` is the argument's.
+    fn write(
+        &self,
+        reported: &mut [Reported],
+        name: &str,
+        field: impl Fn(&mut Reported) -> &mut f64,
+    ) -> PyResult<()> {
+        match self {
+            Self::Same(value) => {
+                for report in reported {
+                    *field(report) = *value;
                 }
             }
-            Ages::Each(ages) => {
-                let ages = column(ages, "pose_age", count)?;
-                for (report, &age) in self.reported.iter_mut().zip(ages.as_array()) {
-                    report.pose_age = age;
+            Self::Array(values) => {
+                let values = column(values, name, reported.len())?;
+                for (report, &value) in reported.iter_mut().zip(values.as_array()) {
+                    *field(report) = value;
                 }
             }
         }
@@ -83,22 +108,13 @@ impl Inputs {
     }
 }
 
-/// How old the poses are [s].
-#[derive(Clone, Debug)]
-pub(crate) enum Ages<'py> {
-    /// All alike.
-    Same(f64),
-    /// An array, one entry a vehicle.
-    Each(Bound<'py, PyAny>),
-}
-
-impl<'py> FromPyObject<'_, 'py> for Ages<'py> {
+impl<'py> FromPyObject<'_, 'py> for Each<'py> {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         match object.extract::<f64>() {
-            Ok(age) => Ok(Self::Same(age)),
-            Err(_) => Ok(Self::Each(object.to_owned())),
+            Ok(value) => Ok(Self::Same(value)),
+            Err(_) => Ok(Self::Array(object.to_owned())),
         }
     }
 }

@@ -285,6 +285,10 @@ impl PyDriver {
     ///     The angle of the wheels now, as a sensor measured it [rad].
     /// pose_age : float, default 0.0
     ///     How long ago pose and speed were measured [s], 0 to 1; older ones have not come.
+    /// roll : float, default 0.0
+    ///     How far the vehicle is rolled to its right [rad], positive where its right side is lower: an
+    ///     antenna above ground (`Vehicle.antenna_height`) is then not where the vehicle stands. One
+    ///     that is not finite counts as level.
     /// gear : bool, optional
     ///     Whether reverse gear is in; the vehicle is held until the wanted one is. Without it, it is
     ///     taken to be in once the vehicle stands.
@@ -295,7 +299,8 @@ impl PyDriver {
     ///     Always one of finite numbers, but for the distance to stop where there is none. Before
     ///     anything is known of the vehicle it is to be held.
     #[pyo3(signature = (
-        x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0, gear=None
+        x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0,
+        roll=0.0, gear=None
     ))]
     fn step(
         &mut self,
@@ -307,6 +312,7 @@ impl PyDriver {
         applied_steer: Option<Number>,
         measured_steer: Option<Number>,
         #[pyo3(from_py_with = crate::params::number)] pose_age: f64,
+        #[pyo3(from_py_with = crate::params::number)] roll: f64,
         gear: Option<bool>,
     ) -> PyDrive {
         let sensed = Sensed {
@@ -320,6 +326,7 @@ impl PyDriver {
                 applied_steer: applied_steer.map(|steer| steer.0),
                 measured_steer: measured_steer.map(|steer| steer.0),
                 pose_age,
+                roll,
             },
             gear,
         };

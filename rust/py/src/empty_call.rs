@@ -21,7 +21,7 @@ impl PyEmptyCall {
 
     /// Return at once.
     #[pyo3(signature = (
-        x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0
+        x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0
     ))]
     #[expect(
         unused_variables,
@@ -39,6 +39,7 @@ impl PyEmptyCall {
         applied_steer: Option<Number>,
         measured_steer: Option<Number>,
         #[pyo3(from_py_with = number)] pose_age: f64,
+        #[pyo3(from_py_with = number)] roll: f64,
     ) -> PyResult<f64> {
         Ok(yaw.0)
     }

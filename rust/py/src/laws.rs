@@ -111,11 +111,16 @@ popsteer_core::StanleyParams! { tuning {
 } }
 
 /// The optional inputs of a step.
-fn reported(applied: Option<Number>, measured: Option<Number>, pose_age: f64) -> Reported {
+fn reported(
+    applied: Option<Number>,
+    measured: Option<Number>,
+    [pose_age, roll]: [f64; 2],
+) -> Reported {
     Reported {
         applied_steer: applied.map(|steer| steer.0),
         measured_steer: measured.map(|steer| steer.0),
         pose_age,
+        roll,
     }
 }
 

@@ -134,7 +134,7 @@ pub fn run(
     let path = simulation.path().clone();
     let dt = simulation.settings().dt;
     while !simulation.is_over() {
-        let vehicle = perception.of(simulation.vehicle());
+        let vehicle = perception.of(simulation.measured());
         let Some(answer) = driver.answer(&path.view(), vehicle, dt, simulation.reverse())? else {
             break;
         };

@@ -202,6 +202,12 @@ impl Simulation {
         Ahead::behind(&self.path.view(), &self.leading, &at, 0.0)
     }
 
+    /// The vehicle as it is measured: its pose at the antenna, on level ground.
+    pub fn measured(&self) -> VehicleState {
+        let car = self.plant.vehicle();
+        self.vehicle().left(car.antenna_offset(0.0))
+    }
+
     /// Reference speed of the path beside the axle that leads [m/s], where it has one; negative
     /// where the path is driven backwards.
     pub fn reference_speed(&self) -> Option<f64> {

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 FIELDS = (
-    *("wheelbase", "rear_axle", "no_slip_point", "turning_wheelbase", "understeer"),
+    *("wheelbase", "rear_axle", "antenna_left", "antenna_height"),
+    *("no_slip_point", "turning_wheelbase", "understeer"),
     *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate", "steer_play"),
     *("max_lateral_acceleration", "max_speed", "max_acceleration", "max_deceleration"),
     *("brake_deceleration", "drive_delay", "drive_lag", "stop_point", "steers_at_rest"),

@@ -191,6 +191,8 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
         ..match bytes.byte() {
             0..=199 => standard,
             _ => Vehicle {
+                antenna_left: bytes.parameter(0.0, [-1.0, 1.0], [-1e2, 1e2]),
+                antenna_height: bytes.parameter(0.0, [0.0, 3.0], [0.0, 1e2]),
                 steer_play: bytes.parameter(0.0, [0.0, 0.03], [0.0, 0.5]),
                 max_speed: bytes.optional([1.0, 40.0], [1e-3, 1e4]),
                 max_acceleration: bytes.optional([0.1, 5.0], [1e-3, 1e3]),

@@ -51,6 +51,8 @@ fn valid(car: &Vehicle) -> bool {
         |value: Option<f64>, low, high| value.is_none_or(|value| within(value, low, high));
     within(car.wheelbase, 1e-3, 1e3)
         && within(car.rear_axle, -1e3, 1e3)
+        && within(car.antenna_left, -1e2, 1e2)
+        && within(car.antenna_height, 0.0, 1e2)
         && optional(car.no_slip_point, -1e3, 1e3)
         && optional(car.turning_wheelbase, 1e-3, 1e3)
         && within(car.understeer, 0.0, 1e3)

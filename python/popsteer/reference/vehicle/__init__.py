@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from popsteer.reference.bounds import MAX_SPEED
 from popsteer.reference.error import Checked, input_within, number, optional
-from popsteer.reference.math import saturate
+from popsteer.reference.math import cos, saturate, sin
 
 __all__ = ["Vehicle"]
 
@@ -43,6 +43,10 @@ class Vehicle(Checked):
     """Distance of the axles L [m]; the default lengths of all parameters scale with it."""
     rear_axle: float = number(0.0, -1e3, 1e3)
     """How far ahead of the pose's point the rear axle lies [m]."""
+    antenna_left: float = number(0.0, -1e2, 1e2)
+    """How far left of the centre line the antenna lies whose position is the pose's [m]."""
+    antenna_height: float = number(0.0, 0.0, 1e2)
+    """How high above ground it lies [m]."""
     no_slip_point: float | None = optional(-1e3, 1e3)
     """The same of the point that moves along the vehicle's heading; None is the rear axle."""
     turning_wheelbase: float | None = optional(1e-3, 1e3)
@@ -84,6 +88,18 @@ class Vehicle(Checked):
     def front_axle(self) -> float:
         """How far ahead of the pose's point the front axle lies [m]."""
         return self.rear_axle + self.wheelbase
+
+    def antenna_offset(self, roll: float) -> float:
+        """Return how far left of the centre line the antenna is at this `roll` [rad], to the right.
+
+        Examples
+        --------
+        >>> round(Vehicle(antenna_left=0.5, antenna_height=3.0).antenna_offset(0.08), 6)
+        0.258656
+        """
+        if self.antenna_height == 0.0 and self.antenna_left == 0.0:
+            return 0.0
+        return self.antenna_left * cos(roll) - self.antenna_height * sin(roll)
 
     @property
     def no_slip(self) -> float:

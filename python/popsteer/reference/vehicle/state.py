@@ -53,6 +53,13 @@ class VehicleState:
         x, y = self.point_ahead(offset)
         return VehicleState(x, y, self.yaw, self.speed)
 
+    def left(self, offset: float) -> VehicleState:
+        """Return the same vehicle by the pose of a point `offset` [m] farther left, bounded."""
+        if abs(offset) <= 0.0:
+            return self
+        x, y = self.x - offset * sin(self.yaw), self.y + offset * cos(self.yaw)
+        return VehicleState(x, y, self.yaw, self.speed).bounded()
+
     def point_ahead(self, offset: float) -> Point:
         """Return the point `offset` [m] ahead along the heading."""
         return self.x + offset * cos(self.yaw), self.y + offset * sin(self.yaw)

@@ -3,7 +3,7 @@
 use super::command::{Drive, Pace};
 use super::signals::{Sensed, Signals, Steered};
 use super::state::DriverState;
-use crate::bounds::{MAX_DT, MAX_SPEED, MIN_DT};
+use crate::bounds::{MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::error::{ConfigError, InputError, input_within};
 use crate::laws::LateralLaw;
 use crate::params;
@@ -134,9 +134,6 @@ impl<L: LateralLaw> Driver<L> {
         let seen = self
             .tracker
             .see(path, tracking, model, vehicle, dt, reported);
-        let Ok(seen) = seen else {
-            return self.repeat(state);
-        };
         state.signals.believed = Some(seen.here);
         self.judge(state, &seen);
         // Speed law: what do the pedals do? It stops for a fault as for its operator.
@@ -203,15 +200,16 @@ impl<L: LateralLaw> Driver<L> {
         dt: f64,
     ) -> Option<(VehicleState, Reported)> {
         let car = self.vehicle();
-        let usable =
-            |steer: Option<f64>| steer.filter(|steer| steer.abs() <= core::f64::consts::FRAC_PI_2);
+        let usable = |angle: &f64| angle.abs() <= core::f64::consts::FRAC_PI_2;
         let given = sensed.reported;
-        let aged = Reported {
-            pose_age: given.pose_age,
-            ..Reported::NOTHING
+        let given = Reported {
+            applied_steer: given.applied_steer.filter(usable),
+            measured_steer: given.measured_steer.filter(usable),
+            roll: Some(given.roll).filter(usable).unwrap_or(0.0),
+            ..given
         };
-        let (vehicle, pose_age) = match aged.checked(car) {
-            Ok(aged) => (sensed.vehicle, aged.pose_age),
+        let (antenna, reported) = match given.checked(car) {
+            Ok(reported) => (sensed.vehicle, reported),
             // A pose of no age that can be is none.
             Err(_) => (
                 VehicleState {
@@ -220,7 +218,10 @@ impl<L: LateralLaw> Driver<L> {
                     yaw: f64::NAN,
                     speed: f64::NAN,
                 },
-                0.0,
+                Reported {
+                    pose_age: 0.0,
+                    ..given
+                },
             ),
         };
         let DriverState {
@@ -250,16 +251,14 @@ impl<L: LateralLaw> Driver<L> {
             }
         };
         let known = tracker.model.estimator.estimate;
-        let mut vehicle = signals.complete(steered, vehicle, (pose_age, state.fault), dt);
+        let last = signals.believed;
+        let vehicle = located(car, antenna, last, reported.roll);
+        let (age, fault) = (reported.pose_age, state.fault);
+        let mut vehicle = signals.complete(steered, vehicle, (age, fault), dt);
         if signals.speed > 0.0 {
             // What the signal would say of the expected speed.
-            vehicle = known.told(vehicle);
+            vehicle = known.told(vehicle).bounded();
         }
-        let reported = Reported {
-            applied_steer: usable(given.applied_steer),
-            measured_steer: usable(given.measured_steer),
-            pose_age,
-        };
         (begun || !state.signals.is_incomplete()).then_some((vehicle, reported))
     }
 
@@ -355,6 +354,35 @@ impl<L: LateralLaw> Driver<L> {
         self.speed.law().check_state(path, &state.speed)?;
         input_within("heard", state.heard.unwrap_or(0.0), MAX_SPEED)?;
         state.signals.checked()
+    }
+}
+
+/// The pose of the vehicle's point by that of its antenna; where no heading comes, by the `last` one.
+fn located(
+    car: &Vehicle,
+    antenna: VehicleState,
+    last: Option<VehicleState>,
+    roll: f64,
+) -> VehicleState {
+    let known = last.map_or(0.0, |last| last.yaw);
+    let yaw = if antenna.yaw.abs() <= MAX_YAW {
+        antenna.yaw
+    } else {
+        known
+    };
+    match (VehicleState {
+        yaw,
+        speed: 0.0,
+        ..antenna
+    })
+    .checked()
+    {
+        Ok(given) => {
+            let VehicleState { x, y, .. } = given.left(-car.antenna_offset(roll));
+            VehicleState { x, y, ..antenna }
+        }
+        // No position has come.
+        Err(_) => antenna,
     }
 }
 

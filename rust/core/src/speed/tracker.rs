@@ -195,9 +195,11 @@ impl SpeedTracker {
         dt: f64,
         told: Told,
     ) -> Result<SpeedCommand, InputError> {
-        let vehicle = vehicle.checked()?;
+        let antenna = vehicle.checked()?;
         let dt = checked_dt(dt)?;
         let age = checked_age(told.pose_age)?;
+        // A roll moves it across its path: to a stop that is the same.
+        let vehicle = antenna.left(-self.law.car.antenna_offset(0.0));
         let (believed, status) = self.believe(state, vehicle, dt, age);
         let first = state.waypoint.is_none();
         let follow = Follow {

@@ -102,12 +102,9 @@ impl<L: LateralLaw> Tracker<L> {
             }
             // The speed signal says what it says of a vehicle that is so fast.
             let told = state.model.estimator.estimate.told(vehicle);
-            if self
-                .step(path, &mut state, told, dt, Reported::NOTHING)
-                .is_err()
-            {
-                return Ok(k + 1);
-            }
+            let TrackerState { tracking, model } = &mut state;
+            let seen = self.see(path, tracking, model, told.bounded(), dt, Reported::NOTHING);
+            self.turn(path, tracking, &seen, false);
         }
         Ok(count)
     }

@@ -1,5 +1,5 @@
 //! Optional inputs of a step: the command that was really applied, the measured angle of the wheels,
-//! and the age of the pose.
+//! the age of the pose, and the roll.
 
 use crate::error::{InputError, input_within};
 use crate::vehicle::Vehicle;
@@ -21,6 +21,9 @@ pub struct Reported {
     /// [`MAX_POSE_AGE`](crate::vehicle::past::MAX_POSE_AGE). A difference of two stamps that rounding
     /// makes negative, by less than the shortest period, is 0.
     pub pose_age: f64,
+    /// How far the vehicle is rolled to its right [rad], up to 90 degrees: positive where its right side
+    /// is lower. It matters to an antenna above ground alone.
+    pub roll: f64,
 }
 
 impl Reported {
@@ -29,6 +32,7 @@ impl Reported {
         applied_steer: None,
         measured_steer: None,
         pose_age: 0.0,
+        roll: 0.0,
     };
 
     /// The same, within what `vehicle` can have done.
@@ -50,6 +54,7 @@ impl Reported {
             applied_steer: checked("applied_steer", self.applied_steer)?,
             measured_steer: checked("measured_steer", self.measured_steer)?,
             pose_age: checked_age(self.pose_age)?,
+            roll: input_within("roll", self.roll, limit)?,
         })
     }
 }

@@ -1,7 +1,6 @@
 //! The first half of a step: where the vehicle is believed to be, where on the path that is, and what
 //! is wrong.
 
-use crate::error::InputError;
 use crate::laws::{LateralLaw, LateralState};
 use crate::math::larger;
 use crate::path::{Follow, Located, PathView, Place};
@@ -13,12 +12,12 @@ use crate::tracker::state::{Model, Tracking};
 use crate::tracker::step::Tracker;
 use crate::vehicle::VehicleState;
 use crate::vehicle::gate::Gate;
-use crate::vehicle::state::checked_dt;
 use crate::vehicle::wheels::Reached;
 
 impl<L: LateralLaw> Tracker<L> {
     /// The first half of a step: what time it is, where the vehicle is believed to be, and where on
-    /// the path that is. Arguments and errors as [`advance`](Self::advance).
+    /// the path that is. Arguments as of [`advance`](Self::advance), checked, but for the pose, which is
+    /// that of the vehicle's point wherever its antenna lies.
     #[inline]
     pub(crate) fn see(
         &self,
@@ -26,12 +25,9 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut Tracking<L::State>,
         model: &mut Model,
         vehicle: VehicleState,
-        dt: f64,
+        period: f64,
         reported: Reported,
-    ) -> Result<Seen, InputError> {
-        let vehicle = vehicle.checked()?;
-        let period = checked_dt(dt)?;
-        let reported = reported.checked(self.law.vehicle())?;
+    ) -> Seen {
         let dt = state.elapse(&mut model.estimator, period);
         if let Some(applied) = reported.applied_steer {
             // The command that was applied takes the place of the last one.
@@ -70,7 +66,7 @@ impl<L: LateralLaw> Tracker<L> {
         let delays = self.models && belief.estimate.delays(self.law.vehicle());
         let moved = delays.then(|| follow.offset(path, &located, predicted, travelled));
         let fault = self.find_faults(state, model, &located, here, lately);
-        Ok(Seen {
+        Seen {
             here,
             located,
             predicted: moved,
@@ -80,7 +76,7 @@ impl<L: LateralLaw> Tracker<L> {
                 | fault
                 | Status::END_OF_PATH.when(located.past_end)
                 | Status::OFF_PATH.when(located.off_path),
-        })
+        }
     }
 
     /// Where the measured vehicle is: the tracker's place, moved on.

@@ -26,7 +26,7 @@ use crate::tracker::state::{
 };
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
-use crate::vehicle::state::check_count;
+use crate::vehicle::state::{check_count, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
@@ -300,7 +300,12 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Result<Status, InputError> {
-        let seen = self.see(path, state, model, vehicle, dt, reported)?;
+        let antenna = vehicle.checked()?;
+        let dt = checked_dt(dt)?;
+        let car = self.law.vehicle();
+        let reported = reported.checked(car)?;
+        let vehicle = antenna.left(-car.antenna_offset(reported.roll));
+        let seen = self.see(path, state, model, vehicle, dt, reported);
         Ok(self.turn(path, state, &seen, false))
     }
 

@@ -22,7 +22,7 @@ pub use gate::Gate;
 pub use past::Past;
 pub use state::VehicleState;
 
-use crate::math::{saturate, smaller};
+use crate::math::{cos, saturate, sin, smaller};
 use crate::params;
 
 params! {
@@ -49,6 +49,11 @@ params! {
         /// How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
         /// axle's, negative where it is of a point ahead of that.
         rear_axle: f64 = 0.0, in [-1e3, 1e3];
+        /// How far to the left of the centre line the antenna lies whose position is given as the pose's
+        /// [m]; negative to the right. The pose's point is on the centre line beside it.
+        antenna_left: f64 = 0.0, in [-1e2, 1e2];
+        /// How high above ground it lies [m]: what a `roll` moves it aside by.
+        antenna_height: f64 = 0.0, in [0.0, 1e2];
         /// How far ahead of the pose's point lies the no-slip point [m], the one that moves along
         /// the vehicle's heading; absent if it is the rear axle.
         no_slip_point: Option<f64> = None, in [-1e3, 1e3];
@@ -110,6 +115,19 @@ impl Vehicle {
     #[inline]
     pub fn no_slip(&self) -> f64 {
         self.no_slip_point.unwrap_or(self.rear_axle)
+    }
+
+    /// How far to the left of the centre line the antenna of a vehicle with this `roll` [rad] lies [m]:
+    ///
+    /// ```text
+    /// left = antenna_left cos(roll) - antenna_height sin(roll)
+    /// ```
+    #[inline]
+    pub fn antenna_offset(&self, roll: f64) -> f64 {
+        if self.antenna_height <= 0.0 && self.antenna_left.abs() <= 0.0 {
+            return 0.0;
+        }
+        self.antenna_left * cos(roll) - self.antenna_height * sin(roll)
     }
 
     /// How far ahead of the rear axle lies the point that stops [m].

@@ -75,6 +75,20 @@ impl VehicleState {
         }
     }
 
+    /// The same vehicle by the pose of a point `offset` [m] farther to the left, within the bounds.
+    #[inline]
+    pub fn left(self, offset: f64) -> Self {
+        if offset.abs() <= 0.0 {
+            return self;
+        }
+        Self {
+            x: self.x - offset * sin(self.yaw),
+            y: self.y + offset * cos(self.yaw),
+            ..self
+        }
+        .bounded()
+    }
+
     /// The point `offset` [m] ahead along the heading.
     #[inline]
     pub fn point_ahead(&self, offset: f64) -> Point {

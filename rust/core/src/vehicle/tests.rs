@@ -41,6 +41,32 @@ fn test_vehicle_points_are_told_from_the_pose() {
 }
 
 #[test]
+fn test_antenna_beside_and_above_is_where_a_rotation_about_the_road_puts_it() {
+    let car = Vehicle {
+        antenna_left: 0.5,
+        antenna_height: 3.0,
+        ..Vehicle::DEFAULT
+    };
+    // z up: a roll to the right turns left into up, and up into right.
+    let roll: f64 = 0.08;
+    let left = 0.5 * roll.cos() - 3.0 * roll.sin();
+    assert!((car.antenna_offset(roll) - left).abs() < 1e-15);
+    assert!(car.antenna_offset(roll) < car.antenna_offset(0.0));
+    let point = VehicleState {
+        x: 1.0,
+        y: 2.0,
+        yaw: 0.5 * PI,
+        speed: 3.0,
+    };
+    // Heading along y, left is against x.
+    let antenna = point.left(0.5);
+    assert!((antenna.x - 0.5).abs() < 1e-15 && (antenna.y - 2.0).abs() < 1e-15);
+    let back = antenna.left(-0.5);
+    assert!((back.x - point.x).abs() < 1e-15 && back.speed.to_bits() == point.speed.to_bits());
+    assert_eq!(point.left(0.0), point);
+}
+
+#[test]
 fn test_state_bad_field_is_named() {
     let good = VehicleState {
         x: 1.0,

@@ -157,6 +157,10 @@ macro_rules! controller {
             ///     How long ago pose and speed were measured [s], 0 to 1: what the localisation
             ///     takes, which is not the steering's `dead_time`. The vehicle is rolled forward
             ///     through the commands given since, and all errors are those of now.
+            /// roll : float, default 0.0
+            ///     How far the vehicle is rolled to its right [rad], positive where its right side is
+            ///     lower: an antenna above ground (`Vehicle.antenna_height`) is then not where the
+            ///     vehicle stands.
             ///
             /// Returns
             /// -------
@@ -169,7 +173,7 @@ macro_rules! controller {
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[inline]
             #[pyo3(signature = (
-                x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0
+                x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0
             ))]
             fn step(
                 &mut self,
@@ -181,9 +185,10 @@ macro_rules! controller {
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
                 #[pyo3(from_py_with = number)] pose_age: f64,
+                #[pyo3(from_py_with = number)] roll: f64,
             ) -> Raises<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let reported = reported(applied_steer, measured_steer, pose_age);
+                let reported = reported(applied_steer, measured_steer, [pose_age, roll]);
                 let (path, state) = (self.path.get().view(), &mut self.state);
                 Ok(PyCommand(self.law.step(&path, state, vehicle, dt.0, reported)?))
             }
@@ -197,7 +202,7 @@ macro_rules! controller {
             /// float
             ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
             #[pyo3(signature = (
-                x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0
+                x, y, yaw, speed, dt, /, *, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0
             ))]
             fn steer(
                 &mut self,
@@ -209,9 +214,10 @@ macro_rules! controller {
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
                 #[pyo3(from_py_with = number)] pose_age: f64,
+                #[pyo3(from_py_with = number)] roll: f64,
             ) -> Raises<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let reported = reported(applied_steer, measured_steer, pose_age);
+                let reported = reported(applied_steer, measured_steer, [pose_age, roll]);
                 let (path, state) = (self.path.get().view(), &mut self.state);
                 Ok(self.law.steer(&path, state, vehicle, dt.0, reported)?)
             }
@@ -245,6 +251,8 @@ macro_rules! controller {
             ///     The measured angle of the wheels [rad]; see `step`.
             /// pose_age : float, default 0.0
             ///     How long ago pose and speed were measured [s]; see `step`.
+            /// roll : float, default 0.0
+            ///     The roll to the right [rad]; see `step`.
             ///
             /// Returns
             /// -------
@@ -254,7 +262,7 @@ macro_rules! controller {
             ///     stop are 0.
             #[pyo3(signature = (
                 x, y, yaw, speed, dt, hold_limit=10, *,
-                applied_steer=None, measured_steer=None, pose_age=0.0
+                applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0
             ))]
             fn step_or_hold(
                 &mut self,
@@ -267,9 +275,10 @@ macro_rules! controller {
                 applied_steer: Option<Number>,
                 measured_steer: Option<Number>,
                 #[pyo3(from_py_with = number)] pose_age: f64,
+                #[pyo3(from_py_with = number)] roll: f64,
             ) -> PyCommand {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                let reported = reported(applied_steer, measured_steer, pose_age);
+                let reported = reported(applied_steer, measured_steer, [pose_age, roll]);
                 let (path, state) = (self.path.get().view(), &mut self.state);
                 PyCommand(self.law.step_or_hold(&path, state, vehicle, dt.0, hold_limit, reported))
             }

@@ -143,7 +143,7 @@ impl Episode {
     /// The command; None if a controller refuses the vehicle, whose numbers are no longer finite.
     fn control(&mut self, steer: f64, pedal: f64) -> Option<Control> {
         let reverse = self.simulation.reverse();
-        let vehicle = self.simulation.vehicle();
+        let vehicle = self.simulation.measured();
         match &mut self.pedalling {
             Some(pedalling) => pedalling
                 .control(&self.simulation, vehicle, steer, reverse)

@@ -1,4 +1,4 @@
-//! Steps that report more than a pose: the applied command, the measured angle, how old the pose is.
+//! Steps that report more than a pose: the applied command, the measured angle, how old the pose is, the roll.
 
 use super::{Life, same};
 use crate::bytes::Bytes;
@@ -18,8 +18,17 @@ impl<L: Subject> Life<L> {
             applied_steer: (kind & 1 == 1).then(|| symmetric(bytes, 0.6, 2.0)),
             measured_steer: (kind & 2 == 2).then(|| symmetric(bytes, 0.6, 2.0)),
             pose_age: bytes.number([0.0, 0.2], [0.0, MAX_POSE_AGE]),
+            roll: if kind & 4 == 4 {
+                symmetric(bytes, 0.3, 2.0)
+            } else {
+                0.0
+            },
         };
-        let angles = [reported.applied_steer, reported.measured_steer];
+        let angles = [
+            reported.applied_steer,
+            reported.measured_steer,
+            Some(reported.roll),
+        ];
         let good = seen.checked().is_ok()
             && checked_dt(dt).is_ok()
             && angles
