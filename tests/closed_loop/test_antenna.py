@@ -83,7 +83,8 @@ def test_batch_and_reference_take_the_roll_as_a_controller_does() -> None:
     singles = [popsteer.Stanley(path, car, adapt=None, monitor=None) for _ in rolls]
     for k in range(20):
         pose = (0.3 * k, 0.2 + 0.1 * k, 0.3)
-        together = batch.steer(*([each] * 3 for each in pose), [3.0] * 3, 0.05, roll=rolls)
+        x, y, yaw = (np.full(3, each) for each in pose)
+        together = batch.steer(x, y, yaw, np.full(3, 3.0), 0.05, roll=rolls)
         alone = [
             each.steer(*pose, 3.0, 0.05, roll=r) for each, r in zip(singles, rolls, strict=True)
         ]
