@@ -337,6 +337,15 @@ fn test_waypoints_without_an_order_are_refused() {
 }
 
 #[test]
+fn test_list_that_goes_on_a_spacing_aside_and_a_bit_back_loses_one_waypoint() {
+    let mut points: Xy = (0..80).map(|k| (0.0, 0.035 * f64::from(k))).collect();
+    points.extend((0..40).map(|k| (-0.03, 2.76 + 0.035 * f64::from(k))));
+    let (kept, faults) = mended(&points, false);
+    assert_eq!(faults, [Fault::StepBack]);
+    assert!(kept.len() + 2 >= points.len(), "{}", kept.len());
+}
+
+#[test]
 fn test_corners_that_turn_back_are_driven() {
     // Drawn by hand: at 4 and 16 the way goes back beside where it came, a spacing aside.
     let x = [

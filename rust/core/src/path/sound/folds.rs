@@ -11,9 +11,10 @@ use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
 use crate::math::{larger, saturate};
 
-/// What is left out lies within this many spacings of the path that stays: farther aside it was
-/// driven, as corners are.
-const PASSED: f64 = 0.25;
+/// What is left out lies within this many spacings of what stays: one, and what spacings vary by.
+const PASSED: f64 = 1.1;
+/// Where the path has corners at most waypoints, those farther aside of it are driven.
+const ASIDE: f64 = 0.25;
 
 /// What a repair at a fold leaves.
 struct Repair {
@@ -231,10 +232,16 @@ impl Chain<'_> {
         };
         let straight = along(heading, self.at(on) - tip) && along(self.at(on) - tip, onward);
         let last = *done.last()?;
+        let corners = self.has_corners(done, place);
         let passed = |at: usize| {
-            let beside = |a, b| self.beside(a, b, at) <= PASSED * spacing;
+            let near = |kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing;
+            let beside = |a, b| self.beside(a, b, at) <= ASIDE * spacing;
             let mut pairs = done.windows(2).rev().take(MOST);
-            beside(last, on) || pairs.any(|pair| matches!(pair, &[a, b] if beside(a, b)))
+            let mut kept = done.iter().rev().take(MOST).chain([&on]);
+            kept.any(|&kept| near(kept))
+                && (!corners
+                    || beside(last, on)
+                    || pairs.any(|pair| matches!(pair, &[a, b] if beside(a, b))))
         };
         let certain = !driven && !folded && straight && (place..on).all(passed);
         certain.then_some(Repair {
@@ -269,9 +276,14 @@ impl Chain<'_> {
             && self
                 .heading_of(kept)
                 .is_none_or(|inward| along(inward, here - self.at(before)));
+        let corners = self.has_corners(done, place);
         let passed = |at: usize| {
-            let beside = |a, b| self.beside(a, b, at) <= PASSED * spacing;
-            beside(before, place) || (place + 1..end).any(|next| beside(next - 1, next))
+            let near = |kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing;
+            let beside = |a, b| self.beside(a, b, at) <= ASIDE * spacing;
+            (place..end).chain([before]).any(near)
+                && (!corners
+                    || beside(before, place)
+                    || (place + 1..end).any(|next| beside(next - 1, next)))
         };
         let gone = done.get(done.len() - back..)?;
         let certain = straight && back > 0 && gone.iter().all(|&at| passed(at));
@@ -281,6 +293,18 @@ impl Chain<'_> {
             add: [None, None],
             on: place,
         })
+    }
+
+    /// Whether the path turns by more than half a radian at most waypoints about a fold.
+    fn has_corners(&self, done: &[usize], place: usize) -> bool {
+        let sharp = |a, b, c| turn(self.at(b) - self.at(a), self.at(c) - self.at(b)) > 0.5;
+        let before = done.windows(3).rev().take(4);
+        let before = before.map(|three| matches!(three, &[a, b, c] if sharp(a, b, c)));
+        let after = (place + 2..self.order.len()).take(4);
+        let after = after.map(|at| sharp(at - 2, at - 1, at));
+        let count = |(sharp, all), is| (sharp + usize::from(is), all + 1);
+        let (sharp, all) = before.chain(after).fold((0, 0), count);
+        2 * sharp > all
     }
 
     /// How far the waypoint at a place is from the segment between two others [m].
