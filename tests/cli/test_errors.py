@@ -66,6 +66,7 @@ WRONG = {
     "former-file": (("stability", "--json", "a.json"), "No such option: --json; it is --out now"),
     "former-command": (("simulate",), "'simulate'; it is compare --controllers NAME now"),
     "former-tracks": (("tracks", "export-all", "out"), "it is tracks --out now"),
+    "former-bench": (("bench",), "it is make bench, in a checkout, now"),
     "option": (("compare", "--colour"), "No such option: --colour"),
     "command": (("drive",), "No such command 'drive'"),
     "argument": (("compare", "extra"), "unexpected extra argument"),

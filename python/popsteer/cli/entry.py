@@ -40,6 +40,7 @@ _NOW = {
     "simulate": "compare --controllers NAME",
     "--replay-run": "sweep --run",
     "--suite": "popsteer suite",
+    "bench": "make bench, in a checkout,",
     **dict.fromkeys(("--csv", "--json", "--figure", "--figures"), "--out"),
 }
 

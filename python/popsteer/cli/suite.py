@@ -22,11 +22,9 @@ A scenario is a path with a plan of speeds, a condition what differs from what t
 told. A run is the same whatever else is driven. The controllers have their defaults, and what
 --params and --set say. --out writes the table, all cells and a figure.
 
-\b
-Scenarios:
-  {", ".join(SCENARIOS)}
-Conditions:
-  {", ".join(CONDITIONS)}
+Scenarios: {", ".join(SCENARIOS)}.
+
+Conditions: {", ".join(CONDITIONS)}.
 
 \b
 Examples:

@@ -340,3 +340,52 @@ fn test_place_after_a_jump_is_the_other_lane_only_where_the_jump_does_not_explai
         );
     }
 }
+
+/// A vehicle that braked hard in a long period went as far as its speed before it: on the second of three
+/// laps it is found there, neither short of it nor a lap off.
+#[test]
+fn test_vehicle_that_braked_in_a_long_period_is_found_as_far_as_it_went() {
+    use popsteer_core::laws::{Stanley, StanleyParams};
+    use popsteer_core::{Reported, Tracker};
+    let angle = |arc: f64| arc / 40.0;
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..754)
+        .map(|k| angle(f64::from(k)))
+        .map(|a| (40.0 * a.sin(), 40.0 * (1.0 - a.cos())))
+        .unzip();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let at = |arc: f64, speed: f64| VehicleState {
+        x: 40.0 * angle(arc).sin(),
+        y: 40.0 * (1.0 - angle(arc).cos()),
+        yaw: angle(arc),
+        speed,
+    };
+    let tracker = Tracker::of(Stanley::new(Vehicle::PAPER, StanleyParams::DEFAULT).unwrap());
+    for (before, after, travelled) in [(36.0, 0.0, 18.0), (0.0, 36.0, 18.0), (18.0, 18.0, 18.0)] {
+        let mut state = tracker.initial_state();
+        let mut arc = 5.0;
+        while arc < 300.0 {
+            arc += 0.1 * before + 0.01;
+            tracker
+                .step(
+                    &path.view(),
+                    &mut state,
+                    at(arc, before),
+                    0.1,
+                    Reported::NOTHING,
+                )
+                .unwrap();
+        }
+        let from = state.place.segment().unwrap();
+        tracker
+            .step(
+                &path.view(),
+                &mut state,
+                at(arc + travelled, after),
+                1.0,
+                Reported::NOTHING,
+            )
+            .unwrap();
+        let gone = state.place.segment().unwrap() - from;
+        assert!((17..=19).contains(&gone), "{before} {after}: {gone}");
+    }
+}

@@ -445,8 +445,7 @@ fn test_weak_brakes_stop_uphill_what_they_cannot_stop_downhill_and_hold_it_on_bo
         let tracker = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
         let path = straight(6, 5.0, grade);
         let plan = tracker.plan(&path.view()).unwrap();
-        let mut state = SpeedTrackerState::default();
-        let mut vehicle = Car::new(5.0, 0.05, grade);
+        let (mut state, mut vehicle) = (SpeedTrackerState::default(), Car::new(5.0, 0.05, grade));
         vehicle.brakes = 3.0;
         let (mut warned, mut command) = (false, None);
         for _ in 0..200 {
@@ -487,13 +486,12 @@ fn test_stop_lines_beside_the_seam_of_a_lap_are_as_far_as_they_are() {
         let length = path.view().length();
         let due = path.view().arc(usize::try_from(line).unwrap());
         let due = if line == 2 { due + length } else { due };
-        let mut state = SpeedTrackerState::default();
-        let mut vehicle = Car::new(0.0, 0.2, 0.0);
+        let (mut state, mut vehicle) = (SpeedTrackerState::default(), Car::new(0.0, 0.2, 0.0));
         vehicle.x = length - 15.0;
         let mut last = 0.0;
         for k in 0..480 {
             if k == 400 {
-                vehicle.x += 2.5; // it is pushed over its line: across the seam, if that is the one before
+                vehicle.x += 2.5; // pushed over its line: across the seam, from the one before
             }
             let angle = vehicle.x / length * std::f64::consts::TAU;
             let measured = VehicleState {

@@ -232,3 +232,6 @@ impl Steered<'_> {
         VehicleState { speed, ..then }.bounded()
     }
 }
+
+#[cfg(test)]
+mod tests;
