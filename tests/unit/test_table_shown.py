@@ -1,0 +1,124 @@
+"""Columns without names show what they are; coarse waypoints, that they lie on a curve."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from popsteer import Path, PathError, planning
+from popsteer.tables import read_waypoints
+from tests.unit.test_table_kinds import WRAPPED, YAW, N, S, X, Y, _rows, _write
+
+
+def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) -> None:
+    turns = np.linspace(0.0, 4.0 * np.pi, 400)
+    radius = 40.0 + 25.0 * np.cos(3.0 * turns / 2.0)
+    xy = np.column_stack((radius * np.cos(turns / 2.0), radius * np.sin(turns / 2.0)))
+    fast = planning.speed_profile(Path(xy)).speed
+    path = Path.from_csv(_write(tmp_path, _rows((*xy.T, fast))))
+    assert path.speed is not None
+    assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
+    for waves in (0.5, 1.0, 2.0, 3.0, 5.0, 9.0):
+        width = 6.0 + 2.6 * np.sin(waves * turns + 1.0)
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((*xy.T, width))))
+    speed = 3.0 + 2.0 * np.sin(S / 4.0)  # 10 rows a second
+    gone = np.concatenate(([0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))))
+    x, y = 30.0 * np.sin(gone / 30.0), 30.0 * np.cos(gone / 30.0)
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, speed))))
+    assert path.speed is not None
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
+
+
+def _lap(count: int = 300) -> tuple[Any, Any, Any]:
+    """A lap of bends to either side: x, y, and how far along it each waypoint is [rad]."""
+    along = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    radius = 20.0 + 8.0 * np.cos(3.0 * along)
+    return radius * np.cos(along), radius * np.sin(along), along
+
+
+def test_widths_beside_the_middle_of_a_lap_are_left_out(tmp_path: Any) -> None:
+    x, y, along = _lap()
+    draw = np.random.default_rng(7)
+    road = 1.2 + 0.3 * np.sin(2.0 * along)
+    sides = [road + draw.normal(0.0, 0.05, len(along)) for _ in "lr"]
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, *sides))))
+    assert path.speed is None
+    assert str(path.source).count("half of the width") == 2
+    # A speed and the one that was wanted are alike, too: slower in bends, hardly changing, or of a
+    # drive that is no lap; and other columns may be anything.
+    profile = np.asarray(planning.speed_profile(Path(np.column_stack((x, y)), closed=True)).speed)
+    far = slice(None, 200)
+    for columns in (
+        (x, y, profile, 1.02 * profile + draw.normal(0.0, 0.02, len(x))),
+        tuple(each[far] for each in (x, y, *sides)),
+        (x, y, *sides, 1.0 + along),
+        (x, y, *(2.0 + 0.02 * side for side in sides)),
+        (x, y, sides[0], 1.3 * sides[1]),
+    ):
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows(columns)))
+
+
+def test_heading_that_lags_behind_a_lap_is_known_and_left_out(tmp_path: Any) -> None:
+    x, y, _ = _lap()
+    yaw = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x))) - 0.25
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, (yaw + np.pi) % (2 * np.pi) - np.pi))))
+    assert path.yaw is None
+    assert "column 3 is a heading, which is left out" in str(path.source)
+    # So it is between waypoints that stand in noise.
+    draw = np.random.default_rng(3).normal(0.0, 0.05, (2, 3 * len(x)))
+    noisy = (np.repeat(x, 3) + draw[0], np.repeat(y, 3) + draw[1], np.repeat(yaw, 3))
+    assert "column 3 is a heading" in str(read_waypoints(_write(tmp_path, _rows(noisy))).source())
+    for other in (yaw - 0.25, 0.5 * yaw, np.sin(yaw)):
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((x, y, other))))
+
+
+def test_recorded_heading_is_found_among_noise_at_rest(tmp_path: Any) -> None:
+    draw = np.random.default_rng(4)
+    rest = 60
+    x = np.concatenate((np.full(rest, X[0]), np.repeat(X, 5))) + draw.normal(0, 0.02, rest + 5 * N)
+    y = np.concatenate((np.full(rest, Y[0]), np.repeat(Y, 5))) + draw.normal(0, 0.02, rest + 5 * N)
+    yaw = np.concatenate((np.full(rest, YAW[0]), np.repeat(WRAPPED, 5)))
+    found = read_waypoints(_write(tmp_path, _rows((x, y, yaw))))
+    assert found.more["yaw"] == pytest.approx(yaw)
+
+
+def _hairpin(step: float, radius: float = 8.0) -> Any:
+    """Two straights and half a circle between them, `step` [m] apart."""
+    bend, straight = math.pi * radius, 8.0 * step
+    s = np.arange(0.0, 2.0 * straight + bend, step)
+    angle = np.clip(s - straight, 0.0, bend) / radius
+    x = radius * np.sin(angle) + np.minimum(s, straight) - np.maximum(s - straight - bend, 0.0)
+    return x, radius * (1.0 - np.cos(angle))
+
+
+def test_coarse_waypoints_of_a_hairpin_are_a_curve(tmp_path: Any) -> None:
+    said = "coarse bends, which lie on a curve"
+    path = Path.from_csv(_write(tmp_path, _rows(_hairpin(4.0))))
+    assert said in str(path.source)
+    assert path.curvature is not None
+    assert np.asarray(path.curvature)[12:15] == pytest.approx(1.0 / 8.0, rel=0.1)
+    assert path.yaw is not None
+    # As they are: fine ones, noise, a corner, and what is driven backwards.
+    x, y = _hairpin(4.0)
+    draw = np.random.default_rng(2).normal(0.0, 0.8, (2, len(x)))
+    corner = np.concatenate((np.arange(0.0, 40.0, 4.0), np.full(10, 40.0)))
+    for columns in (
+        _hairpin(1.0),
+        (x + draw[0], y + draw[1]),
+        (corner, corner[::-1]),
+    ):
+        path = Path.from_csv(_write(tmp_path, _rows(columns)))
+        assert path.yaw is None
+        assert said not in str(path.source)
+    back = Path.from_csv(_write(tmp_path, "x,y,v\n" + _rows((x, y, -np.ones(len(x))))))
+    assert back.yaw is None
+    lap = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    file = _write(tmp_path, _rows((20.0 * np.cos(lap), 20.0 * np.sin(lap))))
+    curved = np.asarray(Path.from_csv(file, closed=True).curvature)
+    assert curved == pytest.approx(0.05, rel=0.03)
