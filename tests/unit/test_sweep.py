@@ -90,6 +90,26 @@ def test_success_is_to_finish_within_the_deviation_and_without_a_fault(
     assert not any(row["finished"] or row["success"] for row in lost)
 
 
+def test_run_that_is_off_by_just_what_is_allowed_succeeds(rows: list[dict[str, Any]]) -> None:
+    row = max((row for row in rows if row["success"]), key=lambda row: row[ERROR])
+    run, off = row["run"], row[ERROR]
+    (just,) = sweep.drive(_job(deviation=off), [run], threads=1)
+    (less,) = sweep.drive(_job(deviation=math.nextafter(off, 0.0)), [run], threads=1)
+    assert (just["success"], less["success"]) == (True, False)
+
+
+@pytest.mark.parametrize("text", ["uniform(0.3,0.58)", "uniform(-0.58,-0.3)"])
+def test_draw_out_of_range_at_either_end_is_refused_before_a_run(text: str) -> None:
+    """Of a plant in Python the least and the greatest draws are tried."""
+    pytest.importorskip("vehiclemodels")
+    vary = {"steer_offset": distribution("steer_offset", text)}
+    job = _job(12, vary=vary, plant="commonroad-st-2")
+    done: list[str] = []
+    with pytest.raises(popsteer.ConfigError, match="steer_offset"):
+        sweep.run(job, progress=lambda said, _: done.append(said))
+    assert not done
+
+
 def test_no_evidence_is_no_success() -> None:
     # 40 m of straight, over before anything has settled, from up to 8 m beside it.
     straight = popsteer.Path([(0.0, 0.0), (40.0, 0.0)], speed=[15.0, 15.0])
