@@ -247,7 +247,8 @@ def _check_time(t: NDArray[np.float64], name: str) -> None:
     if period > _LONGEST_PERIOD or duration > _LONGEST_DRIVE:
         raise LogError(
             f"{name}: a row every {period:.4g} s, {duration:.4g} s in all, is hardly a drive: in"
-            " what unit is t? (--unit t=ms, us or ns)"
+            " what unit is t? (--unit t=ms, us or ns) If it is in seconds: nothing is read from"
+            f" rows more than {_LONGEST_PERIOD:g} s apart, or from more than a day"
         )
 
 
