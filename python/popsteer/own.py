@@ -162,6 +162,9 @@ def sent(what: What, name: str) -> tuple[tuple[str, bytes], ...]:
 def receive(files: tuple[tuple[str, bytes], ...], folder: Path) -> None:
     """Put what was `sent` below a folder where modules are found, in place of what was before."""
     mark = "popsteer-own-"
+    root = folder / f"{mark}{hashlib.sha256(repr(files).encode()).hexdigest()[:16]}"
+    if str(root) in sys.path:
+        return  # a task beside this one may just look for a module there
     loaded = tuple(sys.modules.items())
     before = {name for name, each in loaded if mark in str(getattr(each, "__file__", None))}
     first = {name.partition(".")[0] for name in before}
@@ -169,7 +172,6 @@ def receive(files: tuple[tuple[str, bytes], ...], folder: Path) -> None:
         if name.partition(".")[0] in first:
             del sys.modules[name]
     sys.path[:] = [each for each in sys.path if mark not in each]
-    root = folder / f"{mark}{hashlib.sha256(repr(files).encode()).hexdigest()[:16]}"
     for name, content in files:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_bytes(content)

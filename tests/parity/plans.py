@@ -188,7 +188,8 @@ def decided(
     params = getattr(reference, law.params_name)(**controller.params.as_dict())
     twin = getattr(reference, law.name)(car, params)
     x, y, yaw, speed, dt = step
-    vehicle = predicted = VehicleState(x, y, yaw, speed)
+    antenna = VehicleState(x, y, yaw, speed)
+    vehicle = predicted = antenna.left(-car.antenna_offset(0.0))
     wheel, estimate = before.steer, reference.Estimate()
     if after.in_flight is not None:
         in_flight = InFlight(after.in_flight.commands, after.in_flight.wheel)

@@ -1,9 +1,9 @@
 """A mirrored world (y and yaw change sign) mirrors the angle, exactly.
 
 Every operation of the laws is odd or even under the reflection, rounding included, so the answers
-are compared without tolerance; the steering offset of the mirrored vehicle changes its sign too.
-Where left and right cannot be told apart the answer is a convention and has no mirror image; those
-states are left out, each for the reason given.
+are compared without tolerance; the steering offset and the antenna of the mirrored vehicle have the
+other sign. Where left and right cannot be told apart the answer is a convention and has no mirror
+image; those states are left out, each for the reason given.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import popsteer
+from popsteer.reference.vehicle.state import VehicleState
 from tests.parity.checks import adapting
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
 from tests.parity.plans import decided
@@ -61,10 +62,10 @@ def _is_on_line(path: Waypoints, segment: int, position: tuple[float, float]) ->
 
 def _measured_on_line(path: Waypoints, controller: Any, step: tuple[float, ...]) -> bool:
     """The same of the tracked point of the vehicle that was just measured."""
-    x, y, yaw, *_ = step
-    ahead = controller.tracked_point
-    segment = controller.state.place.segment
-    return _is_on_line(path, segment, (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)))
+    x, y, yaw, speed, _ = step
+    antenna = VehicleState(x, y, yaw, speed)
+    point = antenna.left(-controller.vehicle.antenna_left).point_ahead(controller.tracked_point)
+    return _is_on_line(path, controller.state.place.segment, point)
 
 
 def _no_side(at: Any, target: tuple[float, float]) -> bool:
@@ -124,7 +125,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
     given = {**adapting(adapt), "monitor": None}
     car = popsteer.Vehicle(**vehicle)
     ours = kind(_path(path), car, tuning, **given)
-    car = car.replace(steer_offset=-car.steer_offset)
+    car = car.replace(steer_offset=-car.steer_offset, antenna_left=-car.antenna_left)
     theirs = kind(_path(_mirrored(path)), car, tuning, **given)
     for spot in spots:
         x, y, yaw, speed, dt = step = spot.at(path)

@@ -129,6 +129,22 @@ def test_module_beside_that_this_process_alone_has_loaded_is_sent(here: Path, cl
     assert _rows(job, cluster) == sweep.drive(job, range(3))
 
 
+def test_code_that_is_there_already_is_left_as_it_is(tmp_path: Path) -> None:
+    """Another thread of the worker may look for its modules meanwhile."""
+    files = tuple((name, text.encode()) for name, text in FILES.items())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", list(sys.path))
+        own.receive(files, tmp_path / "worker")
+        before, (root,) = list(sys.path), (tmp_path / "worker").iterdir()
+        (root / "beside.py").write_text("LOADED = True\n")
+        own.receive(files, tmp_path / "worker")
+        assert sys.path == before
+        assert (root / "beside.py").read_text() == "LOADED = True\n"
+        own.receive(files[:1], tmp_path / "worker")
+        assert sys.path[-1] != before[-1]
+        assert len(sys.path) == len(before)
+
+
 def test_two_files_of_one_name_that_differ_are_refused(here: Path, cluster: str) -> None:
     job = _job("mine.py:Own", plants.get("car/mine.py:Car"))
     with pytest.raises(PopsteerError, match=r"--dask: .* two files mine\.py that differ"):

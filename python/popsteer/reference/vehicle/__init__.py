@@ -95,7 +95,7 @@ class Vehicle(Checked):
         Examples
         --------
         >>> round(Vehicle(antenna_left=0.5, antenna_height=3.0).antenna_offset(0.08), 6)
-        0.258656
+        0.258657
         """
         if self.antenna_height == 0.0 and self.antenna_left == 0.0:
             return 0.0
