@@ -246,3 +246,25 @@ fn test_driver_that_knows_nothing_holds_and_one_odd_report_changes_nothing() {
     let check = rig.driver.check_state(&rig.path.view(), &rig.state);
     assert_eq!(check, Ok(()));
 }
+
+#[test]
+fn test_angle_that_comes_with_a_pose_of_no_age_is_one_that_the_wheels_have() {
+    for pose_age in [-1.0, 9.0, f64::NAN] {
+        let mut rig = Rig::preview(bends());
+        let pose = rig.plant.pose();
+        rig.step(Sensed::from(pose), DT);
+        let odd = Sensed {
+            reported: Reported {
+                applied_steer: Some(1.5),
+                pose_age,
+                ..Reported::NOTHING
+            },
+            ..Sensed::from(pose)
+        };
+        rig.step(odd, DT);
+        let steer = rig.state.tracker.tracking.steer;
+        assert!(steer.abs() <= rig.driver.vehicle().max_steer, "{steer}");
+        let check = rig.driver.check_state(&rig.path.view(), &rig.state);
+        assert_eq!(check, Ok(()));
+    }
+}

@@ -13,6 +13,7 @@ use crate::speed::{self, SpeedState, SpeedTracker};
 use crate::status::Status;
 use crate::tracker::seen::Seen;
 use crate::tracker::{Predicted, Reported, Tracker, TrackerState};
+use crate::vehicle::past::checked_age;
 use crate::vehicle::{Estimate, Fault, Vehicle, VehicleState};
 
 /// The longest time that counts in one step [s]: what happened in a longer one is not known, and a
@@ -202,28 +203,24 @@ impl<L: LateralLaw> Driver<L> {
         let car = self.vehicle();
         let usable = |angle: &f64| angle.abs() <= core::f64::consts::FRAC_PI_2;
         let given = sensed.reported;
-        let given = Reported {
+        let age = checked_age(given.pose_age);
+        let antenna = match age {
+            Ok(_) => sensed.vehicle,
+            // A pose of no age that can be is none.
+            Err(_) => VehicleState {
+                x: f64::NAN,
+                y: f64::NAN,
+                yaw: f64::NAN,
+                speed: f64::NAN,
+            },
+        };
+        let reported = Reported {
             applied_steer: given.applied_steer.filter(usable),
             measured_steer: given.measured_steer.filter(usable),
+            pose_age: age.unwrap_or(0.0),
             roll: Some(given.roll).filter(usable).unwrap_or(0.0),
-            ..given
         };
-        let (antenna, reported) = match given.checked(car) {
-            Ok(reported) => (sensed.vehicle, reported),
-            // A pose of no age that can be is none.
-            Err(_) => (
-                VehicleState {
-                    x: f64::NAN,
-                    y: f64::NAN,
-                    yaw: f64::NAN,
-                    speed: f64::NAN,
-                },
-                Reported {
-                    pose_age: 0.0,
-                    ..given
-                },
-            ),
-        };
+        let reported = reported.checked(car).unwrap_or(Reported::NOTHING);
         let DriverState {
             tracker,
             speed,
