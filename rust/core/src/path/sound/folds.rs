@@ -213,7 +213,8 @@ impl Chain<'_> {
 
     /// Goes on from the last waypoint to the first that lies ahead of it.
     fn leave_ahead(&self, done: &[usize], place: usize) -> Option<Repair> {
-        let tip = self.at(*done.last()?);
+        let last = *done.last()?;
+        let tip = self.at(last);
         let heading = self.heading_of(done)?;
         let step = |at: usize| self.at(at + 1) - self.at(at);
         let spacing = self.spacing_about(done, place);
@@ -231,17 +232,12 @@ impl Chain<'_> {
             self.at(on) - tip
         };
         let straight = along(heading, self.at(on) - tip) && along(self.at(on) - tip, onward);
-        let last = *done.last()?;
         let corners = self.has_corners(done, place);
         let passed = |at: usize| {
-            let near = |kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing;
-            let beside = |a, b| self.beside(a, b, at) <= ASIDE * spacing;
-            let mut pairs = done.windows(2).rev().take(MOST);
-            let mut kept = done.iter().rev().take(MOST).chain([&on]);
-            kept.any(|&kept| near(kept))
-                && (!corners
-                    || beside(last, on)
-                    || pairs.any(|pair| matches!(pair, &[a, b] if beside(a, b))))
+            let kept = done.iter().copied().rev().take(MOST).chain([on]);
+            let pairs = done.windows(2).rev().take(MOST);
+            let pairs = pairs.filter_map(|pair| <[usize; 2]>::try_from(pair).ok());
+            self.is_passed(at, spacing, kept, pairs.chain([[last, on]]), corners)
         };
         let certain = !driven && !folded && straight && (place..on).all(passed);
         certain.then_some(Repair {
@@ -278,12 +274,9 @@ impl Chain<'_> {
                 .is_none_or(|inward| along(inward, here - self.at(before)));
         let corners = self.has_corners(done, place);
         let passed = |at: usize| {
-            let near = |kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing;
-            let beside = |a, b| self.beside(a, b, at) <= ASIDE * spacing;
-            (place..end).chain([before]).any(near)
-                && (!corners
-                    || beside(before, place)
-                    || (place + 1..end).any(|next| beside(next - 1, next)))
+            let kept = (place..end).chain([before]);
+            let pairs = (place + 1..end).map(|next| [next - 1, next]);
+            self.is_passed(at, spacing, kept, pairs.chain([[before, place]]), corners)
         };
         let gone = done.get(done.len() - back..)?;
         let certain = straight && back > 0 && gone.iter().all(|&at| passed(at));
@@ -293,6 +286,21 @@ impl Chain<'_> {
             add: [None, None],
             on: place,
         })
+    }
+
+    /// Whether what stays passes by the waypoint at a place: one that is `kept` is near, and where there
+    /// are `corners` it lies on the way between a pair of them.
+    fn is_passed(
+        &self,
+        at: usize,
+        spacing: f64,
+        mut kept: impl Iterator<Item = usize>,
+        mut pairs: impl Iterator<Item = [usize; 2]>,
+        corners: bool,
+    ) -> bool {
+        let near = |kept| get_distance(self.at(kept), self.at(at)) <= PASSED * spacing;
+        let beside = |[start, end]: [usize; 2]| self.beside(start, end, at) <= ASIDE * spacing;
+        kept.any(near) && (!corners || pairs.any(beside))
     }
 
     /// Whether the path turns by more than half a radian at most waypoints about a fold.
