@@ -70,6 +70,38 @@ def test_latitudes_and_longitudes_become_a_local_plane(
     assert (kept.x[0], kept.y[0]) == pytest.approx((X[0], Y[0]), rel=6e-3)
 
 
+def _ways(*parts: slice) -> str:
+    lat, lon = _degrees()
+    rows = [[b, a, 41.5] for a, b in zip(lat, lon, strict=True)]
+    lines = [{"type": "LineString", "coordinates": rows[part]} for part in parts]
+    return json.dumps(
+        {
+            "type": "FeatureCollection",
+            "features": [{"geometry": line, "type": "Feature"} for line in lines],
+        }
+    )
+
+
+def test_ways_of_a_map_that_follow_one_another_are_one_path(geo: None, tmp_path: Any) -> None:
+    cut = slice(0, 18), slice(17, 20), slice(19, N)
+    whole = Path.from_csv(_write(tmp_path, _ways(slice(0, N))))
+    for order in ((0, 1, 2), (2, 0, 1), (1, 2, 0)):
+        path = Path.from_csv(_write(tmp_path, _ways(*(cut[k] for k in order))), origin=(LAT, LON))
+        _flat(path)
+        assert (path.x[0], path.y[0]) == pytest.approx((X[0], Y[0]), rel=6e-3)
+        assert "latitude, longitude; 3 lines, joined; x and y" in str(path.source)
+    assert "joined" not in str(whole.source)
+    back, gap, again = slice(19, 16, -1), slice(20, N), slice(17, 30)
+    for parts in (
+        (cut[0], back, cut[2]),
+        (cut[0], gap),
+        (*cut, again),  # forks
+        (cut[0], slice(17, None), slice(0, 3)),  # forks where it begins
+    ):
+        with pytest.raises(PathError, match=r"has \d lines, which do not follow one another"):
+            Path.from_csv(_write(tmp_path, _ways(*parts)))
+
+
 @looped(
     ("head", "columns"),
     [("X,Y,id\n", "lon=X,lat=Y"), ("", "lon,lat")],

@@ -43,12 +43,15 @@ def local(name: str, degrees: Floats, origin: tuple[float, float]) -> Floats:
     return np.column_stack((x, y))
 
 
-def positions(name: str, text: str) -> Floats | None:
-    """Give latitude and longitude [deg] of each point of a GPX or GeoJSON file; None of others."""
+def positions(name: str, text: str) -> tuple[Floats, list[str]] | None:
+    """Give latitude and longitude [deg] of each point of a GPX or GeoJSON file; None of others.
+
+    Beside them are notes of what was put together.
+    """
     if is_json(text) and '"coordinates"' in text:
         return _geojson(name, text)
     if text.lstrip().startswith("<") and "<gpx" in text[:5000]:
-        return _gpx(name, text)
+        return _gpx(name, text), []
     return None
 
 
@@ -70,16 +73,36 @@ def _gpx(name: str, text: str) -> Floats:
     return _points(name, next((points for points in found.values() if points), []))
 
 
-def _geojson(name: str, text: str) -> Floats:
+def _geojson(name: str, text: str) -> tuple[Floats, list[str]]:
     try:
         lines = _lines(json.loads(text))
-        points = [(point[1], point[0]) for point in lines[0]] if lines else []
+        whole = _chained(lines)
+        points = [(point[1], point[0]) for point in whole or []]
     except (ValueError, RecursionError, TypeError, AttributeError, LookupError) as error:
         said = " ".join(str(error).split())[:100]
         raise PathError(f"{name}: is no GeoJSON: {said}") from error
-    if len(lines) > 1:
-        raise PathError(f"{name}: has {len(lines)} lines; keep the one that is the path")
-    return _points(name, points)
+    if whole is None:
+        raise PathError(
+            f"{name}: has {len(lines)} lines, which do not follow one another from end to end: keep"
+            " the one that is the path"
+        )
+    return _points(name, points), [f"{len(lines)} lines, joined"] if len(lines) > 1 else []
+
+
+def _chained(lines: list[Any]) -> list[Any] | None:
+    """Join lines of which each begins where one ends, as a map's ways do; None where they fork."""
+    begins = {tuple(line[0][:2]): line for line in lines}
+    if len(begins) < len(lines):
+        return None
+    ends = {tuple(line[-1][:2]) for line in lines}
+    first = next((begin for begin in begins if begin not in ends), next(iter(begins), ()))
+    joined = list(begins.pop(first, []))
+    while begins:
+        onward = begins.pop(tuple(joined[-1][:2]), None)
+        if onward is None:
+            return None
+        joined += onward[1:]
+    return joined
 
 
 def _lines(found: Any) -> list[Any]:  # noqa: ANN401 - JSON

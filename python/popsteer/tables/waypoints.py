@@ -114,10 +114,11 @@ def _read(
     wanted: list[str] | dict[str, str],
     origin: tuple[float, float] | None,
 ) -> Waypoints:
-    if (degrees := geo.positions(name, text)) is not None:
+    if (recorded := geo.positions(name, text)) is not None:
         if wanted:
             raise ConfigError("columns", wanted, f"left out, as {name} is no table")
-        found = Waypoints(name, np.empty((0, 2)), read=["latitude", "longitude"])
+        degrees, notes = recorded
+        found = Waypoints(name, np.empty((0, 2)), read=["latitude", "longitude"], notes=notes)
         _check_count(name, len(degrees))
         found.xy = _local(found, degrees, origin)
         return found
