@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -147,6 +148,10 @@ READ: dict[str, tuple[str, str]] = {
     ),
     "pandas, of an array": (",0,1\n" + _rows(([str(k) for k in range(N)], X, Y)), ""),
     "pandas, of an array without its index": ("0,1,2\n" + _rows((X, Y, WRAPPED)), "y"),
+    "the same with decimal commas": (
+        "0;1;2\n" + _rows((X, Y, WRAPPED), ";").replace(".", ","),
+        "y",
+    ),
     "pandas, of a comment": (
         ",# x_m, y_m, w_tr_right_m, w_tr_left_m\n" + _rows((np.arange(N), X, Y, ONE, ONE)),
         "",
@@ -231,6 +236,40 @@ def test_path_of_each_kind_of_file_is_read_right(tmp_path: Any, kind: str) -> No
     assert path.source is not None
     assert path.source.startswith(f"path.csv: {N} waypoints of x")
     assert "\n" not in path.source
+
+
+def _separated(text: str, separator: str, style: str, comma: str) -> str | None:
+    """Write a file again between other separators; None where its entries hold them."""
+    lines = []
+    for line in text.splitlines():
+        mark = next((m for m in (";", "\t", ",") if m in line), None)
+        row = [each.strip().strip('"') for each in line.split(mark)]
+        if any((separator.strip(" ") or " ") in (each or " ") for each in row):
+            return None
+        numbers = [re.fullmatch(r"[-+]?[0-9]+\.[0-9e+-]+", each) for each in row]
+        pairs = zip(row, numbers, strict=True)
+        row = [(style % float(a)).replace(".", comma) if b else a for a, b in pairs]
+        lines.append(separator.join(row))
+    return "\n".join(lines)
+
+
+@looped("kind", [kind for kind in READ if kind != "decimal commas"])
+def test_path_of_each_kind_is_never_misread_between_other_separators(
+    tmp_path: Any, kind: str
+) -> None:
+    text, what = READ[kind]
+    read = 0
+    for separator, comma in ((",", "."), (";", ","), ("; ", "."), ("\t", ","), (" ", ".")):
+        for style in ("%.8f", "%#.9g"):
+            again = _separated(text, separator, style, comma)
+            if again is not None:
+                try:
+                    path = Path.from_csv(_write(tmp_path, "\ufeff" + again))
+                except PathError:
+                    continue
+                _agrees(path, what)
+                read += 1
+    assert read >= 2
 
 
 REFUSED: dict[str, tuple[str, str, str, str]] = {
@@ -454,6 +493,11 @@ def test_records_of_a_run_are_waypoints_and_a_log_to_the_bit(tmp_path: Any) -> N
         ("kappa_radpm", ("curvature", "radpm")),
         ("Steering Angle", ("steer", None)),
         ("steeringAngle", ("steer", None)),
+        ("SteeringWheelAngle", (None, None)),
+        ("centerline_x", ("x", None)),
+        ("refYaw_deg", ("yaw", "deg")),
+        ("desired_velocity (km/hr)", ("speed", "km/hr")),
+        ("left_x", (None, None)),
         ("PositionX (m)", ("x", "m")),
         ("speedKmh", ("speed", "kmh")),
         ("yawRate", (None, None)),

@@ -12,8 +12,8 @@ _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 _ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0)
 _LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
 _LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048}
-_SPEED = dict.fromkeys(("m/s", "mps", "ms-1"), 1.0)
-_SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph"), 1.0 / 3.6)
+_SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "m/sec"), 1.0)
+_SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph", "km/hr"), 1.0 / 3.6)
 _SPEED |= {"cm/s": 1e-2, "mm/s": 1e-3, "mph": 0.44704, "ft/s": 0.3048}
 _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
@@ -57,24 +57,26 @@ _NAMES = {
     " header_stamp_nsecs",
     "x": "x tx posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
     " coord_x x_coord point_x location_x x_axis"
-    " translation_x easting east utm_x utm_easting x_utm positions_x xpos x_raceline",
+    " translation_x easting east utm_x utm_easting utm_east utm_e x_utm positions_x xpos x_raceline"
+    " loc_x cx",
     "y": "y ty posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
     " coord_y y_coord point_y location_y y_axis"
-    " translation_y northing north utm_y utm_northing y_utm positions_y ypos y_raceline",
+    " translation_y northing north utm_y utm_northing utm_north utm_n y_utm positions_y ypos"
+    " y_raceline loc_y cy",
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
     " heading_angle euler_yaw"
     " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading"
-    " cog phi",
+    " cog phi cyaw",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
     " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed"
-    " sog",
+    " sog v_long vlong long_vel vel_long",
     "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
     " steer_angle wheel_angle steering_tire_angle"
     " drive_steering_angle front_wheel_angle",
-    "curvature": "curvature kappa curv kappa_racetraj",
+    "curvature": "curvature kappa curv kappa_racetraj ck",
     "grade": "grade slope gradient incline",
     "direction": "direction gear reverse drive_direction motion_direction dir",
     "throttle": "throttle",
@@ -99,11 +101,13 @@ _PLACES = {name: place for place, name in enumerate(_PLAIN)}
 _SAID_OF = (
     "field pose twist odom odometry ego car vehicle state base link map local global world ref data"
     " msg current actual measured robot path wp waypoint waypoints header drive sample raceline"
+    " center centre centerline centreline traj trajectory lane route reference desired target gt"
+    " true est estimated filtered"
 )
 _SOURCES = frozenset(_SAID_OF.split())
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
-
+_HAND_WHEEL = re.compile(r"(steering|hand)_?wheel")  # its angle is not the front wheels'
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")  # PositionX
 
 
@@ -141,6 +145,8 @@ def meaning(name: str) -> Meaning:
 
 
 def _known(words: list[str]) -> Meaning | None:
+    if _HAND_WHEEL.search("_".join(words)):
+        return None
     plain = [word for word in words if word not in _SOURCES]
     for sourced, each in enumerate((words, plain, words[-2:] if len(plain) > 2 else plain)):
         if (name := "_".join(each)) in _PLAIN:

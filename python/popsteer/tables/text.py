@@ -171,7 +171,8 @@ def table_of(name: str, text: str) -> Table:
     has_index = begun == ["", *map(str, range(len(begun) - 1))]
     # pandas' head of an array: 0, 1, 2, ... above decimals, and nothing above the index.
     counted = len(rows) > 1 and len(begun) > 2 and begun == list(map(str, range(len(begun))))
-    decimals = counted and all("." in entry for _, row in rows[1:5] for entry in row)
+    mark = "," if comma else "."
+    decimals = counted and all(mark in entry for _, row in rows[1:5] for entry in row)
     rows = rows[has_index or decimals :]
     if not rows:
         return found
