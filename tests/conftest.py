@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -45,6 +46,11 @@ settings.register_profile(
 # that interrupt a process of their own need it heard.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# The workers fill the cores: threads of each for the small matrices of an identification wait for
+# each other, and it takes twice the processor's time. numpy looks at this when it is imported.
+if "numpy" not in sys.modules:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
