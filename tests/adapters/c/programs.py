@@ -39,12 +39,12 @@ def run(*command: object, **environment: str) -> str:
     return done.stdout
 
 
-def install(prefix: Path) -> Path:
-    """Install the interface under `prefix`, as its users do."""
+def install(prefix: Path, *where: str) -> Path:
+    """Install the interface under `prefix`, as its users do; `where` as make takes it."""
     tool("cargo")
     # With the line tables that `benches.instruction_counts` builds with: the core is built once.
     lines = {"CARGO_PROFILE_RELEASE_DEBUG": "line-tables-only"}
-    run(tool("make"), "install-c", f"PREFIX={prefix}", **lines)
+    run(tool("make"), "install-c", f"PREFIX={prefix}", *where, **lines)
     return prefix
 
 

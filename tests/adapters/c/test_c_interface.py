@@ -299,7 +299,7 @@ def test_libraries_go_where_the_system_has_them_and_away_again(
 ) -> None:
     del prefix  # has built it
     libdir, other = "lib/x86_64-linux-gnu", tmp_path / "usr"
-    run(tool("make"), "install-c", f"PREFIX={other}", f"LIBDIR={libdir}")
+    install(other, f"LIBDIR={libdir}")
     where = {"PKG_CONFIG_PATH": str(other / libdir / "pkgconfig")}
     found = run(tool("pkg-config"), "--variable=libdir", "popsteer", **where).strip()
     assert os.path.realpath(found) == str(other / libdir)
