@@ -131,7 +131,7 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
         assert (tmp_path / "f" / name).read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.usefixtures("_coarse")
+@pytest.mark.usefixtures("_coarse", "_blank_figures")
 def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
     reported: list[float] = []
     drawn = drawing.stability_figures(

@@ -76,7 +76,9 @@ WIDE = Straight(1.0, 15.0, 0.5, 20.0, 0.33, 0.0, 0.3)
 
 @pytest.mark.parametrize("case", [*list(sweep())[5::61], WIDE], ids=str)
 def test_straight_is_joined_with_hardly_more_overshoot_than_the_optimum(case: Straight) -> None:
-    assert join(case).overshoot <= allowed(case)
+    # The optimum is a quadratic program, solved only where its bound does not do.
+    overshoot = join(case).overshoot
+    assert overshoot <= max(0.1 * case.offset, 0.05) or overshoot <= allowed(case)
 
 
 # At high speed the lateral acceleration bounds the way back: from 3 m beside, and turned away.
