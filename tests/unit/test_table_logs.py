@@ -125,53 +125,6 @@ def test_log_of_each_kind_is_read_right(tmp_path: Any, kind: str) -> None:
     assert "\n" not in log.source
 
 
-@looped(
-    ("text", "said", "options"),
-    [
-        (
-            HEAD + _rows(3.0 * T / 0.04, X, Y, YAW, 0.04 * SPEED / 3.0, STEER),
-            "in what unit is t",
-            {"units": {"t": "0.0133333333333333"}},
-        ),
-        (
-            HEAD + _rows(T, X, Y, YAW, SPEED, 15.0 * np.degrees(STEER)),
-            "no front wheels'.*--unit steer=deg, or deg/RATIO",
-            {"units": {"steer": "deg/15"}},
-        ),
-        (
-            HEAD + _rows(T, X, Y, YAW, SPEED, 15.0 * STEER),
-            "no front wheels'.*--unit steer=deg",
-            {"units": {"steer": "rad/15"}},
-        ),
-        (
-            HEAD.replace("steer", "angle") + _rows(T, X, Y, YAW, SPEED, STEER),
-            "no column 'steer'; there are: t, x, y, yaw, speed, angle .--columns steer=NAME",
-            {"columns": "steer=angle"},
-        ),
-        (
-            _rows(T, X, Y, YAW, SPEED, STEER),
-            "6 columns without names .--columns t,x,y,... names them in their order",
-            {"columns": "t,x,y,yaw,speed,steer"},
-        ),
-        (
-            HEAD.replace("speed", "speed [furlong]") + _rows(T, X, Y, YAW, SPEED, STEER),
-            "unit 'furlong' of speed is not known",
-            {"columns": ["t", "x", "y", "yaw", "speed", "steer"]},
-        ),
-    ],
-)
-def test_log_that_says_too_little_is_refused_with_the_option_that_settles_it(
-    tmp_path: Any, text: str, said: str, options: dict[str, Any]
-) -> None:
-    file = _write(tmp_path, text)
-    with pytest.raises(LogError, match=said) as refused:
-        logs.read(file)
-    assert "\n" not in str(refused.value)
-    log = logs.read(file, **options)
-    assert log.steer == pytest.approx(STEER, abs=1e-6)
-    assert log.t[-1] - log.t[0] == pytest.approx(T[-1], abs=1e-5)
-
-
 def test_vbox_is_read_with_its_minutes_west_and_compass(tmp_path: Any) -> None:
     pytest.importorskip("pyproj")
     lat, lon = 47.0 + Y / 111319.49, 9.0 + X / (111319.49 * math.cos(math.radians(47.0)))

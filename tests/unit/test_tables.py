@@ -120,7 +120,7 @@ def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) 
         (
             "a" * 500 + ",b\n1,2\n",
             ", line 1",
-            f"no column is named x; there are: {'a' * 200}",
+            f"no column is named x or y; there are: {'a' * 200}",
             None,
         ),
         ("1|2\n3|4\n", ", line 1", "found 1 column, at least 2 are needed", None),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 TOPICS = ("odometry", "steer", "pose", "speed")
 """What topics may be asked for."""
+_PARTS = (("pose", POSES), ("speed", SPEEDS))
 _SHOWN = 12
 _MOST_OF_CHUNK = 1 << 28  # bytes
 _MOST_PACKED = 100
@@ -196,13 +197,19 @@ def _choose(
         names = sorted({c.topic for c in found})
         if len(names) > 1:
             raise LogError(
-                f"{path}: several topics of {kind}: {', '.join(names)}; choose one with --topic"
-                f" {what}=NAME"
+                f"{path}: several topics of {kind}: {', '.join(names)}; choose one, as --topic"
+                f" {what}={names[0]}"
             )
         if found:
             return found
+    parts = {key: [c.topic for c in connections if c.msgtype in kinds] for key, kinds in _PARTS}
+    remedy = ""
+    if what == "odometry" and all(parts.values()):
+        named_so = (f"--topic {key}={names[0]}" for key, names in parts.items())
+        remedy = f" ({' '.join(named_so)} takes both from topics of their own)"
     raise LogError(
         f"{path}: no topic of {' or '.join(types)} for {what}; there are: {listed or 'none'}"
+        f"{remedy}"
     )
 
 

@@ -39,8 +39,8 @@ class _Series(NamedTuple):
     values: Floats
     said: str
     """Its column, where that is not called as the quantity is."""
-    is_sure: bool
-    """Whether its unit is told."""
+    unit: str | None
+    """Its unit, where that is told."""
 
 
 def read_csv(
@@ -131,27 +131,27 @@ def _read(
         raise LogError(f"{table.name}: the file is empty")
     if not alone and isinstance(wanted, dict):
         wanted = {key: name for key, name in wanted.items() if name in (table.head or [])}
-    places = named(table, wanted)
+    places = named(table, wanted, _KNOWN)
     clock.find(table, places)
-    for key in COLUMNS if alone else ("t",):
-        if key not in places and not _has_other(key, places):
-            if not table.head:
-                raise LogError(
-                    f"{table.name}: {table.columns} columns without names (--columns t,x,y,..."
-                    " names them in their order, - what is left out)"
-                )
+    needed = COLUMNS if alone else ("t",)
+    if missing := [k for k in needed if k not in places and not _has_other(k, places)]:
+        if not table.head:
             raise LogError(
-                f"{table.name}: no column {key!r}; there are: {table.listed()} (--columns"
-                f" {key}=NAME names one; another file with the same clock may have it)"
+                f"{table.name}: {table.columns} columns without names (--columns"
+                f" {','.join(needed)} names them in their order, - what is left out)"
             )
-    places = {key: column for key, column in places.items() if key in _KNOWN}
+        named_so = ",".join(f"{key}=NAME" for key in missing)
+        raise LogError(
+            f"{table.name}: no column {', '.join(map(repr, missing))}; there are: {table.listed()}"
+            f" (--columns {named_so} says which; another file with the same clock may have it)"
+        )
     times = clock.read(table, places, units.get("t"))
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
     rest = {key: column for key, column in places.items() if key not in ("t", "t_ns")}
-    sizes = check_units(table.name, {k: c for k, c in rest.items() if k not in units})
+    sizes = check_units(table, {k: c for k, c in rest.items() if k not in units})
     values = table.numbers([column.place for column in rest.values()], blank=True)
-    found = {"t": _Series(t, t, times.said, times.is_sure)}
+    found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
     for k, (key, column) in enumerate(rest.items()):
         size = sizes.get(key, 1.0)
         each = values[:, k]
@@ -160,7 +160,7 @@ def _read(
         elif size != 1.0:
             each = each * size
         said = key if column.name == key else f"{key} ({column})"
-        found[key] = _Series(t, each, said, column.unit is not None or key in units)
+        found[key] = _Series(t, each, said, units.get(key, column.unit))
     return found, begun
 
 
@@ -186,7 +186,7 @@ def _log(
     if "yaw" not in series and {"qz", "qw"} <= series.keys():
         parts = {key: each.values for key, each in series.items() if key.startswith("q")}
         said = f"yaw (of the quaternion {series['qz'].said})"
-        series["yaw"] = _Series(series["qz"].t, yaw_of(parts), said, is_sure=True)
+        series["yaw"] = _Series(series["qz"].t, yaw_of(parts), said, "rad")
     for key in COLUMNS:
         if key not in series:
             raise LogError(f"{name}: none of {len(files)} files has a column {key!r}")
@@ -210,8 +210,8 @@ def _log(
         notes.append(series["t"].said)
     if merged:
         notes.append(f"{', '.join(merged)} put on the position's clock")
-    sure = {key for key in COLUMNS if series[key].is_sure}
-    shown_units, settled = _settle(name, columns, sure, units)
+    told = {key: each.unit for key, each in series.items() if each.unit is not None}
+    shown_units, settled = _settle(name, columns, told, units)
     notes += settled
     notes += [f"{key} is in {unit}, as asked for" for key, unit in units.items()]
     label = Path(files[0]).name
@@ -249,7 +249,7 @@ def _localise(name: str, series: dict[str, _Series], origin: tuple[float, float]
     xy[known] = geo.local(name, degrees[known], origin)
     for k, key in enumerate(("x", "y")):
         said = f"{key} ({('longitude', 'latitude')[k]})"
-        series[key] = _Series(series["lat"].t, xy[:, k], said, is_sure=True)
+        series[key] = _Series(series["lat"].t, xy[:, k], said, "m")
     return f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)"
 
 
@@ -267,7 +267,7 @@ def _on_clock(key: str, each: _Series, t: Floats) -> Floats:
 
 @np.errstate(all="ignore")
 def _settle(
-    name: str, columns: dict[str, Floats], sure: set[str], units: Mapping[str, str]
+    name: str, columns: dict[str, Floats], told: Mapping[str, str], units: Mapping[str, str]
 ) -> tuple[dict[str, str], list[str]]:
     """Convert what the motion shows to be in another unit, and say it; refuse what stays open."""
     whole = np.isfinite(np.column_stack([columns[key] for key in COLUMNS])).all(axis=1)
@@ -278,29 +278,29 @@ def _settle(
     notes = []
     step = max(1, len(t) // 200)  # over some rows: the noise of a position hides a row's motion
     gone, passed = np.hypot(np.diff(x[::step]), np.diff(y[::step])), np.diff(t[::step])
-    told = np.abs(speed[::step])
-    told = 0.5 * (told[1:] + told[:-1])
-    usual = float(np.median(told))
-    moving = (told > 0.3 * usual) & (passed > 0.0)
+    fast = np.abs(speed[::step])
+    fast = 0.5 * (fast[1:] + fast[:-1])
+    usual = float(np.median(fast))
+    moving = (fast > 0.3 * usual) & (passed > 0.0)
     if usual > 0.0 and moving.sum() >= 5:
-        ratio = float(np.median(told[moving] * passed[moving] / gone[moving].clip(1e-12)))
+        ratio = float(np.median(fast[moving] * passed[moving] / gone[moving].clip(1e-12)))
         for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
-            if "t" not in sure and abs(ratio / size - 1.0) < 3.0 * _FITS:
+            if "t" not in told and abs(ratio / size - 1.0) < 3.0 * _FITS:
                 columns["t"], ratio = columns["t"] / size, ratio / size
                 notes.append(f"t is in {unit}, as speed and positions show")
         fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
-        if fits and "speed" not in sure:
+        if fits and "speed" not in told:
             columns["speed"] = columns["speed"] * factor("speed", fits[0])
             found["speed"] = fits[0]
             notes.append(f"speed is in {fits[0]}, as the positions show")
         for unit, size in (("cm", 0.01), ("mm", 0.001)):
-            if "x" not in sure and abs(ratio / size - 1.0) < _FITS:
+            if "x" not in told and abs(ratio / size - 1.0) < _FITS:
                 raise LogError(
                     f"{name}: the positions move {1.0 / ratio:.4g} times as far as speed says: x"
                     f" and y are in {unit} (--unit x={unit} --unit y={unit})"
                 )
     turned = shown.heading(
-        np.column_stack((x, y)), yaw, ("rad",) if "yaw" in sure else ("rad", "deg"), both_ways=True
+        np.column_stack((x, y)), yaw, ("rad",) if "yaw" in told else ("rad", "deg"), both_ways=True
     )
     # Identification tells a sensor that is turned and an axis that is mirrored from each other.
     if "yaw" not in units and turned is not None and turned.frame in _COMPASS:
@@ -309,32 +309,42 @@ def _settle(
             columns["yaw"] = scale * columns["yaw"] + offset
             found["yaw"] = turned.unit + ("-north" if turned.frame else "")
             notes.append(f"yaw is in {turned}, as the positions show")
-    _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer)
+    _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer, told.get("steer"))
     return found, notes
 
 
-def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats) -> None:
-    """Refuse angles that are not the front wheels': by the wheelbase that they would mean.
-
-    A bicycle turns by ds tan(steer) / wheelbase; of the stretches, least squares gives it.
-    """
+def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | None) -> None:
+    """Refuse angles that are not the front wheels': by the wheelbase that they would mean."""
+    length = _wheelbase(xy, yaw, steer)
+    if length is None or abs(length) <= _LONGEST_WHEELBASE:
+        return
+    why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
     most = float(np.max(np.abs(steer)))
-    length = math.inf
-    if most < math.pi / 2.0:
-        gone = np.hypot(*np.diff(xy, axis=0).T) * np.tan(steer[:-1])
-        ends = np.arange(0, len(gone), max(1, len(gone) // 20))
-        bent, turned = np.add.reduceat(gone, ends), np.add.reduceat(np.diff(np.unwrap(yaw)), ends)
-        both = float(bent @ turned)
-        alike = abs(both) > 0.8 * float(np.linalg.norm(bent) * np.linalg.norm(turned))
-        if float(np.sum(np.abs(turned))) < 0.2 or not alike:
-            return
-        length = float(bent @ bent) / both
-    if abs(length) > _LONGEST_WHEELBASE:
-        why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
-        raise LogError(
-            f"{name}: steer of up to {most:.3g} would be no front wheels'{why}: --unit steer=deg,"
-            " or deg/RATIO (or rad/RATIO) where it is the hand wheel's"
-        )
+    degrees = None if unit else _wheelbase(xy, yaw, np.radians(steer))
+    known = (unit or ("deg" if most > 4.0 * math.pi else "rad")).partition("/")[0]
+    by = [f"--unit steer={known}/RATIO where it is the hand wheel's"]
+    if degrees is not None and abs(degrees) <= _LONGEST_WHEELBASE:
+        by.insert(0, "--unit steer=deg")
+    raise LogError(
+        f"{name}: steer of up to {most:.3g} would be no front wheels'{why}: {', or '.join(by)}"
+    )
+
+
+def _wheelbase(xy: Floats, yaw: Floats, steer: Floats) -> float | None:
+    """Give the wheelbase of a bicycle with such angles, inf beyond 90 degrees; None if not shown.
+
+    It turns by ds tan(steer) / wheelbase; of the stretches, least squares gives it.
+    """
+    if float(np.max(np.abs(steer))) >= math.pi / 2.0:
+        return math.inf
+    gone = np.hypot(*np.diff(xy, axis=0).T) * np.tan(steer[:-1])
+    ends = np.arange(0, len(gone), max(1, len(gone) // 20))
+    bent, turned = np.add.reduceat(gone, ends), np.add.reduceat(np.diff(np.unwrap(yaw)), ends)
+    both = float(bent @ turned)
+    alike = abs(both) > 0.8 * float(np.linalg.norm(bent) * np.linalg.norm(turned))
+    if float(np.sum(np.abs(turned))) < 0.2 or not alike:
+        return None
+    return float(bent @ bent) / both
 
 
 def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:

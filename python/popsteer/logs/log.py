@@ -247,8 +247,9 @@ def _check_time(t: NDArray[np.float64], name: str) -> None:
     if period > _LONGEST_PERIOD or duration > _LONGEST_DRIVE:
         raise LogError(
             f"{name}: a row every {period:.4g} s, {duration:.4g} s in all, is hardly a drive: in"
-            " what unit is t? (--unit t=ms, us or ns) If it is in seconds: nothing is read from"
-            f" rows more than {_LONGEST_PERIOD:g} s apart, or from more than a day"
+            " what unit is t? (--unit t=ms, --unit t=us or --unit t=ns) If it is in seconds:"
+            f" nothing is read from rows more than {_LONGEST_PERIOD:g} s apart, or from more than a"
+            " day"
         )
 
 

@@ -140,5 +140,6 @@ def check_length(path: Path, car: Vehicle, name: str = "the path") -> None:
         name = path.source.partition(": ")[0] if path.source else name
         raise PathError(
             f"{name} is {path.length:.3g} m long, and the vehicle {car.wheelbase:g} m from axle to"
-            " axle: give the columns' unit, as --columns x='NAME [km]', or a vehicle of its size"
+            " axle: give the columns' unit, as --columns 'x [km],y [km]' or --columns 'x=NAME"
+            " [km],y=NAME [km]', or a vehicle of its size"
         )

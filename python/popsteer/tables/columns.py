@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
@@ -22,6 +23,7 @@ Columns: TypeAlias = str | Sequence[str] | Mapping[str, str]
 mapping by their names."""
 LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
+_READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
 _MANY = 40  # columns without names: what has more is no path
 
@@ -33,17 +35,6 @@ class Column:
     place: int
     name: str
     unit: str | None = None
-
-    def factor(self, quantity: str, file: str) -> float:
-        """Give what its numbers are multiplied by; PathError where its unit is not known."""
-        try:
-            return 1.0 if self.unit is None else factor(quantity, self.unit)
-        except PopsteerError:
-            known = ", ".join(spelled(quantity))
-            raise PathError(
-                f"{file}: {self}: the unit {self.unit!r} of {quantity} is not known; known:"
-                f" {known} (--columns {quantity}='NAME [{spelled(quantity)[0]}]' says another)"
-            ) from None
 
     def __str__(self) -> str:
         name = "".join(each if each.isprintable() else "?" for each in self.name)
@@ -77,60 +68,91 @@ def asked_for(columns: Columns | None) -> list[str] | dict[str, str]:
     return found
 
 
-def named(table: Table, wanted: list[str] | dict[str, str]) -> dict[str, Column]:
-    """Find columns by the names that are asked for, and else by their own.
+def named(
+    table: Table, wanted: list[str] | dict[str, str], known: Collection[str]
+) -> dict[str, Column]:
+    """Find columns of `known` quantities by the names that are asked for, and else by their own.
 
     Raises PathError, which lists the names there are, where one is missing or given twice.
     """
     where = table.where(table.head_line) if table.head_line else table.name
-    if isinstance(wanted, list) and wanted:
+    head: Sequence[str] = table.head or []
+    found: dict[str, Column] = {}
+    if isinstance(wanted, dict):
+        found = {key: _by_name(table, where, key, name) for key, name in wanted.items()}
+    elif wanted:
         if len(wanted) > table.columns:
             raise PathError(
                 f"{table.name}: {len(wanted)} columns are asked for, there are {table.columns}"
             )
-        head: Sequence[str] = wanted
-    else:
-        head = table.head or []
-    found: dict[str, Column] = {}
-    if isinstance(wanted, dict):
-        found = {key: _by_name(table, where, key, name) for key, name in wanted.items()}
-    given, taken = set(found), {column.place for column in found.values()}
-    ranks: dict[str, tuple[bool, int]] = {}
+        head = wanted
+    taken = {column.place for column in found.values()}
+    alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
     for place, name in enumerate(head):
         quantity, unit, rank = meaning(name)
-        if quantity is None or quantity in given or place in taken:
-            continue
-        if quantity in found and rank == ranks[quantity]:
-            first = found[quantity].name
-            if first == name:
-                raise PathError(f"{where}: two columns are named {name[:200]}")
-            raise PathError(
-                f"{where}: two columns could be {quantity}: {first[:90]}, {name[:90]} (--columns"
-                f" {quantity}=NAME chooses one)"
-            )
-        if quantity not in found or rank < ranks[quantity]:
-            found[quantity], ranks[quantity] = Column(place, name, unit), rank
+        if quantity in known and quantity not in found and place not in taken:
+            alike.setdefault(str(quantity), []).append((rank, Column(place, name, unit)))
+    several = {}
+    for quantity, each in alike.items():
+        plainest = min(rank for rank, _ in each)
+        found[quantity], *others = [column for rank, column in each if rank == plainest]
+        if others:
+            several[quantity] = found[quantity], others[0]
+    for quantity, (first, second) in several.items():
+        said = f"could be {quantity}: {first.name[:90]}, {second.name[:90]}"
+        said = f"are named {first.name[:200]}" if first.name == second.name else said
+        firsts = {key: each.place for key, (each, _) in several.items()}
+        remedy = "" if head is wanted else f" ({option(head, firsts)} chooses the first)"
+        raise PathError(f"{where}: two columns {said}{remedy}")
     return found
+
+
+def option(head: Sequence[str], places: Mapping[str, int], unit: Mapping[str, str] = {}) -> str:
+    """Word the option that says what columns are: by name, or by number where no name tells."""
+    parts = []
+    for quantity, place in places.items():
+        name = head[place]
+        tells = head.count(name) == 1 and 0 < len(name) <= 90 and "," not in name
+        tells = tells and name.isprintable()
+        after = f" [{unit[quantity]}]" if quantity in unit else ""
+        parts.append(f"{quantity}={name if tells else place + 1}{after}")
+    return f"--columns {shlex.quote(','.join(parts))}"
 
 
 def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
     head = table.head or []
     plain = name.rpartition("[")[0].strip() if name.endswith("]") else ""
     for wanted in filter(None, (name, plain)):
+        unit = meaning(f"x {name[len(wanted) :]}" if wanted == plain else wanted).unit
         if head.count(wanted) > 1:
             raise PathError(f"{where}: {head.count(wanted)} columns are called {wanted!r}")
         if wanted in head:
-            unit = meaning(f"x {name[len(wanted) :]}" if wanted == plain else wanted).unit
             return Column(head.index(wanted), wanted, unit)
+        if wanted.isdecimal() and 1 <= int(wanted) <= table.columns:
+            return Column(int(wanted) - 1, f"column {wanted}", unit if wanted == plain else None)
     raise PathError(
         f"{where}: no column {name!r}; there are: {table.listed() or 'no names'}"
         f" (--columns {quantity}=NAME names another)"
     )
 
 
-def check_units(name: str, columns: Mapping[str, Column]) -> dict[str, float]:
+def check_units(table: Table, columns: Mapping[str, Column]) -> dict[str, float]:
     """Give each column's factor; PathError names the column whose unit is not known."""
-    return {quantity: column.factor(quantity, name) for quantity, column in columns.items()}
+    found, usual = {}, {}
+    for quantity, column in columns.items():
+        try:
+            found[quantity] = 1.0 if column.unit is None else factor(quantity, column.unit)
+        except PopsteerError:  # noqa: PERF203 - all are named at once
+            usual[quantity] = spelled(quantity)[0]
+    for quantity, unit in usual.items():
+        column, head = columns[quantity], table.head or []
+        places = {key: columns[key].place for key in usual}
+        remedy = f" ({option(head, places, usual)} takes it for {unit})" if head else ""
+        raise PathError(
+            f"{table.name}: {column}: the unit {column.unit!r} of {quantity} is not known; known:"
+            f" {', '.join(spelled(quantity))}{remedy}"
+        )
+    return found
 
 
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
@@ -145,24 +167,34 @@ def explained(
     texts = texts or {}
     count = values.shape[1]
     if count > _MANY:
-        raise PathError(f"{name}: {count} columns without names (--columns x,y,... names them)")
-    if shown.is_degrees(values[:, 0], values[:, 1]):
-        both = ["lon", "lat"] if np.abs(values[:, 0]).max() > 90.0 else ["lat", "lon"]
         raise PathError(
-            f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, as"
-            f" --columns {','.join(both + ['-'] * (count - 2))}"
+            f"{name}: {count} columns without names (--columns x,y takes the first two, - is for"
+            " one that is left out)"
+        )
+    if shown.is_degrees(values[:, 0], values[:, 1]):
+        rest = ",-" * (count - 2)
+        raise PathError(
+            f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, by"
+            f" --columns lat,lon{rest} or --columns lon,lat{rest}"
         )
     tried = [_explain(values, x, y, texts) for x, y in _pairs(values) if not {x, y} & set(texts)]
     possible = [known for known in tried if _is_possible(values, known, texts)]
     if not possible:
-        raise PathError(f"{name}: no two columns are waypoints (--columns x,y,... names them)")
+        raise PathError(
+            f"{name}: no two columns are waypoints (--columns x,y takes the first"
+            " two, - is for one that is left out)"
+        )
     known = max(possible, key=len)  # of several the first
     if len(known) < count:
-        raise PathError(f"{name}: {_unexplained(values, known)}")
+        whole = (each for each in tried if len(each) == count)  # such as a count before x and y
+        others = [
+            ",".join(_READ.get(each[k].split()[0], "-") for k in range(count)) for each in whole
+        ]
+        raise PathError(f"{name}: {_unexplained(values, known, others)}")
     found, notes = {}, []
     for place, what in sorted(known.items()):
         quantity, _, words = what.partition(" ")
-        if quantity in ("x", "y", "yaw", "speed", "curvature"):
+        if quantity in _READ:
             found[quantity] = Column(place, f"column {place + 1}")
         if quantity not in ("x", "y", "yaw", "curvature"):
             notes.append(f"column {place + 1} is {words}")
@@ -268,24 +300,22 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         return
 
 
-def _unexplained(values: Floats, known: Mapping[int, str]) -> str:
+def _unexplained(values: Floats, known: Mapping[int, str], others: Sequence[str]) -> str:
     count = values.shape[1]
     names = {k: what.partition(" ")[0] for k, what in known.items()}
     rest = [k for k in range(count) if k not in known]
     ranges = [
         f"column {k + 1} ({values[:, k].min():.5g} to {values[:, k].max():.5g})" for k in rest
     ]
-    read = [
-        n if n in ("x", "y", "yaw", "curvature", "speed") else "-"
-        for k in range(count)
-        for n in [names.get(k, "?")]
-    ]
+    read = [_READ.get(names.get(k, "?"), "-") for k in range(count)]
     likely = next((k for k in rest if values[:, k].min() >= 0.0 < np.ptp(values[:, k])), rest[-1])
-    first = ",".join("speed" if k == likely else each for k, each in enumerate(read))
-    plain = ",".join(read)
+    tried = sorted(rest, key=lambda k: k != likely)[:3]
+    speeds = [[*read[:place], "speed", *read[place + 1 :]] for place in tried]
+    fast = " or ".join(f"--columns {','.join(each)}" for each in speeds)
     listed = ", ".join(ranges[:4]) + (", ..." if len(ranges) > 4 else "")
     return (
         f"{count} columns without names, and the waypoints do not say what {listed} "
-        f"{'is' if len(rest) == 1 else 'are'}: a speed would be --columns {first}, "
-        f"nothing that is needed --columns {plain}"
+        f"{'is' if len(rest) == 1 else 'are'}: a speed would be {fast}, "
+        f"nothing that is needed --columns {','.join(read)}"
+        + "".join(f"; behind a count or a time --columns {each}" for each in others[:1])
     )

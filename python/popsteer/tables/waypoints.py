@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,15 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PathError
 from popsteer.tables import geo, shown
-from popsteer.tables.columns import Column, Columns, asked_for, check_units, explained, named
+from popsteer.tables.columns import (
+    Column,
+    Columns,
+    asked_for,
+    check_units,
+    explained,
+    named,
+    option,
+)
 from popsteer.tables.poses import poses, yaw_of
 from popsteer.tables.quantities import UNITS
 from popsteer.tables.text import Table, read_text, table_of
@@ -197,8 +206,8 @@ def _read_table(
             places, notes = explained(table.name, values, texts)
         except PathError as error:
             degrees = ",".join(each[:3] for each in said.split(", "))
-            option = "x,y" if found.origin is None else degrees
-            raise PathError(str(error).replace("--columns x,y", f"--columns {option}")) from None
+            both = "x,y" if found.origin is None else degrees
+            raise PathError(str(error).replace("--columns x,y", f"--columns {both}")) from None
         columns = {key: values[:, column.place] for key, column in places.items()}
         found.xy = np.column_stack((columns["x"], columns["y"]))
         found.read.append(f"{said} (columns {places['x'].place + 1}, {places['y'].place + 1})")
@@ -206,15 +215,15 @@ def _read_table(
     else:
         places = {
             key: each
-            for key, each in named(table, wanted).items()
+            for key, each in named(table, wanted, _OF_A_PATH).items()
             # A course may be the name of one; but a gear in letters is not left out.
-            if key in _OF_A_PATH and (key in _NEEDED or not table.is_text(each.place))
+            if key in _NEEDED or not table.is_text(each.place)
         }
         _check_position(table, places)
         if not wanted:
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
-        factors = check_units(table.name, places)
+        factors = check_units(table, places)
         use = list(places)
         values = table.numbers([places[key].place for key in use])
         _check_count(table.name, len(values))
@@ -253,9 +262,11 @@ def _texts(table: Table) -> dict[int, str]:
     for k in varied or [k for k in texts if told_more & {first[k], *first[k].lower().split("_")}]:
         rest = iter(("x", "y"))
         shown_as = ["-" if each in texts else next(rest, "-") for each in range(table.columns)]
+        if first[k] in UNITS["speed"] and k - 1 not in texts and shown_as[k - 1] == "-":
+            shown_as[k - 1] = f"speed [{first[k]}]"
         raise PathError(
             f"{table.name}: column {k + 1} is text ({first[k][:40]!r}) without a name (--columns"
-            f" {','.join(shown_as)} reads the others, in the order of the rows)"
+            f" {shlex.quote(','.join(shown_as))} reads the others, in the order of the rows)"
         )
     return index | {k: f"nothing always {entry[:40]!r}" for k, entry in first.items()}
 
@@ -265,10 +276,11 @@ def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
     for k in filter(table.is_text, range(table.columns)):
         said = sorted({row[k].lower() for _, row in table.rows() if len(row) > k})
         if len(said) > 1 and {word for each in said for word in each.split("_")} <= _SIDES:
-            first = ",".join(f"{key}={places[key].name}" for key in ("x", "y") if key in places)
+            head = table.head or []
+            both = {key: places[key].place for key in ("x", "y", "lat", "lon") if key in places}
             raise PathError(
-                f"{table.name}: {(table.head or [])[k]} says {' and '.join(said)[:60]}: lists of"
-                f" two sides, and no path (--columns {first} reads them in the order of the rows)"
+                f"{table.name}: {head[k]} says {' and '.join(said)[:60]}: lists of two sides, and"
+                f" no path ({option(head, both)} reads them in the order of the rows)"
             )
 
 
@@ -276,23 +288,24 @@ def _refuse_velocity(table: Table, places: Mapping[str, Column]) -> None:
     """Refuse the head of Autoware.AI's waypoint saver without a unit: it writes km/h."""
     speed, head = places.get("speed"), table.head or []
     if speed and not speed.unit and "change_flag" in head and "steering_flag" not in head:
+        by = [option(head, {"speed": speed.place}, {"speed": unit}) for unit in ("km/h", "m/s")]
         raise PathError(
-            f"{table.name}: {speed} beside change_flag is km/h as Autoware writes it: --columns"
-            f" 'speed={speed} [km/h]', or [m/s]"
+            f"{table.name}: {speed} beside change_flag is km/h as Autoware writes it: {by[0]}, or"
+            f" {by[1]}"
         )
 
 
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
     if {"lat", "lon"} <= places.keys() and not {"x", "y"} <= places.keys():
         return
-    for key in ("x", "y"):
-        if key not in places:
-            where = table.where(table.head_line) if table.head_line else table.name
-            listed = table.listed() or f"{table.columns} columns without names"
-            raise PathError(
-                f"{where}: no column is named {key}; there are: {listed} (--columns {key}=NAME says"
-                " which)"
-            )
+    if missing := [key for key in ("x", "y") if key not in places]:
+        where = table.where(table.head_line) if table.head_line else table.name
+        listed = table.listed() or f"{table.columns} columns without names"
+        named_so = ",".join(f"{key}=NAME" for key in missing)
+        raise PathError(
+            f"{where}: no column is named {' or '.join(missing)}; there are: {listed} (--columns"
+            f" {named_so} says which)"
+        )
 
 
 def _position(
@@ -308,9 +321,11 @@ def _position(
         return _local(found, degrees, origin)
     x, y = columns["x"], columns["y"]
     if places["x"].unit is None and shown.is_degrees(x, y):
+        head = found.table.head or [] if found.table else []
+        by = option(head, {"lon": places["x"].place, "lat": places["y"].place})
         raise PathError(
-            f"{found.name}: {places['x']} and {places['y']} are degrees rather than metres:"
-            f" --columns lon={places['x']},lat={places['y']} reads them as longitude and latitude"
+            f"{found.name}: {places['x']} and {places['y']} are degrees rather than metres: {by}"
+            " reads them as longitude and latitude"
         )
     found.read += [_said("x", places["x"]), _said("y", places["y"])]
     if {"x_normal", "y_normal", "alpha"} <= columns.keys() and "ref" in places["x"].name.lower():
