@@ -41,9 +41,12 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-# cargo uses all cores by itself.
+# cargo uses all cores by itself, and no two of pip may be at one environment; TWO are let run where one often waits.
+ifndef TOGETHER
 .NOTPARALLEL:
-.PHONY: help setup demo check test test-rust test-python declared parity lint bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
+endif
+TWO := --jobs=2 TOGETHER=yes
+.PHONY: help setup demo check test test-rust test-python declared parity lint lint-rust lint-python bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -68,7 +71,10 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	cargo test --package popsteer-core --locked --quiet
 	sh tests/smoke.sh $(PY)
 
-test: test-rust test-python lint ## run every check: Rust tests, Python tests, lints, stubs
+# pip and the last crate of a wheel keep one core busy, as mypy does: the other one is there for what stands beside them.
+test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, stubs
+	@$(MAKE) $(TWO) test-rust setup
+	@$(MAKE) test-python lint
 
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --workspace --locked
@@ -83,9 +89,14 @@ parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each pr
 	HYPOTHESIS_PROFILE=thorough $(PY) -m pytest tests/parity --numprocesses $(WORKERS) --dist worksteal
 
 lint: $(VENV)/.dev ## check format, lints, types and stubs
+	@$(MAKE) $(TWO) lint-rust lint-python
+
+lint-rust: $(VENV)/pyvenv.cfg
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
+
+lint-python: $(VENV)/.dev
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
 	$(PY) -m mypy
