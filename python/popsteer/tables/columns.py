@@ -25,6 +25,7 @@ LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
+_FARTHEST = 1e9  # m, of a path's waypoints
 _MANY = 40  # columns without names: what has more is no path
 
 
@@ -86,6 +87,13 @@ def named(
                 f"{table.name}: {len(wanted)} columns are asked for, there are {table.columns}"
             )
         head = wanted
+    if head is not wanted and (more := table.columns - len(head)) > 0 < len(head):
+        read = [meaning(name).quantity or LEFT_OUT for name in head]
+        ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
+        raise PathError(
+            f"{where}: {len(head)} names above {table.columns} columns (--columns"
+            f" {' or --columns '.join(ways)} says which is which)"
+        )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
     for place, name in enumerate(head):
@@ -177,7 +185,8 @@ def explained(
             f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, by"
             f" --columns lat,lon{rest} or --columns lon,lat{rest}"
         )
-    tried = [_explain(values, x, y, texts) for x, y in _pairs(values) if not {x, y} & set(texts)]
+    left = set(texts) | set(np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST))
+    tried = [_explain(values, x, y, texts) for x, y in _pairs(values) if not {x, y} & left]
     possible = [known for known in tried if _is_possible(values, known, texts)]
     if not possible:
         raise PathError(

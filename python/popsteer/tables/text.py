@@ -191,8 +191,10 @@ def table_of(name: str, text: str) -> Table:
         if units:
             below = rows[place + 1][1]
             head = [f"{a} [{b}]" if b else a for a, b in zip(head, below, strict=True)]
+        first = rows[place + units + 1][1] if place + units + 1 < len(rows) else []
+        columns = max(len(head), *(k + 1 for k, entry in enumerate(first) if entry), 0)
         start = rows[place + units][0]
-        found = replace(found, columns=len(head), head=head, head_line=line, start=start)
+        found = replace(found, columns=columns, head=head, head_line=line, start=start)
     if found.columns < 2:
         message = (
             f"{found.where(rows[0][0])}: found {_counted(found.columns)}, at least 2 are needed (x"
