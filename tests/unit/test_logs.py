@@ -125,7 +125,7 @@ def test_read_csv_leaves_out_rows_with_an_empty_entry(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", "the file is empty"),
-        ("t,x,y,yaw,w,steer\n", "no column 'speed'; there are: t, x, y, yaw, w, steer"),
+        ("t,x,y,yaw,w,steer\n", "no column is named speed; there are: t, x, y, yaw, w, steer"),
         ("t,x,y,yaw,speed,steer\n0,0,0,0,fast,0\n", "line 2, column 5: 'fast' is not a number"),
         ("t,x,y,yaw,speed,steer\n0,0,0\n", "line 2: found 3 columns, the first row has 6"),
         ("t,x,y,yaw,speed,steer\n0,0,0,0,1,0\n", "at least 2 rows are needed, found 1"),

@@ -224,7 +224,7 @@ REFUSED_LOGS: dict[str, tuple[str, str, dict[str, str]]] = {
     "other names": (
         HEAD.replace("steer", "angle").replace("yaw", "direction of travel")
         + of_logs._rows(T, *EACH),
-        "no column 'yaw', 'steer'; there are: t, x, y, direction of travel, speed, angle .--col",
+        "no column is named yaw or steer; there are: t, x, y, direction of travel, speed, angle .--col",
         {"yaw": "direction of travel", "steer": "angle"},
     ),
     "no names": (of_logs._rows(T, *EACH), "6 columns without names", {}),
@@ -270,8 +270,8 @@ def test_cases_that_are_refused_are_read_with_the_option_that_is_named() -> None
             said = str(error)
         else:
             continue
-        if "=NAME" in said:  # of an export of one topic
-            assert "another file with the same clock may have it" in said
+        if "=NAME" in said:  # an export of one topic, which has no steer
+            assert "no column is named steer; there are: time, field.header" in said
             continue
         remedies = list(_remedies(said, {}))
         refused += 1

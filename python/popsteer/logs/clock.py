@@ -90,7 +90,7 @@ def _counts(table: Table, entries: list[tuple[int, list[str]]], column: Column, 
     stamps = []
     for line, row in entries:
         if not row[0].isdigit():
-            place = f"{table.where(line)}, column {column.place + 1}"
+            place = table.at(line, column.place)
             raise PathError(f"{place}: {row[0][:40]!r} is no whole number")
         stamps.append(int(row[0]) * size)
     return _since_first(stamps, f"t is in {unit}")
@@ -106,10 +106,9 @@ def _clocks(table: Table, entries: list[tuple[int, list[str]]], column: Column) 
     for line, row in entries:
         value = _clock(row[0])
         if value is None:
-            place = f"{table.where(line)}, column {column.place + 1}"
             raise PathError(
-                f"{place}: {row[0][:40]!r} is no time: seconds, a clock, or a date and a clock as"
-                " 2024-05-01T23:59:58.5"
+                f"{table.at(line, column.place)}: {row[0][:40]!r} is no time: seconds, a clock, or"
+                " a date and a clock as 2024-05-01T23:59:58.5"
             )
         values.append(value)
     since = np.array(values)

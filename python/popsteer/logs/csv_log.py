@@ -14,7 +14,7 @@ from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import converted, factor
 from popsteer.tables import geo, shown
-from popsteer.tables.columns import Column, Columns, asked_for, check_units, named
+from popsteer.tables.columns import Column, Columns, asked_for, check_there, check_units, named
 from popsteer.tables.poses import yaw_of
 from popsteer.tables.text import Table, read_table
 
@@ -134,17 +134,7 @@ def _read(
     places = named(table, wanted, _KNOWN)
     clock.find(table, places)
     needed = COLUMNS if alone else ("t",)
-    if missing := [k for k in needed if k not in places and not _has_other(k, places)]:
-        if not table.head:
-            raise LogError(
-                f"{table.name}: {table.columns} columns without names (--columns"
-                f" {','.join(needed)} names them in their order, - what is left out)"
-            )
-        named_so = ",".join(f"{key}=NAME" for key in missing)
-        raise LogError(
-            f"{table.name}: no column {', '.join(map(repr, missing))}; there are: {table.listed()}"
-            f" (--columns {named_so} says which; another file with the same clock may have it)"
-        )
+    check_there(table, {*places, *(key for key in needed if _has_other(key, places))}, needed)
     times = clock.read(table, places, units.get("t"))
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
@@ -243,14 +233,12 @@ def _localise(name: str, series: dict[str, _Series], origin: tuple[float, float]
     known = np.isfinite(degrees).all(axis=1)
     if not known.any():
         raise LogError(f"{name}: has no positions")
-    if origin is None:
-        origin = round(float(degrees[known][0, 0]), 9), round(float(degrees[known][0, 1]), 9)
     xy = np.full(degrees.shape, math.nan)
-    xy[known] = geo.local(name, degrees[known], origin)
-    for k, key in enumerate(("x", "y")):
-        said = f"{key} ({('longitude', 'latitude')[k]})"
-        series[key] = _Series(series["lat"].t, xy[:, k], said, "m")
-    return f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)"
+    xy[known], _, said = geo.local(name, degrees[known], origin)
+    t = series["lat"].t
+    series["x"] = _Series(t, xy[:, 0], "x (longitude)", "m")
+    series["y"] = _Series(t, xy[:, 1], "y (latitude)", "m")
+    return said
 
 
 def _on_clock(key: str, each: _Series, t: Floats) -> Floats:

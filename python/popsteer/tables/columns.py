@@ -144,6 +144,22 @@ def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
     )
 
 
+def check_there(table: Table, places: Collection[str], needed: Sequence[str]) -> None:
+    """Refuse a table in which columns are missing, PathError: it lists the names there are."""
+    missing = [key for key in needed if key not in places]
+    where = table.where(table.head_line) if table.head_line else table.name
+    if missing and not table.head:
+        raise PathError(
+            f"{where}: {table.columns} columns without names (--columns {','.join(needed)} names"
+            " them in their order, - is for one that is left out)"
+        )
+    if missing:
+        raise PathError(
+            f"{where}: no column is named {' or '.join(missing)}; there are: {table.listed()}"
+            f" (--columns {','.join(f'{key}=NAME' for key in missing)} says which)"
+        )
+
+
 def check_units(table: Table, columns: Mapping[str, Column]) -> dict[str, float]:
     """Give each column's factor; PathError names the column whose unit is not known."""
     found, usual = {}, {}

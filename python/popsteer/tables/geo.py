@@ -18,9 +18,12 @@ if TYPE_CHECKING:
 _POINTS = ("trkpt", "rtept", "wpt")  # those of a track are waypoints before those of a route
 
 
-def local(name: str, degrees: Floats, origin: tuple[float, float]) -> Floats:
+def local(
+    name: str, degrees: Floats, origin: tuple[float, float] | None
+) -> tuple[Floats, tuple[float, float], str]:
     """Turn latitudes and longitudes [deg] into x east and y north of an origin [m], (N, 2).
 
+    Gives these, the origin, which is the first of them by default, and what is said of it.
     The plane is a transverse Mercator projection about the origin on WGS 84: lengths are right to
     1e-6 within 9 km of its meridian.
     """
@@ -34,13 +37,16 @@ def local(name: str, degrees: Floats, origin: tuple[float, float]) -> Floats:
             said = "latitude" if what == 0 else "longitude"
             value = values[wrong[0], what]
             raise PathError(f"{name}: {said} of waypoint {wrong[0]} is {value:g}", int(wrong[0]))
+    if origin is None:
+        origin = round(float(degrees[0, 0]), 9), round(float(degrees[0, 1]), 9)
     plane = f"+proj=tmerc +lat_0={origin[0]!r} +lon_0={origin[1]!r} +k=1 +ellps=WGS84 +units=m"
     try:
         turned = Transformer.from_crs("EPSG:4326", plane, always_xy=True)
         x, y = turned.transform(degrees[:, 1], degrees[:, 0], errcheck=True)
     except ProjError as error:
         raise PathError(f"{name}: lies too far from the origin: {str(error)[:100]}") from error
-    return np.column_stack((x, y))
+    said = f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)"
+    return np.column_stack((x, y)), origin, said
 
 
 def positions(name: str, text: str) -> tuple[Floats, list[str]] | None:

@@ -89,6 +89,14 @@ class Table:
         """Name a line, as messages do."""
         return f"{self.name}, line {line}"
 
+    @property
+    def _parse(self) -> Callable[[str], float | None]:
+        return _parse_comma if self.decimal_comma else _parse
+
+    def at(self, line: int, column: int) -> str:
+        """Name an entry by its line and column, as messages do."""
+        return f"{self.where(line)}, column {column + 1}"
+
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Give the rows of numbers: each line's number and its entries."""
         for line, content in _contents(self.name, self.text):
@@ -118,7 +126,7 @@ class Table:
         Raises PathError, which names line and column, where an entry is not a finite number.
         """
         values = array("d")
-        parse = _parse_comma if self.decimal_comma else _parse
+        parse = self._parse
         for index, line, row in self.entries(columns):
             for column, entry in zip(columns, row, strict=True):
                 value = parse(entry)
@@ -134,13 +142,12 @@ class Table:
         shown = entry if len(entry) <= _SHOWN_CHARACTERS else entry[:_SHOWN_CHARACTERS] + "..."
         fault = "is not a number" if value is None else "is not finite"
         fault = "is too large" if value is not None and math.isfinite(value) else fault
-        raise PathError(f"{self.where(line)}, column {column + 1}: {shown!r} {fault}", index)
+        raise PathError(f"{self.at(line, column)}: {shown!r} {fault}", index)
 
     def is_text(self, column: int) -> bool:
         """Whether a column's first entries are no numbers."""
-        parse = _parse_comma if self.decimal_comma else _parse
         shown = [row[column] for _, row in islice(self.rows(), 3) if len(row) > column]
-        return bool(shown) and all(parse(entry) is None for entry in shown)
+        return bool(shown) and all(self._parse(entry) is None for entry in shown)
 
     def listed(self) -> str:
         """List the names of the columns, for a message."""

@@ -16,6 +16,7 @@ from popsteer.tables.columns import (
     Column,
     Columns,
     asked_for,
+    check_there,
     check_units,
     explained,
     named,
@@ -298,14 +299,7 @@ def _refuse_velocity(table: Table, places: Mapping[str, Column]) -> None:
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
     if {"lat", "lon"} <= places.keys() and not {"x", "y"} <= places.keys():
         return
-    if missing := [key for key in ("x", "y") if key not in places]:
-        where = table.where(table.head_line) if table.head_line else table.name
-        listed = table.listed() or f"{table.columns} columns without names"
-        named_so = ",".join(f"{key}=NAME" for key in missing)
-        raise PathError(
-            f"{where}: no column is named {' or '.join(missing)}; there are: {listed} (--columns"
-            f" {named_so} says which)"
-        )
+    check_there(table, places, ("x", "y"))
 
 
 def _position(
@@ -336,11 +330,9 @@ def _position(
 
 
 def _local(found: Waypoints, degrees: Floats, origin: tuple[float, float] | None) -> Floats:
-    if origin is None:
-        origin = round(float(degrees[0, 0]), 9), round(float(degrees[0, 1]), 9)
-    found.origin = origin
-    found.notes.append(f"x and y from the origin {origin[0]:.9f},{origin[1]:.9f} (--origin)")
-    return geo.local(found.name, degrees, origin)
+    xy, found.origin, said = geo.local(found.name, degrees, origin)
+    found.notes.append(said)
+    return xy
 
 
 def _said(quantity: str, column: Column) -> str:
