@@ -224,7 +224,7 @@ REFUSED_LOGS: dict[str, tuple[str, str, dict[str, str]]] = {
     "other names": (
         HEAD.replace("steer", "angle").replace("yaw", "direction of travel")
         + of_logs._rows(T, *EACH),
-        "no column is named yaw or steer; there are: t, x, y, direction of travel, speed, angle .--col",
+        "no column is named yaw or steer; there are: t, x, y, direction of travel, speed, angle",
         {"yaw": "direction of travel", "steer": "angle"},
     ),
     "no names": (of_logs._rows(T, *EACH), "6 columns without names", {}),

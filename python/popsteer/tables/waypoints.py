@@ -82,33 +82,10 @@ def read_waypoints(
     columns: Columns | None = None,
     origin: tuple[float, float] | None = None,
 ) -> Waypoints:
-    """Read waypoints from a table, GPX or GeoJSON; see docs/files.md for what is read as what.
+    """Read waypoints from a table, GPX or GeoJSON, as `popsteer.Path.from_csv` describes.
 
-    Parameters
-    ----------
-    file : str or os.PathLike
-        The file.
-    columns : str, sequence of str or mapping of str to str, optional
-        What its columns are: ``"x,y,-,speed [km/h]"`` in their order, or ``"speed=V [km/h]"`` by
-        their names. By default their names say so, or what they show themselves to be.
-    origin : tuple of float, optional
-        Latitude and longitude [deg] of x = y = 0, for a file that has these; the first waypoint's
-        by default.
-
-    Returns
-    -------
-    Waypoints
-        Positions [m], speeds [m/s], yaws [rad], and `Waypoints.source`, which says what was read.
-
-    Raises
-    ------
-    PathError
-        The file cannot be read, is no table, or does not say what a column is; the message names
-        file and place, and the option that settles it. Its `index` is the waypoint.
-    ConfigError
-        `columns` are not known, or there is an `origin` for a file without degrees.
-    MissingExtra
-        The file has latitudes and longitudes, and the extra ``geo`` is not installed.
+    PathError names file, place and the option that settles it, and its `index` is the waypoint;
+    ConfigError an option that is not known or not of this file, MissingExtra the extra ``geo``.
     """
     wanted = asked_for(columns)
     name, text = read_text(file)
