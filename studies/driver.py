@@ -132,8 +132,15 @@ def spoiled(sensed: list[float], last: list[float], planted: str) -> list[float]
     }.get(planted, sensed)
 
 
-def drive(draw: np.random.Generator, planted: str | None) -> Outcome:
-    """One drive, to its end or until the vehicle stands for its fault."""
+def drive(
+    draw: np.random.Generator,
+    planted: str | None,
+    trace: list[tuple[float, float, float, str | None]] | None = None,
+) -> Outcome:
+    """One drive, to its end or until the vehicle stands for its fault.
+
+    A `trace` takes time [s], distance from the path [m], speed [m/s] and the fault of each step.
+    """
     car = car_of(draw)
     path = road_of(car, draw)
     tuning = TUNINGS[0] if draw.uniform() < 0.6 else TUNINGS[int(draw.integers(len(TUNINGS)))]
@@ -160,6 +167,9 @@ def drive(draw: np.random.Generator, planted: str | None) -> Outcome:
         aside = float(np.hypot(path.x - plant.x, path.y - plant.y).min())
         if now >= begins - 1.0 or planted is None:
             off = max(off, aside)
+        if trace is not None:
+            error = abs(path.project(plant.x, plant.y).cross_track_error)
+            trace.append((now, error, plant.speed, answer.fault))
         if answer.fault and math.isinf(after):
             after, said_off = now - begins, aside
         stood = stood + 1 if plant.speed == 0.0 else 0

@@ -46,6 +46,7 @@ MADE_BY = {
     "replay": "popsteer replay drive.mcap --vehicle car.toml --out .",
     "limits-map": "python -m studies.limits",
     "front": "python -m studies.front",
+    **{name: f"python -m studies.guides {name}" for name in ("driver", "carla", "gymnasium")},
     "suite": "make suite",
 }
 # The file of a command's that is another than the page's name of it.
