@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import json
 import math
@@ -397,6 +398,38 @@ def test_dask_gives_the_same_rows_with_a_worker_killed(rows: list[dict[str, Any]
             victim = next(iter(client.cluster.workers.values()))
             os.kill(victim.process.process.pid, signal.SIGKILL)
     assert sorted(found, key=lambda row: int(row["run"])) == rows
+    gc.collect()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_interrupt_ends_the_workers_of_dask_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where another one was started in the place of a killed one, the command waited for it."""
+    pytest.importorskip("distributed")
+    from distributed import Client, Nanny
+    from distributed.core import Status
+    from distributed.deploy.spec import close_clusters
+
+    start, close = Nanny.instantiate, Client.close
+    started: list[Any] = []
+
+    async def instantiate(nanny: Any) -> Any:
+        started.append(nanny)
+        return await start(nanny)
+
+    def close_late(client: Any, **given: Any) -> Any:
+        until = time.monotonic() + 10.0
+        while started[0].status is Status.running and time.monotonic() < until:
+            time.sleep(0.01)
+        return close(client, **given)
+
+    monkeypatch.setattr(Nanny, "instantiate", instantiate)
+    monkeypatch.setattr(Client, "close", close_late)
+    chunks: Any = workers.on_dask(_job(), range(12), "local:1", lambda _: None)
+    next(chunks)
+    with pytest.raises(KeyboardInterrupt):
+        chunks.throw(KeyboardInterrupt)
+    atexit.register(close_clusters)
+    assert len(started) == 1
     gc.collect()
 
 

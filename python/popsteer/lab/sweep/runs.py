@@ -125,7 +125,10 @@ def on_dask(
             yield rows
             progress(done)
     except KeyboardInterrupt:
-        # Its workers have nothing to lose, and closing would wait for what they do.
+        # Its workers have nothing to lose: closing would wait for what they do, and for those that
+        # would begin in the place of killed ones.
+        for nanny in [] if cluster is None else cluster.workers.values():
+            nanny.close_gracefully()
         for process in multiprocessing.active_children():
             process.kill()
         atexit.unregister(close_clusters)
