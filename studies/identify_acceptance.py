@@ -63,14 +63,17 @@ def car_of(seed: int, **changes: Any) -> logged.Car:
     return replace(logged.drawn(np.random.default_rng(1000 + seed)), play=play, **changes)
 
 
-def identified(kind: str, seed: int, **changes: Any) -> tuple[logged.Car, Identification | None]:
-    """Identify a drawn car from a drive; None where the log is refused."""
-    own = {
-        key: changes.pop(key) for key in ("pose_rate", "noise", "digits", "ahead") if key in changes
-    }
+def identified(
+    kind: str, seed: int, *, steps: float = 0.0, **changes: Any
+) -> tuple[logged.Car, Identification | None]:
+    """Identify a drawn car from a drive whose log rounds steer; None where the log is refused."""
+    own = {key: changes.pop(key) for key in _OF_THE_LOG if key in changes}
     car = car_of(seed, **changes)
+    columns = logged.log(kind, car, seed, **own)
+    if steps:
+        columns["steer"] = steps * np.round(columns["steer"] / steps)
     try:
-        return car, popsteer.identify(Log(**logged.log(kind, car, seed, **own)))
+        return car, popsteer.identify(Log(**columns))
     except LogError:
         return car, None
 

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 Columns = dict[str, Any]
-KINDS = ("lines", "parking", "blocks", "laps", "brisk")
-"""Lines of a field with U-turns at their ends; parking; blocks of a town; laps; brisk bends."""
+KINDS = ("lines", "parking", "blocks", "laps", "brisk", "slalom", "stop and go")
+"""Lines of a field with U-turns at their ends; parking; blocks of a town; laps; brisk bends; bends
+to and fro; brisk bends with stops."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,14 @@ def _legs(kind: str, random: np.random.Generator) -> list[tuple[float, float, fl
             legs.append((random.uniform(2.0, 5.0), random.uniform(5.0, 10.0), 0.0))
             angle = random.choice([0.05, 0.1, 0.15, -0.08])
             legs.append((random.uniform(2.0, 4.0), random.uniform(5.0, 8.0), angle))
+        elif kind == "slalom":
+            legs.append((random.uniform(1.0, 2.0), random.uniform(4.0, 7.0), side * 0.15))
+            side = -side
         else:
             angle = random.uniform(-0.25, 0.25)
             legs.append((random.uniform(1.0, 3.0), random.uniform(3.0, 8.0), angle))
+            if kind == "stop and go" and random.uniform() < 0.4:
+                legs.append((random.uniform(4.0, 8.0), 0.0, angle))
     return legs
 
 
@@ -266,9 +272,10 @@ def stops(
             rows[k // substeps] = x, speed, 15.0 * hills * (1.0 - math.cos(x / 15.0))
         late = max(k - whole, 0) // substeps
         wanted = car.throttle * throttle[late] - car.braking * brake[late] if k >= whole else 0.0
+        begun, before = pull, speed
         pull = wanted + (pull - wanted) * math.exp(-h / car.drive_lag)
-        before = speed
-        speed = max(speed + (pull - car.drag * speed - 9.80665 * slope) * h, 0.0)
+        mean = 0.5 * (begun + pull) - car.drag * speed - 9.80665 * slope
+        speed = max(speed + mean * h, 0.0)
         x += 0.5 * (before + speed) * h
     noise = random.standard_normal((len(t), 5)) * (0.02, 0.02, 0.002, 0.02, 0.01)
     columns = (rows[:, 0], 0.0 * t, 0.0 * t, rows[:, 1], rows[:, 2])

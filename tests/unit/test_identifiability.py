@@ -31,6 +31,7 @@ def _fit(errors: dict[str, float], **changes: Any) -> Any:
         "error_of": lambda **_: 0.01,
         "wheels": wheels,
         "rate_seen": False,
+        "rounded": 0.0,
         "play_seen": True,
     }
     return SimpleNamespace(**fit | changes)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import popsteer
+from popsteer.identification.pedals import fit_drive
 from popsteer.logs import Log
 from studies import identify_acceptance as acceptance
 from studies import logged
@@ -37,6 +39,38 @@ def test_lengths_of_logs_without_noise_or_digits_are_right_or_unknown(
         if one.name in ("wheelbase", "turning_length"):
             assert one.value == pytest.approx(one.truth, rel=0.01)
         assert one.off < 3.5, one
+
+
+@pytest.mark.parametrize(
+    ("kind", "steps"), [("brisk", 0.1), ("slalom", 0.0174533), ("lines", 0.02)]
+)
+def test_what_rounded_commands_hide_is_within_its_errors_or_unknown(
+    kind: str, steps: float
+) -> None:
+    car, found = acceptance.identified(kind, 2, length=2.5, point=1.2, steps=steps)
+    assert found is not None
+    for one in acceptance.stated(car, found):
+        assert one.off < 3.0, one
+        if one.name == "wheelbase":
+            assert one.value == pytest.approx(one.truth, rel=0.01)
+    if steps == 0.1:
+        low, high = found.ranges["wheelbase"]
+        assert low < car.length < high
+        assert "steer is recorded in steps of 0.1 rad" in found.unknown["wheelbase"]
+        assert "steer_play" in found.unknown
+
+
+def test_errors_of_the_drive_count_the_noise_of_the_heights() -> None:
+    off = []
+    for seed in range(12):
+        car = acceptance.pedalled(seed)
+        found = fit_drive(acceptance.drive_log(car, seed))
+        assert found is not None
+        errors = found.errors
+        off += [(found.values["drag"] - car.drag) / errors["drag"]] if "drag" in errors else []
+        off += [found.values["air_drag"] / errors["air_drag"]] if "air_drag" in errors else []
+    assert len(off) > 15
+    assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.25
 
 
 def test_play_leaves_the_delay_as_it_is() -> None:

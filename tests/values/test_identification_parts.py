@@ -109,10 +109,12 @@ def test_outliers_are_replaced_by_the_line_of_their_neighbours() -> None:
 def test_noise_of_a_signal_is_that_of_its_second_differences() -> None:
     random = np.random.default_rng(2)
     t = np.arange(20_000.0)
-    assert drives._noise(3.0 * t + random.normal(0.0, 0.2, 20_000)) == pytest.approx(0.2, rel=0.03)
-    assert drives._noise(np.array([1.0, 2.0])) == 0.0
+    assert drives.noise_of(3.0 * t + random.normal(0.0, 0.2, 20_000)) == pytest.approx(
+        0.2, rel=0.03
+    )
+    assert drives.noise_of(np.array([1.0, 2.0])) == 0.0
     # Second differences of 0, 1, 0, 1, ... are 2 in size.
-    assert drives._noise(np.tile([0.0, 1.0], 9)) == pytest.approx(1.4826 * 2.0 / math.sqrt(6.0))
+    assert drives.noise_of(np.tile([0.0, 1.0], 9)) == pytest.approx(1.4826 * 2.0 / math.sqrt(6.0))
 
 
 def test_commands_on_the_clock_without_gaps_keep_their_order() -> None:
@@ -235,7 +237,8 @@ def test_errors_are_not_below_those_that_noise_alone_makes() -> None:
     filtered = jacobian.T @ whiten.whitened(np.eye(110), parts, theta)
     walk = np.tri(110, 109, -1)
     noise = sample**2 * np.eye(110) + walk @ np.diag(steps**2) @ walk.T
-    score = whiten.noise_score(jacobian, parts, theta, sample, steps)
+    added = whiten.influence(jacobian, parts, theta)
+    score = whiten.noise_score(added, parts, sample, steps)
     assert score == pytest.approx(filtered @ noise @ filtered.T, rel=1e-6)
     inverse = np.linalg.inv(jacobian.T @ jacobian)
     residual = 1e-6 * random.standard_normal(len(jacobian))
@@ -432,3 +435,22 @@ def test_smoothed_walk_is_an_exponential_mean_both_ways() -> None:
         wanted[10:70] = part
         ready: Any = SimpleNamespace(parts=lambda: [slice(10, 70)])
         assert smooth(values, theta, ready) == pytest.approx(wanted)
+
+
+def test_rounded_commands_are_taken_without_their_stairs() -> None:
+    times = 0.05 * np.arange(400)
+    # A car of a field: it turns to and fro, and holds an angle between two levels for 2 s.
+    smooth = np.where(times < 12.0, 0.3 * np.sin(0.4 * times), 0.3 * np.sin(4.8))
+    for digits, step in ((9, 0.02), (4, math.radians(1.0))):
+        recorded = np.round(step * np.round(smooth / step), digits)
+        assert drives._grain(recorded) == pytest.approx(step, rel=1e-3)
+        found = drives._unrounded(times, recorded, step)
+        moves = times < 11.0
+        assert np.std((found - smooth)[moves]) < 0.5 * np.std((recorded - smooth)[moves])
+        assert np.max(np.abs(found - smooth)) < 0.75 * step
+        assert abs(np.mean((found - smooth)[moves])) < 0.05 * step
+        assert found[-1] == recorded[-1]
+    # Commands of a program, which jump from angle to angle, are what they are.
+    jumps = np.repeat([0.1, -0.3, 0.2, 0.0, 0.3, -0.1, -0.2, 0.1], 50)
+    assert drives._unrounded(times, jumps, 0.1) is jumps
+    assert drives._grain(np.array([0.1, 0.3, 0.35, 0.4142])) == 0.0

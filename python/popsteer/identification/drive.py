@@ -24,6 +24,8 @@ SETTLING = 1.0
 OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
+LEVELS = 5
+"""A signal that moves by one level of its digits at a time, over as many at least, is rounded."""
 MOST_OUTLIERS = 0.05
 """A larger share of them is no noise: the signal is another than it is taken for."""
 RESOLVED = {"yaw": 2e-4, "speed": 1e-3, "position": 1e-3}
@@ -73,6 +75,9 @@ class PreparedLog:
     """Standard deviation of the noise of the measured speeds [m/s], as are the following."""
     least_noise: dict[str, float]
     """Below it no noise of ``yaw`` [rad], ``steer`` [rad] and ``position`` [m] is believed."""
+    recorded: Array
+    """The commands as they are recorded [rad], and the step of their digits; 0 without digits."""
+    steer_step: float
 
     moving: NDArray[np.bool_]
     """Whether a sample is of a moving car: at rest nothing is learnt, not even the noise."""
@@ -111,7 +116,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
     ends = np.append(starts[1:], len(log.t))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
-    slowest = max(REST * size, SEEN * _noise(log.speed))
+    slowest = max(REST * size, SEEN * noise_of(log.speed))
     moving = _moving(log.t, np.abs(log.speed) > slowest, starts, ends)
     clean, outliers = {}, {}
     for name, values in columns.items():
@@ -149,7 +154,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         sample_speed=clean["speed"],
         edges=edges,
         times=times,
-        commands=commands,
+        commands=_unrounded(times, commands, _grain(log.steer)),
         speed=speed,
         acceleration=acceleration,
         relative_speed=np.abs(speed) / usual,
@@ -158,13 +163,15 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
         speed_noise=max(
-            _noise(clean["speed"][moving]), _rounding(log.speed), RESOLVED["speed"] * usual
+            noise_of(clean["speed"][moving]), _rounding(log.speed), RESOLVED["speed"] * usual
         ),
         least_noise={
             "yaw": max(_rounding(log.yaw), RESOLVED["yaw"]),
             "steer": _rounding(log.steer),
             "position": max(_rounding(log.x), _rounding(log.y), RESOLVED["position"] * size),
         },
+        recorded=commands,
+        steer_step=_grain(log.steer),
         moving=moving,
         size=size,
     )
@@ -182,7 +189,7 @@ def _moving(
     return moving
 
 
-def _noise(values: Array) -> float:
+def noise_of(values: Array) -> float:
     """Give the standard deviation of the noise of a smooth signal's samples."""
     second = np.abs(np.diff(values, 2))
     return float(1.4826 * np.median(second) / np.sqrt(6.0)) if second.size else 0.0
@@ -190,13 +197,43 @@ def _noise(values: Array) -> float:
 
 def _grain(values: Array) -> float:
     """Give the step of the digits of a signal that is rounded; 0 where it is not."""
-    steps = np.diff(np.unique(values))
+    levels = np.unique(values)
+    steps = np.diff(levels)
     steps = steps[steps > 1e-12]
     if not steps.size:
         return 0.0
-    grain = float(np.min(steps))
-    whole = (values - values[0]) / grain
-    return grain if float(np.max(np.abs(whole - np.round(whole)))) < 1e-2 else 0.0
+    # The digits of a step that was converted are rounded, too: its multiples tell it.
+    above = levels - levels[0]
+    whole = np.round(above / float(np.min(steps)))
+    grain = float(whole @ above / (whole @ whole))
+    return grain if float(np.max(np.abs(above - grain * whole))) < 1e-2 * grain else 0.0
+
+
+def _unrounded(times: Array, values: Array, grain: float) -> Array:
+    """Give a signal that moves from level to level of its digits without the stairs.
+
+    Halfway between two levels as it goes from one to the other; and the level itself in between, as
+    soon as it gets there at the pace of the level before.
+    """
+    changes = 1 + np.flatnonzero(np.diff(values))
+    single = np.abs(values[changes] - values[changes - 1]) < 1.5 * grain
+    if len(np.unique(values)) < LEVELS or np.mean(single) < 0.5:
+        return values
+    through = 0.5 * (times[changes] + times[changes - 1])
+    half = 0.5 * (values[changes] + values[changes - 1])[single]
+    jumps = changes[~single]  # of a larger step both ends are known
+    edges = np.concatenate((times[:1], through, times[-1:]))
+    levels = values[np.concatenate(([0], changes))]
+    lasts = np.diff(edges)
+    before = 0.5 * np.minimum(lasts, np.concatenate((lasts[:1], lasts[:-1])))
+    after = 0.5 * np.minimum(lasts, np.concatenate((lasts[1:], lasts[-1:])))
+    knots = np.concatenate(
+        (through[single], times[jumps], times[jumps - 1], edges[:-1] + before, edges[1:] - after)
+    )
+    heights = np.concatenate((half, values[jumps], values[jumps - 1], levels, levels))
+    order = np.argsort(knots, kind="stable")
+    found: Array = np.interp(times, knots[order], heights[order])
+    return found
 
 
 def _rounding(values: Array) -> float:

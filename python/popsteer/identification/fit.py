@@ -20,6 +20,7 @@ from popsteer.identification.whiten import (
     Known,
     choose_theta,
     clipped_mean_square,
+    influence,
     known,
     noise_score,
     spread,
@@ -70,6 +71,8 @@ LONGEST = 0.1
 """A command that comes later than this after the last [s] is a step."""
 CLOSE = 100.0
 """A structure that is less likely by more than this [log-likelihood] is not followed up."""
+SHOWN = 0.02
+"""The share of the variance of rounding that the heading must show: the fit takes up the rest."""
 SURE = 8.0
 """By how much play must raise the log-likelihood beyond the criterion, to be stated."""
 
@@ -95,10 +98,15 @@ class Fit:
     jacobian: Array
     """Of the weighted residuals, (K, P), and the roots of their weights, (K,)."""
     root: Array
+    share: float
+    """The share of the log-likelihood that counts, as residuals are correlated: the mean of the
+    information over the sandwich's (A. Rotnitzky and N. Jewell, *Biometrika* 77, 1990)."""
     rate_seen: bool
     """Whether the wheels were seen against a limit of their rate."""
     play_seen: bool
     """Whether no structure without play explains the log nearly as well."""
+    rounded: float
+    """The step to which the commands were rounded [rad]; 0 where noise hides it."""
     candidates: tuple[Candidate, ...]
     """What explains the log, the likeliest first; it is that which was chosen."""
 
@@ -143,7 +151,7 @@ class Fit:
             moved = {key: value * point for key, value in along.items()}
             left = self.root * task.residual({**self.values, **moved, name: point})
             left = left - others @ np.linalg.lstsq(others, left, rcond=1e-9)[0]
-            found.append(-0.5 * float(left @ left))
+            found.append(-0.5 * self.share * float(left @ left))
         return [each - found[0] for each in found[1:]]
 
 
@@ -202,7 +210,8 @@ def _chosen(tried: Sequence[Candidate]) -> Fit:
     """Report the likeliest; how far the others lie off widens its errors, each by its weight."""
     reference = min(tried, key=_criterion)
     reference.task.weigh(reference.values)
-    tried = sorted((each.against(reference.task) for each in tried), key=_criterion)
+    share = reference.task.report(reference.values).share
+    tried = sorted((each.against(reference.task, share) for each in tried), key=_criterion)
     best = tried[0]
     found = best.task.report(best.values)
     mine = found.values
@@ -235,13 +244,13 @@ class Candidate(NamedTuple):
     task: Task
     values: Values
 
-    def against(self, other: Task) -> Candidate:
-        """Judge it by the noise of another task: of structures compared, all have the same."""
+    def against(self, other: Task, share: float) -> Candidate:
+        """Judge it by the noise of another task, and by the share of the likelihood that counts."""
         self.task.theta, self.task.noise = other.theta, other.noise
-        count = sum(part.stop - part.start - 1 for part in self.task.parts)
+        count = share * sum(part.stop - part.start - 1 for part in self.task.parts)
         price = 0.5 * len(self.task.free(self.values)) * math.log(count)
         price += float(self.task.chain.lag_of != LAGS[0])  # the vehicle's own chain of equal ones
-        return self._replace(criterion=self.task.cost(self.values) + price)
+        return self._replace(criterion=share * self.task.cost(self.values) + price)
 
 
 class Task:
@@ -441,31 +450,67 @@ class Task:
             np.sqrt(theta) * spread(whitened(error, self.parts, theta)),
             self.drive.least_noise["yaw"],
         )
-        score = noise_score(
-            jacobian * weight[:, None],
-            self.parts,
-            self.theta,
-            sample / self.noise,
-            self.drift(error) / self.noise,
-        )
+        added = influence(jacobian * weight[:, None], self.parts, self.theta)
+        score = noise_score(added, self.parts, sample / self.noise, self.drift(error) / self.noise)
+        rounded, rounding = self.rounding(values, error, sample, added)
         # What the vehicle does not keep is believed to be as far as its prior says.
         nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
+        weighted = jacobian * root[:, None]
+        sure = known(weighted, residual * root, memory, score, nuisance, rounding)
+        spent = float(np.sum((weighted @ sure.covariance) * weighted))
         return Fit(
             values=values,
             names=names,
-            known=known(jacobian * root[:, None], residual * root, memory, score, nuisance),
+            known=sure,
+            share=min(1.0, len(names) / max(spent, 1e-12)),
             lag_of=self.chain.lag_of,
             theta=self.theta,
             noise=self.noise,
             yaw=self.chain.yaw(**values),
             place=self.chain.place(**values),
             wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
-            jacobian=jacobian * root[:, None],
+            jacobian=weighted,
             root=root,
             rate_seen=self.sees_rate(values),
             play_seen=False,
+            rounded=rounded if np.any(np.diag(rounding) > np.diag(score)) else 0.0,
             candidates=(),
         )
+
+    def rounding(
+        self, values: Values, error: Array, sample: float, added: list[Array]
+    ) -> tuple[float, Array]:
+        """Give the step to which commands were rounded [rad], and the S that it makes of J^T w.
+
+        An error in the variables that is one number for each recorded command, of q²/12: a car that
+        turns by the same angle each time is misled the same way each time. Those of opposite
+        commands may agree or oppose each other, twice the sum of both bounds either. Nothing was
+        rounded where the heading keeps to the recorded commands: then they are those of a program.
+        """
+        drive, step = self.drive, self.drive.steer_step
+        levels, level = np.unique(drive.recorded, return_inverse=True)
+        delayed = drive.t - values["dead_time"] - values["steer_lag"]
+        level = level[np.clip(np.searchsorted(drive.times, delayed, side="right") - 1, 0, None)]
+        length = values["turning_wheelbase"] + values["understeer"] * drive.sample_speed**2
+        turn = (drive.sample_speed / np.maximum(length, 1e-3))[:-1] * np.diff(drive.t)
+        total, size = np.zeros((len(levels), added[0].shape[1])), step * step / 12.0
+        stretches = []
+        for piece, part in zip(added, self.parts, strict=True):
+            rows = slice(part.start, part.stop - 1)
+            np.add.at(total, level[rows], piece * turn[rows, None] / self.noise)
+            # The heading's error over each stretch of one command, by how far a radian turns it.
+            starts = np.flatnonzero(np.diff(level[rows], prepend=-1))
+            stretches.append(np.add.reduceat((np.diff(error[part]), turn[rows]), starts, axis=1))
+        # Its variance as the heading shows it: of stretches that count alike, or by their length.
+        off, gain = np.concatenate(stretches, axis=1) ** 2
+        alike = gain / (2.0 * sample**2 + size * gain) ** 2
+        shown = any(
+            weight @ (off - 2.0 * sample**2) > SHOWN * size * (weight @ gain)
+            for weight in (alike, np.ones_like(gain))
+        )
+        if shown or drive.commands is not drive.recorded:
+            return step, 2.0 * size * total.T @ total
+        return 0.0, 0.0 * total.T @ total
 
 
 def _named(names: list[str], point: Array) -> Values:

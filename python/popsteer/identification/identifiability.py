@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 SURE_LENGTH = 0.05
 """Largest standard error of what turns the car, as a share: beyond it two causes are one."""
+SURE_ROUNDED = 0.005
+"""The same of a length, where commands were rounded: nothing else in the log shows its error."""
 SURE_OFFSET = math.radians(0.3)
 SURE_DELAY = 0.02
 SURE_SUM = 0.05
@@ -40,6 +42,8 @@ class Unknown:
         """Add a field with its range."""
         value, error = found.values[name], LIKELY * found.errors.get(name, math.inf)
         self.ranges[name] = (max(value - error, least), value + error)
+        if found.rounded:
+            why += f"; steer is recorded in steps of {found.rounded:.3g} rad: record more digits"
         self.why[name] = why
 
 
@@ -49,6 +53,15 @@ def unidentified(found: Fit, drive: PreparedLog, given: Vehicle) -> Unknown:
     for rule in (_understeer, _offset, _delay, _rate, _play):
         rule(unknown, found, drive, given)
     return unknown
+
+
+def rounded(unknown: Unknown, found: Fit) -> None:
+    """Add the length, where rounded commands hide it, once all else that is unknown is fixed."""
+    length, error = found.values["turning_wheelbase"], found.errors.get("turning_wheelbase", 0.0)
+    if found.rounded and found.split(turning_wheelbase=1.0).model > SURE_ROUNDED * length:
+        unknown.add(
+            "turning_wheelbase", found, 0.0, f"the car turns by {length:.3g} ± {error:.2g} m"
+        )
 
 
 def steps(drive: PreparedLog, share: float = 1.0) -> str:
@@ -139,9 +152,9 @@ def _rate(unknown: Unknown, found: Fit, _: PreparedLog, given: Vehicle) -> None:
 
 def _play(unknown: Unknown, found: Fit, drive: PreparedLog, _: Vehicle) -> None:
     play, error = found.values.get("steer_play", 0.0), found.errors.get("steer_play", 0.0)
-    if found.play_seen and error <= SURE_PLAY:
+    if found.play_seen and error <= SURE_PLAY and play > found.rounded:
         return
-    most = play + LIKELY * error if play else _bound(found)
+    most = max(play + LIKELY * error if play else _bound(found), found.rounded)
     unknown.ranges["steer_play"] = (0.0, most)
     unknown.why["steer_play"] = (
         f"no play of the steering is seen; there are at most {math.degrees(most):.1f} degrees of it"

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.identification.chain import Wheels
-from popsteer.identification.drive import RESOLVED, REST, SEEN, prepare
-from popsteer.identification.whiten import choose_theta, known, spread, whitened
+from popsteer.identification.drive import RESOLVED, REST, SEEN, noise_of, prepare
+from popsteer.identification.whiten import choose_theta, influence, known, spread, whitened
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array
@@ -82,7 +82,10 @@ class _Task:
         self.given_at = np.concatenate((self.t[:1] - 1.0, self.t)) if stands else self.t
         self.signals = [np.concatenate(([0.0], each)) if stands else each for each in signals]
         step, mean = np.diff(self.t), 0.5 * (self.speed[1:] + self.speed[:-1])
-        self.fixed = -_GRAVITY * _slope(log, self.speed)[1:] * step
+        rise, self.per_rise = _rise(log, self.speed)
+        self.heights = noise_of(np.asarray(log.signals["z"])) if "z" in log.signals else 0.0
+        self.period = log.period
+        self.fixed = -_GRAVITY * np.clip(rise * self.per_rise, -0.5, 0.5)[1:] * step
         self.nuisance = ["drag", "air_drag", "rolling"] if not self.direct else []
         self.columns = [-mean * step, -mean * np.abs(mean) * step, -self.gear[1:] * step]
         self.theta = 0.9
@@ -128,6 +131,17 @@ class _Task:
         self.theta = choose_theta(error, self.parts)
         left = spread(whitened(error, self.parts, self.theta))
         self.noise = max(left, RESOLVED["speed"] * float(np.max(np.abs(self.speed))))
+
+    def of_heights(self, jacobian: Array) -> Array:
+        """Give the covariance of J^T w that the noise of the heights makes through the slope."""
+        added = np.zeros((len(self.t), jacobian.shape[1]))
+        for part, piece in zip(
+            self.parts, influence(jacobian, self.parts, self.theta), strict=True
+        ):
+            added[part.start + 1 : part.stop] = piece
+        steps = np.diff(self.t, prepend=self.t[0]) * self.per_rise * _GRAVITY / self.noise
+        moved = self.heights * _smoothed(added * steps[:, None], self.period, 1)
+        return moved.T @ moved
 
 
 def fit_drive(log: Log, size: float = 1.0) -> Drive | None:
@@ -179,7 +193,8 @@ def _stated(task: _Task, best: tuple[float, float], linear: Array, left: Array) 
     jacobian = np.column_stack([*direct, -columns])
     prior = np.array([1.0 / _PRIOR[n] if n in _PRIOR else 0.0 for n in names])
     memory = int(np.ceil(1.0 / float(np.median(np.diff(task.t)))))
-    sure = known(jacobian, left[:count], memory, jacobian.T @ jacobian, prior)
+    noise = jacobian.T @ jacobian + task.of_heights(jacobian)
+    sure = known(jacobian, left[:count], memory, noise, prior)
     values = dict(zip(names, [*best, *map(float, own)], strict=True))
     errors = dict(zip(names, sure.errors(), strict=True))
     shown, unknown = {}, {}
@@ -210,14 +225,17 @@ def _commands(log: Log) -> tuple[list[str], bool, list[Array]]:
     return [], False, []
 
 
-def _slope(log: Log, speed: Array) -> Array:
-    """Give the slope of the ground along the heading; 0 without heights."""
-    if "z" not in log.signals:
-        return np.zeros(len(log))
+def _smoothed(values: Array, period: float, order: int) -> Array:
+    """Give a signal, or its rate of order 1, smoothed over `_SLOPE_TIME`."""
     from scipy.ndimage import gaussian_filter1d
 
-    width = max(_SLOPE_TIME / log.period, 1.0)
-    rise = gaussian_filter1d(np.asarray(log.signals["z"]), width, order=1) / log.period
-    way = gaussian_filter1d(speed, width)
-    slope: Array = np.where(np.abs(way) > 0.3, rise / np.where(np.abs(way) > 0.3, way, 1.0), 0.0)
-    return np.clip(slope, -0.5, 0.5)
+    width = max(_SLOPE_TIME / period, 1.0)
+    found: Array = gaussian_filter1d(values, width, axis=0, order=order) / period**order
+    return found
+
+
+def _rise(log: Log, speed: Array) -> tuple[Array, Array]:
+    """Give the rate at which the car climbs, 0 without heights, and the slope for 1 m/s of it."""
+    rise = _smoothed(np.asarray(log.signals.get("z", np.zeros(len(log)))), log.period, 1)
+    way = _smoothed(speed, log.period, 0)
+    return rise, np.where(np.abs(way) > 0.3, 1.0 / np.where(np.abs(way) > 0.3, way, 1.0), 0.0)

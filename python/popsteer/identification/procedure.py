@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_steer
 from popsteer.identification.drive import MOST_OUTLIERS, PreparedLog, prepare, size_of
 from popsteer.identification.fit import Fit, fit, refit
-from popsteer.identification.identifiability import Unknown, steps, unidentified
+from popsteer.identification.identifiability import Unknown, rounded, steps, unidentified
 from popsteer.identification.innovations import excitation, unexplained
 from popsteer.identification.pedals import ASKED, Drive, fit_drive
 from popsteer.identification.result import Identification, compared, described
@@ -183,12 +183,14 @@ def _heading(
         # The sum is as well known as where both were fitted; and the assumption may move it.
         moved = sum(found.values[name] - free.values[name] for name in both)
         model = math.hypot(model, moved if "steer_lag" in unknown.fixed else 0.0)
+    rounded(unknown, found)
     error = found.errors.get("turning_wheelbase", 0.0)
     if not error < _NO_LENGTH * found.values["turning_wheelbase"]:
+        why = "drive bends to both sides, and see that steer is the angle of the front wheels"
+        why = f"steer is recorded in steps of {found.rounded:.3g} rad" if found.rounded else why
         raise LogError(
             f"{name}: the log does not show how the car turns: the wheelbase that it turns by comes"
-            f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; drive bends to both"
-            " sides, and see that steer is the angle of the front wheels"
+            f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; {why}"
         )
     return found, unknown, Error(noise, model)
 
@@ -211,8 +213,11 @@ def _vehicle(
     length = values["turning_wheelbase"]
     if given is None:
         changes["wheelbase"] = length
-        errors["wheelbase"] = errors.pop("turning_wheelbase")
-    else:
+        told: tuple[dict[str, Any], ...] = (errors, why, unknown.ranges)
+        for each in told:
+            if "turning_wheelbase" in each:
+                each["wheelbase"] = each.pop("turning_wheelbase")
+    elif "turning_wheelbase" not in why:
         changes["turning_wheelbase"] = length
     for name in ("max_steer_rate", "steer_play"):
         if name in errors:

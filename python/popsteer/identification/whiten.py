@@ -107,33 +107,45 @@ class Known(NamedTuple):
         if total == math.inf:
             return Error(math.inf, math.inf)
         noise = math.sqrt(max(float(weights @ self.noise @ weights), 0.0))
-        return Error(noise, math.sqrt(max(total**2 - noise**2, 0.0)))
+        # What is no more than the digits of the difference is none.
+        return Error(
+            noise, total * math.sqrt(max(1.0 - (noise / max(total, 1e-300)) ** 2 - 1e-9, 0.0))
+        )
 
     def errors(self) -> list[float]:
         """Give the standard error of each parameter."""
         return [self.error(row) for row in np.eye(len(self.covariance))]
 
 
-def noise_score(
-    jacobian: Array, parts: Sequence[slice], theta: float, sample: float, steps: Array
-) -> Array:
-    """Give the covariance of J^T w, (P, P), that noise alone makes of the innovations w.
+def influence(jacobian: Array, parts: Sequence[slice], theta: float) -> list[Array]:
+    """Give what each step of the error from sample to sample adds to J^T w, (K, P) for each part.
 
-    `jacobian` is that of the innovations, (K, P). Each sample of the error has noise of its own, of
-    the deviation `sample`; what is added from one to the next, of the deviations `steps`, stays.
+    w are the innovations, and `jacobian` theirs, (K, P).
     """
     from scipy.signal import lfilter
 
-    total, first = np.zeros((jacobian.shape[1],) * 2), 0
-    for part in parts:
-        piece = jacobian[first : first + part.stop - part.start - 1]
-        first += len(piece)
-        # The transposed filter, backwards in time: what a step of the error adds to J^T w.
-        step = lfilter([1.0], [1.0, -theta], piece[::-1], axis=0)[::-1]
+    ends = np.cumsum([part.stop - part.start - 1 for part in parts])[:-1]
+    # The transposed filter, backwards in time.
+    return [
+        lfilter([1.0], [1.0, -theta], piece[::-1], axis=0)[::-1]
+        for piece in np.split(jacobian, ends)
+    ]
+
+
+def noise_score(
+    added: Sequence[Array], parts: Sequence[slice], sample: float, steps: Array
+) -> Array:
+    """Give the covariance of J^T w, (P, P), that noise alone makes of the innovations w.
+
+    `added` is their `influence`. Each sample of the error has noise of its own, of the deviation
+    `sample`; what is added from one to the next, of the deviations `steps`, stays.
+    """
+    total = np.zeros((added[0].shape[1],) * 2)
+    for step, part in zip(added, parts, strict=True):
         ends = np.zeros((1, step.shape[1]))
         own = sample * np.diff(step, axis=0, prepend=ends, append=ends)
-        step = step * steps[part.start : part.stop - 1, None]
-        total += own.T @ own + step.T @ step
+        stays = step * steps[part.start : part.stop - 1, None]
+        total += own.T @ own + stays.T @ stays
     return total
 
 
@@ -143,13 +155,15 @@ def known(
     memory: int,
     noise: Array | None = None,
     prior: Array | None = None,
+    rounding: Array | None = None,
 ) -> Known:
     """Tell how well least squares know their parameters, where residuals are slightly correlated.
 
     The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
     too where the model is not quite what the car is. `jacobian` is (K, P), `residual` (K,). No
     error is below that of `noise`, (P, P), the S of `noise_score`, or else of white residuals.
-    `prior`, (P,), is the inverse deviation of what is believed before, 0 for nothing.
+    `prior`, (P,), is the inverse deviation of what is believed before, 0 for nothing. `rounding`,
+    (P, P), is the S of errors that stay for long, which neither of the two shows.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
@@ -171,6 +185,7 @@ def known(
     else:
         least = inverse @ (noise / units) @ inverse
     grow = np.sqrt(np.maximum(1.0, np.diag(least) / np.maximum(np.diag(found), 1e-300)))
-    return Known(
-        found * np.outer(grow, grow) / units, least / units, directions[:, ~excited], scale
-    )
+    found *= np.outer(grow, grow)
+    if rounding is not None:
+        found += inverse @ (rounding / units) @ inverse
+    return Known(found / units, least / units, directions[:, ~excited], scale)
