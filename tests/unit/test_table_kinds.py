@@ -365,7 +365,9 @@ def test_grade_is_read_by_its_name_and_unit(tmp_path: Any) -> None:
 def test_waypoints_that_meet_their_first_are_said(tmp_path: Any) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
     file = _write(tmp_path, _rows((5.0 * np.cos(turn), 5.0 * np.sin(turn))))
-    assert "the last waypoint is 0.78 m from the first" in str(Path.from_csv(file).source)
+    said = "the last waypoint is 0.78 m from the first"
+    assert str(Path.from_csv(file).source).endswith(f"{said}: a lap with --closed")
+    assert str(Path.from_csv(file, closed=True).source).endswith(said)
     assert "the last waypoint" not in str(Path.from_csv(_write(tmp_path, _rows((X, Y)))).source)
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 _AT_REST = 0.1  # m/s: a negative speed nearer to 0 may be noise
 _SIDES = {"left", "right", "inner", "outer", "blue", "yellow", "orange", "big", "small", "cone"}
+_LAP = ": a lap with --closed"
 _FEW = 20  # waypoints that no one recorded
 _RADIANS: tuple[str, ...] = ("rad",)
 _OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
@@ -124,6 +125,8 @@ def make_path(make: Callable[..., Any], found: Waypoints, *, closed: bool) -> An
     if np.ptp(found.xy, axis=0).max() == 0.0:
         raise PathError(f"{found.name}: its {len(found.xy)} waypoints are all at one place")
     given = {**found.more, "closed": closed}
+    if closed:
+        found.notes = [each.removesuffix(_LAP) for each in found.notes]
     backwards = "reverse" in given or (found.speed is not None and (found.speed < 0.0).any())
     if not (backwards or {"yaw", "curvature"} & given.keys()) and shown.is_curve(
         found.xy, closed=closed
@@ -411,5 +414,5 @@ def _judged(found: Waypoints) -> Waypoints:
     gap = float(np.hypot(*(xy[-1] - xy[0])))
     usual = float(np.median(steps[steps > 0.0])) if total > 0.0 else 0.0
     if total > 4.0 * gap and gap <= 3.0 * usual:
-        found.notes.append(f"the last waypoint is {gap:.2f} m from the first")
+        found.notes.append(f"the last waypoint is {gap:.2f} m from the first{_LAP}")
     return found

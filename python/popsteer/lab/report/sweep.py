@@ -77,7 +77,7 @@ def of_sweep(
     label = job.label or "plant"
     made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole}, job.monitor)
     return Page(
-        title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
+        title=f"{title_of(job.controller)}: {counted(len(rows), 'run')} that differ",
         lead=summary.caption(job, rows),
         command=command,
         results=verdict(rows)
@@ -188,7 +188,7 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         traces += [bars] if part.any() else []
     return figure(
         "Greatest |cross-track error| of a run",
-        f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
+        f"{counted(len(rows), 'run')}, each after settling, or as a whole where it did not finish;"
         f" the limit is {job.deviation:g} m.",
         traces,
         log_axis("greatest |cross-track error| [m]", edges[0], edges[-1]),

@@ -9,7 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import logarithmic
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.suite.runs import Suite, mean_error, rows
 
 if TYPE_CHECKING:
@@ -69,5 +69,7 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     scatter.set_xlabel("rate of the command, rms [rad/s]")
     scatter.set_ylabel("mean |cross-track error| [m]")
     scatter.set_title("error over steering effort, all runs", fontsize=10.5)
-    figure.suptitle(f"{found.name}: geometric means over {len(found.cells)} runs", fontsize=11.5)
+    figure.suptitle(
+        f"{found.name}: geometric means over {counted(len(found.cells), 'run')}", fontsize=11.5
+    )
     return figure

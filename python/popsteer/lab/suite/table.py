@@ -21,7 +21,7 @@ from popsteer.lab.common.layout import (
     json_text,
 )
 from popsteer.lab.common.machine import describe
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.suite.runs import Cell, Suite, grouped, leaders, mean_error, rows
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def suite_caption(found: Suite) -> str:
     """Say in one line what was driven and what the figures are."""
     plants = ", ".join(dict.fromkeys(each.plant for each in found.cells))
     return (
-        f"{found.name}, {len(found.cells)} runs on {plants}; geometric mean of the mean"
+        f"{found.name}, {counted(len(found.cells), 'run')} on {plants}; geometric mean of the mean"
         " |cross-track error| of the rear axle [m], in brackets how many runs failed; = tie for the"
         " least (bootstrap over the cells of the row, 95 %)"
     )
