@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from popsteer.identification import drive, whiten
+from popsteer.identification import drive, rounding, whiten
 from popsteer.identification.chain import Chain, Wheels
 from popsteer.logs import Log
 
 pytest.importorskip("scipy")
 
 drives: Any = drive
+unrounded: Any = rounding.unrounded
 
 DT = 0.05
 
@@ -443,8 +444,8 @@ def test_rounded_commands_are_taken_without_their_stairs() -> None:
     smooth = np.where(times < 12.0, 0.3 * np.sin(0.4 * times), 0.3 * np.sin(4.8))
     for digits, step in ((9, 0.02), (4, math.radians(1.0))):
         recorded = np.round(step * np.round(smooth / step), digits)
-        assert drives._grain(recorded) == pytest.approx(step, rel=1e-3)
-        found = drives._unrounded(times, recorded, step)
+        assert rounding.grain_of(recorded) == pytest.approx(step, rel=1e-3)
+        found = unrounded(times, recorded, step)
         moves = times < 11.0
         assert np.std((found - smooth)[moves]) < 0.5 * np.std((recorded - smooth)[moves])
         assert np.max(np.abs(found - smooth)) < 0.75 * step
@@ -452,5 +453,5 @@ def test_rounded_commands_are_taken_without_their_stairs() -> None:
         assert found[-1] == recorded[-1]
     # Commands of a program, which jump from angle to angle, are what they are.
     jumps = np.repeat([0.1, -0.3, 0.2, 0.0, 0.3, -0.1, -0.2, 0.1], 50)
-    assert drives._unrounded(times, jumps, 0.1) is jumps
-    assert drives._grain(np.array([0.1, 0.3, 0.35, 0.4142])) == 0.0
+    assert unrounded(times, jumps, 0.1) is jumps
+    assert rounding.grain_of(np.array([0.1, 0.3, 0.35, 0.4142])) == 0.0

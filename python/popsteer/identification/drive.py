@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.identification.rounding import grain_of, rounding_of, unrounded
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -24,8 +26,6 @@ SETTLING = 1.0
 OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
-LEVELS = 5
-"""A signal that moves by one level of its digits at a time, over as many at least, is rounded."""
 MOST_OUTLIERS = 0.05
 """A larger share of them is no noise: the signal is another than it is taken for."""
 RESOLVED = {"yaw": 2e-4, "speed": 1e-3, "position": 1e-3}
@@ -120,7 +120,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     moving = _moving(log.t, np.abs(log.speed) > slowest, starts, ends)
     clean, outliers = {}, {}
     for name, values in columns.items():
-        kept, found, grain = values.copy(), 0, _grain(values)
+        kept, found, grain = values.copy(), 0, grain_of(values)
         if name == "speed":  # a corner of its ramps is none: 6 m/s² in a row
             grain = max(grain, float(np.median(np.diff(log.t))) * 6.0 / OUTLIER)
         for start, end in zip(starts, ends, strict=True):
@@ -154,7 +154,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         sample_speed=clean["speed"],
         edges=edges,
         times=times,
-        commands=_unrounded(times, commands, _grain(log.steer)),
+        commands=unrounded(times, commands, grain_of(log.steer)),
         speed=speed,
         acceleration=acceleration,
         relative_speed=np.abs(speed) / usual,
@@ -163,15 +163,15 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
         speed_noise=max(
-            noise_of(clean["speed"][moving]), _rounding(log.speed), RESOLVED["speed"] * usual
+            noise_of(clean["speed"][moving]), rounding_of(log.speed), RESOLVED["speed"] * usual
         ),
         least_noise={
-            "yaw": max(_rounding(log.yaw), RESOLVED["yaw"]),
-            "steer": _rounding(log.steer),
-            "position": max(_rounding(log.x), _rounding(log.y), RESOLVED["position"] * size),
+            "yaw": max(rounding_of(log.yaw), RESOLVED["yaw"]),
+            "steer": rounding_of(log.steer),
+            "position": max(rounding_of(log.x), rounding_of(log.y), RESOLVED["position"] * size),
         },
         recorded=commands,
-        steer_step=_grain(log.steer),
+        steer_step=grain_of(log.steer),
         moving=moving,
         size=size,
     )
@@ -193,52 +193,6 @@ def noise_of(values: Array) -> float:
     """Give the standard deviation of the noise of a smooth signal's samples."""
     second = np.abs(np.diff(values, 2))
     return float(1.4826 * np.median(second) / np.sqrt(6.0)) if second.size else 0.0
-
-
-def _grain(values: Array) -> float:
-    """Give the step of the digits of a signal that is rounded; 0 where it is not."""
-    levels = np.unique(values)
-    steps = np.diff(levels)
-    steps = steps[steps > 1e-12]
-    if not steps.size:
-        return 0.0
-    # The digits of a step that was converted are rounded, too: its multiples tell it.
-    above = levels - levels[0]
-    whole = np.round(above / float(np.min(steps)))
-    grain = float(whole @ above / (whole @ whole))
-    return grain if float(np.max(np.abs(above - grain * whole))) < 1e-2 * grain else 0.0
-
-
-def _unrounded(times: Array, values: Array, grain: float) -> Array:
-    """Give a signal that moves from level to level of its digits without the stairs.
-
-    Halfway between two levels as it goes from one to the other; and the level itself in between, as
-    soon as it gets there at the pace of the level before.
-    """
-    changes = 1 + np.flatnonzero(np.diff(values))
-    single = np.abs(values[changes] - values[changes - 1]) < 1.5 * grain
-    if len(np.unique(values)) < LEVELS or np.mean(single) < 0.5:
-        return values
-    through = 0.5 * (times[changes] + times[changes - 1])
-    half = 0.5 * (values[changes] + values[changes - 1])[single]
-    jumps = changes[~single]  # of a larger step both ends are known
-    edges = np.concatenate((times[:1], through, times[-1:]))
-    levels = values[np.concatenate(([0], changes))]
-    lasts = np.diff(edges)
-    before = 0.5 * np.minimum(lasts, np.concatenate((lasts[:1], lasts[:-1])))
-    after = 0.5 * np.minimum(lasts, np.concatenate((lasts[1:], lasts[-1:])))
-    knots = np.concatenate(
-        (through[single], times[jumps], times[jumps - 1], edges[:-1] + before, edges[1:] - after)
-    )
-    heights = np.concatenate((half, values[jumps], values[jumps - 1], levels, levels))
-    order = np.argsort(knots, kind="stable")
-    found: Array = np.interp(times, knots[order], heights[order])
-    return found
-
-
-def _rounding(values: Array) -> float:
-    """Give the standard deviation of what rounding to the digits takes away."""
-    return _grain(values) / float(np.sqrt(12.0))
 
 
 def _on_clock(times: Array, log: Array, clock: Array) -> Array:

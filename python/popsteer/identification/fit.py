@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.identification.chain import Chain, LagOf, Wheels
+from popsteer.identification.rounding import rounding_score
 from popsteer.identification.whiten import (
     Error,
     Known,
@@ -71,8 +72,6 @@ LONGEST = 0.1
 """A command that comes later than this after the last [s] is a step."""
 CLOSE = 100.0
 """A structure that is less likely by more than this [log-likelihood] is not followed up."""
-SHOWN = 0.02
-"""The share of the variance of rounding that the heading must show: the fit takes up the rest."""
 SURE = 8.0
 """By how much play must raise the log-likelihood beyond the criterion, to be stated."""
 
@@ -452,7 +451,7 @@ class Task:
         )
         added = influence(jacobian * weight[:, None], self.parts, self.theta)
         score = noise_score(added, self.parts, sample / self.noise, self.drift(error) / self.noise)
-        rounded, rounding = self.rounding(values, error, sample, added)
+        rounded, rounding = rounding_score(self.drive, values, error, (sample, self.noise), added)
         # What the vehicle does not keep is believed to be as far as its prior says.
         nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
         weighted = jacobian * root[:, None]
@@ -476,41 +475,6 @@ class Task:
             rounded=rounded if np.any(np.diag(rounding) > np.diag(score)) else 0.0,
             candidates=(),
         )
-
-    def rounding(
-        self, values: Values, error: Array, sample: float, added: list[Array]
-    ) -> tuple[float, Array]:
-        """Give the step to which commands were rounded [rad], and the S that it makes of J^T w.
-
-        An error in the variables that is one number for each recorded command, of q²/12: a car that
-        turns by the same angle each time is misled the same way each time. Those of opposite
-        commands may agree or oppose each other, twice the sum of both bounds either. Nothing was
-        rounded where the heading keeps to the recorded commands: then they are those of a program.
-        """
-        drive, step = self.drive, self.drive.steer_step
-        levels, level = np.unique(drive.recorded, return_inverse=True)
-        delayed = drive.t - values["dead_time"] - values["steer_lag"]
-        level = level[np.clip(np.searchsorted(drive.times, delayed, side="right") - 1, 0, None)]
-        length = values["turning_wheelbase"] + values["understeer"] * drive.sample_speed**2
-        turn = (drive.sample_speed / np.maximum(length, 1e-3))[:-1] * np.diff(drive.t)
-        total, size = np.zeros((len(levels), added[0].shape[1])), step * step / 12.0
-        stretches = []
-        for piece, part in zip(added, self.parts, strict=True):
-            rows = slice(part.start, part.stop - 1)
-            np.add.at(total, level[rows], piece * turn[rows, None] / self.noise)
-            # The heading's error over each stretch of one command, by how far a radian turns it.
-            starts = np.flatnonzero(np.diff(level[rows], prepend=-1))
-            stretches.append(np.add.reduceat((np.diff(error[part]), turn[rows]), starts, axis=1))
-        # Its variance as the heading shows it: of stretches that count alike, or by their length.
-        off, gain = np.concatenate(stretches, axis=1) ** 2
-        alike = gain / (2.0 * sample**2 + size * gain) ** 2
-        shown = any(
-            weight @ (off - 2.0 * sample**2) > SHOWN * size * (weight @ gain)
-            for weight in (alike, np.ones_like(gain))
-        )
-        if shown or drive.commands is not drive.recorded:
-            return step, 2.0 * size * total.T @ total
-        return 0.0, 0.0 * total.T @ total
 
 
 def _named(names: list[str], point: Array) -> Values:
