@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.identification.chain import Chain, LagOf, Wheels
-from popsteer.identification.rounding import rounding_score
 from popsteer.identification.whiten import (
     Error,
     Known,
@@ -24,6 +23,7 @@ from popsteer.identification.whiten import (
     influence,
     known,
     noise_score,
+    rounding_score,
     spread,
     theta_of,
     whitened,

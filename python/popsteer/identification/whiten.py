@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from popsteer.identification.drive import Array
+    from popsteer.identification.drive import Array, PreparedLog
 
 THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
 """What is tried for theta."""
@@ -30,6 +30,8 @@ _NOTHING = 1e-11
 a derivative are the errors of its differences."""
 _GONE = 1e-9
 """Below it theta^k counts for nothing; numbers that are smaller still are slow to multiply."""
+SHOWN = 0.02
+"""The share of the variance of rounding that the heading must show: the fit takes up the rest."""
 
 
 def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
@@ -147,6 +149,47 @@ def noise_score(
         stays = step * steps[part.start : part.stop - 1, None]
         total += own.T @ own + stays.T @ stays
     return total
+
+
+def rounding_score(
+    drive: PreparedLog,
+    values: Mapping[str, float],
+    error: Array,
+    noise: tuple[float, float],
+    added: list[Array],
+) -> tuple[float, Array]:
+    """Give the step to which commands were rounded [rad], and the S that it makes of J^T w.
+
+    An error in the variables that is one number for each recorded command, of q²/12: a car that
+    turns by the same angle each time is misled the same way each time. Those of opposite commands
+    may agree or oppose each other, twice the sum of both bounds either. Nothing was rounded where
+    the heading keeps to commands that jump: then they are those of a program. `noise` is that of a
+    sample and of the innovations, `added` their influence.
+    """
+    step, (sample, innovation) = drive.steer_step, noise
+    levels, level = np.unique(drive.recorded, return_inverse=True)
+    delayed = drive.t - values["dead_time"] - values["steer_lag"]
+    level = level[np.clip(np.searchsorted(drive.times, delayed, side="right") - 1, 0, None)]
+    length = values["turning_wheelbase"] + values["understeer"] * drive.sample_speed**2
+    turn = (drive.sample_speed / np.maximum(length, 1e-3))[:-1] * np.diff(drive.t)
+    total, size = np.zeros((len(levels), added[0].shape[1])), step * step / 12.0
+    stretches = []
+    for piece, part in zip(added, drive.parts(), strict=True):
+        rows = slice(part.start, part.stop - 1)
+        np.add.at(total, level[rows], piece * turn[rows, None] / innovation)
+        # The heading's error over each stretch of one command, by how far a radian turns it.
+        starts = np.flatnonzero(np.diff(level[rows], prepend=-1))
+        stretches.append(np.add.reduceat((np.diff(error[part]), turn[rows]), starts, axis=1))
+    # Its variance as the heading shows it: of stretches that count alike, or by their length.
+    off, gain = np.concatenate(stretches, axis=1) ** 2
+    alike = gain / (2.0 * sample**2 + size * gain) ** 2
+    shown = any(
+        weight @ (off - 2.0 * sample**2) > SHOWN * size * (weight @ gain)
+        for weight in (alike, np.ones_like(gain))
+    )
+    if shown or drive.commands is not drive.recorded:
+        return step, 2.0 * size * total.T @ total
+    return 0.0, 0.0 * total.T @ total
 
 
 def known(
