@@ -111,3 +111,17 @@ def _angle(store: Any, kind: str, stamp: Any, steer: float) -> Any:
         header = kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="base_link")
         return kinds[kind](header=header, drive=drive)
     return drive
+
+
+def recorded(file: Path, kind: str) -> list[Any]:
+    """Give the messages of a type in a recording, in order."""
+    from rosbags.highlevel import AnyReader
+
+    from popsteer.adapters.ros2 import messages
+
+    with AnyReader([file], default_typestore=messages.store()) as reader:
+        return [
+            messages.decode(kind, bytes(data))
+            for connection, _, data in reader.messages()
+            if connection.msgtype == kind
+        ]

@@ -26,6 +26,7 @@ from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.topics import Topics
 from tests.adapters.ros2_domain import domain
 from tests.adapters.ros2_plant import CAR, stamp_of
+from tests.bags import recorded
 from tests.cli import command
 from tests.helpers import ROOT
 
@@ -68,17 +69,6 @@ def driven(plant: subprocess.Popen[str]) -> dict[str, Any]:
     assert plant.returncode == 0, err
     found: dict[str, Any] = json.loads(out)
     return found
-
-
-def recorded(file: Path, kind: str) -> list[Any]:
-    from rosbags.highlevel import AnyReader
-
-    with AnyReader([file], default_typestore=messages.store()) as reader:
-        return [
-            messages.decode(kind, bytes(data))
-            for connection, _, data in reader.messages()
-            if connection.msgtype == kind
-        ]
 
 
 def values(report: Any) -> dict[str, str]:

@@ -344,7 +344,6 @@ def _files(folder: Path) -> None:
 
 def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
     from popsteer.adapters.ros2 import dds, node, pacing, recording
-    from popsteer.cli import ros2_options
     from popsteer.identification import procedure
 
     runs = {
@@ -380,7 +379,7 @@ def _patched(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(node, "Node", _node)
     monkeypatch.setattr(pacing, "spin", _stop())
     monkeypatch.setattr(recording, "Recording", contextlib.nullcontext)
-    monkeypatch.setattr(ros2_options, "stop_on_signals", lambda: lambda: False)
+    monkeypatch.setattr(pacing, "stop_on_signals", lambda: lambda: False)
     monkeypatch.setattr(recording, "tap", _stop("participant", "topics", "recording", "stopped"))
 
 

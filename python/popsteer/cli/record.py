@@ -42,10 +42,11 @@ def record(
 ) -> None:
     """Record the topics of the ROS 2 node."""
     from popsteer.adapters.ros2.dds import Participant
+    from popsteer.adapters.ros2.pacing import stop_on_signals
     from popsteer.adapters.ros2.recording import Recording, tap
 
     topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
-    stopped = ros2_options.stop_on_signals()
+    stopped = stop_on_signals()
     node = "popsteer_record"
     participant = Participant(domain, local=True if localhost else None, node=node)
     with Recording(file) as recording:

@@ -66,7 +66,7 @@ def ros2(
     """Run a ROS 2 node that steers, without ROS."""
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.node import Node, Options
-    from popsteer.adapters.ros2.pacing import spin
+    from popsteer.adapters.ros2.pacing import spin, stop_on_signals
     from popsteer.adapters.ros2.recording import Recording
 
     given = inputs.believed(vehicle, set_vehicle)
@@ -100,7 +100,7 @@ def ros2(
     car, law = _limited(given, max_speed), tuning.params[controller]
     how: Any = {"adapt": tuning.adapt, "monitor": tuning.monitor}
     make: Any = partial(Driver, vehicle=car, controller=law, **how)
-    stopped = ros2_options.stop_on_signals()
+    stopped = stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.
         participant = Participant(

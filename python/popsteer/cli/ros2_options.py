@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import signal
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +15,7 @@ from popsteer.extras import require
 from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from popsteer.adapters.ros2.topics import Topics
 
@@ -61,14 +60,6 @@ LogLevel: TypeAlias = Annotated[
     optional("LEVEL", "What is printed: debug, info, warn, error or fatal.", "--log-level"),
 ]
 Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
-
-
-def stop_on_signals() -> Callable[[], bool]:
-    """Catch Ctrl-C and SIGTERM; gives a function that says whether one has come."""
-    came: list[int] = []
-    for kind in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(kind, lambda number, _: came.append(number))
-    return lambda: bool(came)
 
 
 class Names(NamedTuple):

@@ -15,6 +15,8 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
 
+from popsteer.adapters.ros2.paths import numbers_of
+
 _POSES = 48  # bytes of a goal's id (16), and the header of its path (8, and 24 of the frame's name)
 _POSE = 11  # numbers of 8 bytes in a pose with its header, the last seven of which are the pose's
 
@@ -33,11 +35,7 @@ def poses_of(path: Any) -> np.ndarray[Any, Any]:
     """Give the poses of a path, shape (N, 7): place and orientation."""
     if isinstance(path.poses, np.ndarray):
         return path.poses
-    rows = []
-    for each in path.poses:
-        place, turn = each.pose.position, each.pose.orientation
-        rows.append((place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w))
-    return np.array(rows, dtype=np.float64).reshape(-1, 7)
+    return numbers_of(path.poses)
 
 
 def light(action: Any) -> Any:

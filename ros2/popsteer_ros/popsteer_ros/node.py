@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import signal
-import threading
 import time
 from dataclasses import replace
 from importlib.util import find_spec
@@ -22,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from popsteer import ConfigError, Driver, Path, PopsteerError, Vehicle, controllers, vehicles
 from popsteer.adapters.ros2 import Node, Options, Recording, Topics
 from popsteer.adapters.ros2.node import RANGES
-from popsteer.adapters.ros2.pacing import Pace
+from popsteer.adapters.ros2.pacing import Pace, frozen, stop_on_signals
 from popsteer.adapters.ros2.topics import COMMANDS
 from popsteer.cli.inputs import tuned
 from popsteer.sim.geometry import check_length
@@ -83,7 +80,6 @@ class Track(LifecycleNode):
         self.frames: Frames | None = None
         self.follow: Any = None
         self._link: Transport | None = None
-        self._recording: Recording | None = None
         self._came = False
         self.add_on_set_parameters_callback(self._check)
         self.add_post_set_parameters_callback(self._change)
@@ -139,10 +135,9 @@ class Track(LifecycleNode):
         topics = self._topics()
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)
-        if file := self.value("record"):
-            self._recording = Recording(file)
-        say = self.get_logger().info
-        self.core = Node(self._link, make, options, recording=self._recording, say=say)
+        file, say = self.value("record"), self.get_logger().info
+        recording = self._link.enter_context(Recording(file)) if file else None
+        self.core = Node(self._link, make, options, recording=recording, say=say)
         self.frames.base, self.frames.axle = self.value("base_frame"), self.value("rear_axle_frame")
         self.frames.known = {}
         self.frames.clear()  # time may have begun anew since it was active
@@ -156,14 +151,14 @@ class Track(LifecycleNode):
             from . import heartbeat
 
             heartbeat.begin(self, self._link)
-        gc.collect()
-        gc.freeze()
+        self._link.enter_context(frozen())
         # Periods are those of a steady clock, or of the simulation's.
         simulated = self.value("use_sim_time")
         clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
         self._passed = lambda: int(clock.now().nanoseconds)
         self._pace = Pace(round(options.period * 1e9), self._passed(), self.now())
         self._timer = self.create_timer(options.period, self._tick, clock=clock)
+        self._link.callback(self.destroy_timer, self._timer)
 
     def _topics(self) -> Topics:
         """Give the topics, by the names that they are remapped to."""
@@ -174,10 +169,7 @@ class Track(LifecycleNode):
             topics = replace(topics, command_type=COMMANDS[sent])
         measured = {"steering": name} if (name := self.value("steering")) else {}
         topics = topics.renamed(measured, self.get_name(), self.get_namespace())
-        called = ("odometry", "path", "command", "predicted", "release", "speed_limit", "steering")
-        given = {what: getattr(topics, what) for what in called}
-        names = {what: self.resolve_topic_name(name) for what, name in given.items() if name}
-        return topics.renamed(names)
+        return topics.renamed({k: self.resolve_topic_name(v) for k, v in topics.names().items()})
 
     def on_deactivate(self, state: Any) -> TransitionCallbackReturn:
         """Command to stand, and hear no more."""
@@ -205,12 +197,8 @@ class Track(LifecycleNode):
             if self.follow is not None:
                 self.follow.stop(why)
             self.core.finish(self.now())
-            self.destroy_timer(self._timer)
-            gc.unfreeze()
-        if self._recording is not None:
-            self._recording.close()
         self._link.close()
-        self.core = self._link = self._recording = None
+        self.core = self._link = None
 
     def _load(self, new: dict[str, Any]) -> str:
         """Load what the parameters name, some of which are new; says what is wrong with them."""
@@ -282,9 +270,7 @@ def main() -> None:
     """Run the node until SIGINT or SIGTERM; it stands until it is activated."""
     # rclpy's own handlers would take the publishers away before the last command.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    signals, ended = (signal.SIGINT, signal.SIGTERM), threading.Event()
-    for each in signals:
-        signal.signal(each, lambda *_: ended.set())
+    stopped = stop_on_signals()
     node, executor = Track(), SingleThreadedExecutor()
     executor.add_node(node)
     try:
@@ -292,11 +278,9 @@ def main() -> None:
             node.trigger_configure()
             if node.frames is not None:
                 node.trigger_activate()
-        while not ended.is_set():
+        while not stopped():
             executor.spin_once(timeout_sec=0.1)
     finally:
-        for each in signals:  # `ros2 launch` and the terminal may both send one
-            signal.signal(each, signal.SIG_IGN)
         node.stop("the process ends")
         until = time.monotonic() + _LAST
         while node.follow is not None and node.follow.open and time.monotonic() < until:

@@ -25,6 +25,8 @@ from tf2_ros import StaticTransformBroadcaster
 from world import WHEELBASE, Car, path
 
 import popsteer
+from popsteer.adapters.ros2 import messages
+from tests.bags import recorded
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
@@ -77,6 +79,19 @@ def test_activation_that_fails_says_why_and_can_be_tried_again(
     with pytest.raises(popsteer.PopsteerError):  # no steering in it, but it is a file of messages
         logs.read(tmp_path / "drive.mcap")
     assert (tmp_path / "drive.mcap").stat().st_size > 1000
+    car.close()
+
+
+def test_drive_is_recorded_to_its_last_command(tmp_path: Any) -> None:
+    file = tmp_path / "drive.mcap"
+    car = Car(record=str(file)).drive()
+    car.rest(1.0)
+    car.track.trigger_deactivate()
+    commands, odometry = recorded(file, messages.ACKERMANN), recorded(file, messages.ODOMETRY)
+    assert max(each.drive.speed for each in commands) > 1.0
+    assert commands[-1].drive.speed == 0.0
+    assert len(odometry) > 25
+    assert len(recorded(file, messages.PATH)) > 1  # what was planned, and what was intended
     car.close()
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import signal
 import time
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from popsteer.adapters.ros2.conversions import nanoseconds_of
@@ -11,7 +13,7 @@ from popsteer.adapters.ros2.messages import CLOCK, decode
 from popsteer.errors import PopsteerError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from popsteer.adapters.ros2.dds import Participant, Reader
     from popsteer.adapters.ros2.node import Node
@@ -25,6 +27,25 @@ _PATIENCE = 0.05
 _STILL = 1.0  # without a tick [s]
 
 
+def stop_on_signals() -> Callable[[], bool]:
+    """Catch Ctrl-C and SIGTERM, each as often as it comes; gives whether one has come."""
+    came: list[int] = []
+    for kind in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(kind, lambda number, _: came.append(number))
+    return lambda: bool(came)
+
+
+@contextmanager
+def frozen() -> Iterator[None]:
+    """Keep the collector from what is there: it would look through it in mid-drive, for nothing."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
 def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> None:
     """Run a node until it is stopped; its last command is a speed of 0.
 
@@ -32,17 +53,14 @@ def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> N
     nothing to drive by has come in within the time-out.
     """
     now = [0]
-    # The collector would look through all that has been loaded in mid-drive, for nothing.
-    gc.collect()
-    gc.freeze()
-    try:
-        if node.options.sim_time:
-            _spin_simulated(node, participant, stopped, now)
-        else:
-            _spin_real(node, stopped, now)
-    finally:
-        gc.unfreeze()
-        node.finish(now[0])
+    with frozen():
+        try:
+            if node.options.sim_time:
+                _spin_simulated(node, participant, stopped, now)
+            else:
+                _spin_real(node, stopped, now)
+        finally:
+            node.finish(now[0])
 
 
 class Pace:

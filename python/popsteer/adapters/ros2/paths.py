@@ -14,6 +14,8 @@ from popsteer.adapters.ros2.conversions import MessageError, check_frame_name
 from popsteer.adapters.ros2.messages import decode
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
 Pose = tuple[float, float, float]
@@ -115,13 +117,10 @@ def points_of(message: Any) -> Points:  # noqa: ANN401
     """Give the points of a path or trajectory message; MessageError where its frame is none."""
     frame = check_frame_name(message.header.frame_id)
     if message.__msgtype__ == messages.TRAJECTORY:
-        poses = [point.pose for point in message.points]
         speed = [float(point.longitudinal_velocity_mps) for point in message.points]
-        return Points(_xy(poses), np.array(speed, dtype=np.float64), None, frame)
-    poses = [each.pose for each in message.poses]
-    turns = [[getattr(pose.orientation, name) for name in "xyzw"] for pose in poses]
-    xy = _xy(poses)
-    return Points(xy, None, _reverse(xy, np.array(turns, dtype=np.float64).reshape(-1, 4)), frame)
+        xy = numbers_of(message.points)[:, :2]
+        return Points(xy, np.array(speed, dtype=np.float64), None, frame)
+    return points_of_poses(numbers_of(message.poses), frame)
 
 
 def points_of_bytes(kind: str, data: bytes) -> Points:
@@ -136,9 +135,11 @@ def points_of_poses(poses: NDArray[np.float64], frame: str) -> Points:
     return Points(xy, None, _reverse(xy, poses[:, 3:]), check_frame_name(frame))
 
 
-def _xy(poses: list[Any]) -> NDArray[np.float64]:
-    places = [(pose.position.x, pose.position.y) for pose in poses]
-    return np.array(places, dtype=np.float64).reshape(-1, 2)
+def numbers_of(stamped: Iterable[Any]) -> NDArray[np.float64]:
+    """Give the poses of messages that have one each, shape (N, 7): place and orientation."""
+    poses = [(each.pose.position, each.pose.orientation) for each in stamped]
+    rows = [(at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w) for at, turn in poses]
+    return np.array(rows, dtype=np.float64).reshape(-1, 7)
 
 
 def _reverse(xy: NDArray[np.float64], turns: NDArray[np.float64]) -> NDArray[np.bool_] | None:

@@ -61,7 +61,7 @@ class Topics:
     steering_type: str = messages.ACKERMANN
 
     def __post_init__(self) -> None:
-        names = self._names()
+        names = self.names()
         for what, name in names.items():
             check_name(f"topic {what}", name)
             others = [other for other, given in names.items() if given == name]
@@ -112,7 +112,7 @@ class Topics:
         ConfigError
             There is no such topic, a name is none that ROS takes, or a topic is given twice.
         """
-        known, plain = self._names(), Topics()
+        known, plain = self.names(), Topics()
         for what in names:
             if what not in (*known, *_OPTIONAL):
                 raise ConfigError.unknown("topic", what, [*known, *_OPTIONAL])
@@ -147,7 +147,7 @@ class Topics:
         found.pop("", None)
         return found
 
-    def _names(self) -> dict[str, str]:
+    def names(self) -> dict[str, str]:
         """Give the topics that there are, by field."""
         fields = asdict(self).items()
         return {what: name for what, name in fields if name and not what.endswith("_type")}
