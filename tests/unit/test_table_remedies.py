@@ -159,7 +159,7 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
     ),
     "more columns than a path has": (
         _rows((X, Y, *(k * ONE for k in range(45)))),
-        "47 columns without names",
+        "no two of 47 columns without names are waypoints",
         "x,y",
         "",
     ),

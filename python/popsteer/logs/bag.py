@@ -52,29 +52,8 @@ def read_bag(
     command or ``SteeringReport``, each at its own time. Times are the messages' own stamps; where
     those are empty, the times of recording.
 
-    Parameters
-    ----------
-    file : str or os.PathLike
-        The file or folder.
-    topics : mapping of str to str, optional
-        The topics of ``odometry`` and of ``steer``, where there are several of their types; of
-        ``pose`` and of ``speed``, where odometry has not both.
-    units : mapping of str to str, optional
-        What is not in the messages' units: ``steer`` as ``-1`` where it counts to the right.
-    progress : callable, optional
-        Called now and then with the share done, 0 to 1.
-
-    Returns
-    -------
-    Log
-        The log.
-
-    Raises
-    ------
-    LogError
-        The file cannot be read, or has no such topic.
-    PopsteerError
-        The extra ``lab`` is not installed.
+    `popsteer.logs.read` describes the parameters. LogError where the file cannot be read, or has no
+    such topic; PopsteerError where the extra ``lab`` is not installed.
     """
     require("a bag or an MCAP file", "lab", "rosbags")
     from rosbags.highlevel import AnyReader, AnyReaderError

@@ -50,35 +50,12 @@ def read_csv(
     units: Mapping[str, str] | None = None,
     origin: tuple[float, float] | None = None,
 ) -> Log:
-    r"""Read a log from a table, or from several that have one clock.
+    r"""Read a log from a table, or from several that have one clock, as `popsteer.logs.read` does.
 
-    What columns are and in what unit their names say; see docs/files.md. Those of `COLUMNS` must
-    be there, those of `SIGNALS` may; others are left alone. An empty entry leaves its row out; a
-    column that is mostly empty, as an export of several topics has them, and one of another file
-    are put on the position's clock: the angle is held, all else is interpolated.
-
-    Parameters
-    ----------
-    file : str, os.PathLike or sequence of them
-        The file, or the files.
-    columns : str, sequence of str or mapping of str to str, optional
-        What the columns are: ``"t,x,y,yaw,speed,steer"`` in their order, ``-`` for what is left
-        out; or by their names, ``{"steer": "delta"}`` or ``"steer=delta"``.
-    units : mapping of str to str, optional
-        What a column is measured in; see `popsteer.logs.units.factor`.
-    origin : tuple of float, optional
-        Latitude and longitude [deg] of x = y = 0, where the file has these.
-
-    Returns
-    -------
-    Log
-        The log; `Log.source` says what was read.
-
-    Raises
-    ------
-    LogError
-        The file cannot be read, has no such column, or has an entry that is not a number; or its
-        numbers show that a unit is another one, and the message says how to tell it.
+    An empty entry leaves its row out; a column that is mostly empty, as an export of several topics
+    has them, and one of another file are put on the position's clock: the angle is held, all else
+    is interpolated. LogError where the file cannot be read, has no such column, or an entry that is
+    no number; or its numbers show that a unit is another one, and the message says how to tell it.
 
     Examples
     --------

@@ -35,11 +35,14 @@ def read(
     file : str, os.PathLike or sequence of them
         The file or folder; or several tables with one clock.
     columns : str, sequence of str or mapping of str to str, optional
-        Names of columns, for tables, as `read_csv` takes them.
+        What the columns of a table are: ``"t,x,y,yaw,speed,steer"`` in their order, ``-`` for what
+        is left out; or by their names, ``{"steer": "delta"}`` or ``"steer=delta"``. By default
+        their names say so (docs/files.md).
     topics : mapping of str to str, optional
-        Names of topics, for bags.
+        The topics of a bag for ``odometry`` and ``steer``, where there are several of their types;
+        for ``pose`` and ``speed``, where odometry has not both.
     units : mapping of str to str, optional
-        Units, by column.
+        What a column, or a topic's number, is measured in; see `popsteer.logs.units.factor`.
     origin : tuple of float, optional
         Latitude and longitude [deg] of x = y = 0, for tables that have these.
     progress : callable, optional

@@ -26,7 +26,7 @@ _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file witho
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
 _FARTHEST = 1e9  # m, of a path's waypoints
-_MANY = 40  # columns without names: what has more is no path
+_MANY = 40  # columns without names: what has more is no path's
 
 
 @dataclass(frozen=True)
@@ -190,11 +190,6 @@ def explained(
     """
     texts = texts or {}
     count = values.shape[1]
-    if count > _MANY:
-        raise PathError(
-            f"{name}: {count} columns without names (--columns x,y takes the first two, - is for"
-            " one that is left out)"
-        )
     if shown.is_degrees(values[:, 0], values[:, 1]):
         rest = ",-" * (count - 2)
         raise PathError(
@@ -202,12 +197,13 @@ def explained(
             f" --columns lat,lon{rest} or --columns lon,lat{rest}"
         )
     left = set(texts) | set(np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST))
-    tried = [_explain(values, x, y, texts) for x, y in _pairs(values) if not {x, y} & left]
+    pairs = _pairs(values) if count <= _MANY else []
+    tried = [_explain(values, x, y, texts) for x, y in pairs if not {x, y} & left]
     possible = [known for known in tried if _is_possible(values, known, texts)]
     if not possible:
         raise PathError(
-            f"{name}: no two columns are waypoints (--columns x,y takes the first"
-            " two, - is for one that is left out)"
+            f"{name}: no two of {count} columns without names are waypoints (--columns x,y takes"
+            " the first two, - is for one that is left out)"
         )
     known = max(possible, key=len)  # of several the first
     if len(known) < count:
