@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path as FilePath
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -288,3 +290,22 @@ def test_cases_that_are_refused_are_read_with_the_option_that_is_named() -> None
             assert right, file.name
             assert any(p.speed is None or np.ptp(p.speed) < 0.2 for p in right)
     assert refused > 9
+
+
+def test_bag_that_says_too_little_is_refused_with_the_topics_that_there_are() -> None:
+    pytest.importorskip("rosbags")
+    from popsteer.logs import bag
+    from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS
+
+    def remedies(*kinds: str) -> list[dict[str, Any]]:
+        there = [
+            SimpleNamespace(topic=f"/{k}", msgtype=kind, msgcount=3) for k, kind in enumerate(kinds)
+        ]
+        with pytest.raises(logs.LogError) as refused:
+            bag._choose(FilePath("drive"), there, "odometry", [ODOMETRY], {})
+        return list(_remedies(str(refused.value), {}))
+
+    pose, speed = (next(kind for kind in each if kind != ODOMETRY) for each in (POSES, SPEEDS))
+    assert remedies(ODOMETRY, ODOMETRY) == [{"topics": {"odometry": "/0"}}]
+    assert remedies(speed, pose) == [{"topics": {"pose": "/1", "speed": "/0"}}]
+    assert remedies(speed) == []
