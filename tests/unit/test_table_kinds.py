@@ -415,6 +415,8 @@ def test_records_of_a_run_are_waypoints_and_a_log_to_the_bit(tmp_path: Any) -> N
         ("steeringAngle", ("steer", None)),
         ("SteeringWheelAngle", (None, None)),
         ("centerline_x", ("x", None)),
+        ("VTarget", ("speed", None)),
+        ("WpXCoord_mm", ("x", "mm")),
         ("refYaw_deg", ("yaw", "deg")),
         ("desired_velocity (km/hr)", ("speed", "km/hr")),
         ("left_x", (None, None)),

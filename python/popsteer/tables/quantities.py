@@ -108,7 +108,7 @@ _SOURCES = frozenset(_SAID_OF.split())
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 _HAND_WHEEL = re.compile(r"(steering|hand)_?wheel")  # its angle is not the front wheels'
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")  # PositionX
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")  # PositionX, VTarget
 
 
 class Meaning(NamedTuple):
