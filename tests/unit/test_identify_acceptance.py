@@ -73,6 +73,16 @@ def test_errors_of_the_drive_count_the_noise_of_the_heights() -> None:
     assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.25
 
 
+@pytest.mark.parametrize("seed", [22, 26])
+def test_limit_that_looks_like_lag_is_found(seed: int) -> None:
+    # A small car in a slalom turns its wheels at their limit all the time.
+    car, found = acceptance.identified("slalom", seed)
+    assert found is not None
+    assert found.explains
+    assert found.vehicle.max_steer_rate == pytest.approx(car.rate, rel=0.02)
+    assert found.vehicle.wheelbase == pytest.approx(car.length, rel=0.02)
+
+
 def test_play_leaves_the_delay_as_it_is() -> None:
     for play in (0.5, 2.0):
         car, found = acceptance.identified("blocks", 2, length=2.7, point=1.0, play=play)

@@ -318,7 +318,8 @@ class Task:
         """Fit with a limit of the rate, from the best of a row of limits."""
         if "max_steer_rate" in values:
             return values
-        wheels = self.chain.wheels(values["steer_lag"])
+        # A limit that is not in the fit yet may be taken for lag.
+        wheels = self.chain.wheels(min(values["steer_lag"], _LAGS[-1]))
         response = max(wheels.lag, self.drive.cell)
         fastest = float(np.max(np.abs(wheels.commands - wheels.angle))) / response
         rates = sorted((rate for rate in _RATES if rate < fastest), reverse=True)
@@ -333,13 +334,29 @@ class Task:
         best, at, trial = self.cost(values), values, values
         others = self.free(values)
         for value in trials:
-            trial = self.search({**trial, name: value}, others, 1e-3)
+            begun = [{**trial, name: value}]
+            if name == "max_steer_rate":  # what was lag until now may be all of the limit's
+                grid = [
+                    {**begun[0], "dead_time": d, "steer_lag": lag}
+                    for d in _DEAD_TIMES
+                    for lag in _LAGS
+                ]
+                begun.append(min(map(self._scaled, grid), key=self.cost))
+            trial = min((self.search(each, others, 1e-3) for each in begun), key=self.cost)
             cost = self.cost(trial)
             if cost < best:
                 best, at = cost, trial
             elif cost > best + CLOSE:
                 break
         return self.solve(at) if name in at else values
+
+    def _scaled(self, values: Values) -> Values:
+        """Give the values with the length by which the simulated heading turns as the measured."""
+        simulated = self.chain.yaw(**values)
+        turns = [np.diff(yaw[:: max(1, len(yaw) // 500)]) for yaw in (simulated, self.drive.yaw)]
+        slope = float(turns[0] @ turns[1]) / max(float(turns[0] @ turns[0]), 1e-12)
+        length = float(np.clip(values["turning_wheelbase"] / max(slope, 1e-3), 0.02, 90.0))
+        return {**values, "turning_wheelbase": length}
 
     def sees_rate(self, values: Values) -> bool:
         """Say whether the wheels kept the limit, while the commands clearly asked for more."""
