@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -60,3 +60,16 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """One browser for all tests of a worker: it takes longer to start than to open a page."""
     with Browser(tmp_path_factory.mktemp("profile")) as found:
         yield found
+
+
+@pytest.fixture
+def _blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures that are made and not drawn, which takes seconds: here only their files count."""
+
+    from matplotlib.figure import Figure
+
+    def save(self: Figure, stream: IO[bytes], **_: object) -> None:
+        stream.write(b"blank")
+
+    monkeypatch.setattr(Figure, "draw_without_rendering", lambda self: None)
+    monkeypatch.setattr(Figure, "savefig", save)

@@ -69,6 +69,7 @@ def _job(**changes: Any) -> sweep.Job:
     return sweep.Job(path, controller, params, plant, **given)
 
 
+@pytest.mark.usefixtures("_blank_figures")
 def test_damaged_files_are_read_or_refused_in_one_line() -> None:
     counts, faults = read_back.run(72, 7)
     assert not faults
