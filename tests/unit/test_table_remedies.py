@@ -165,6 +165,12 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "x,y",
         "",
     ),
+    "stamps before two positions": (
+        _rows((1.7e9 + np.round(S), 1e9 * (S % 1.0), X, Y, -X, 2.0 - Y, HEIGHT)),
+        "no two of 7 columns without names are waypoints",
+        "-,-,x,y",
+        "",
+    ),
     "another name": ("abscissa,y\n" + _rows((X, Y)), "no column is named x", "x=abscissa", ""),
 }
 

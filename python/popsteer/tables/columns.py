@@ -25,7 +25,7 @@ LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
-_FARTHEST = 1e9  # m, of a path's waypoints
+_FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
 
 
@@ -196,14 +196,19 @@ def explained(
             f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, by"
             f" --columns lat,lon{rest} or --columns lon,lat{rest}"
         )
-    left = set(texts) | set(np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST))
+    far = np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST) if count > 2 else ()
+    left = {*texts, *far}
     pairs = _pairs(values) if count <= _MANY else []
     tried = [_explain(values, x, y, texts) for x, y in pairs if not {x, y} & left]
     possible = [known for known in tried if _is_possible(values, known, texts)]
     if not possible:
+        known = next(iter(tried), {0: "x", 1: "y"})
+        both = ",".join(
+            _READ.get(known.get(k, "-"), LEFT_OUT) for k in range(max(list(known)[:2]) + 1)
+        )
         raise PathError(
-            f"{name}: no two of {count} columns without names are waypoints (--columns x,y takes"
-            " the first two, - is for one that is left out)"
+            f"{name}: no two of {count} columns without names are waypoints (--columns {both} takes"
+            " those two, - is for one that is left out)"
         )
     known = max(possible, key=len)  # of several the first
     if len(known) < count:
