@@ -26,18 +26,11 @@ WHOLE: dict[str, Any] = {
     "monitor": State(
         wheel=0.1,
         yaw=0.2,
-        residual=0.01,
-        measured=0.1,
-        expected=0.2,
-        delayed=0.1,
+        turned=State(over=0.01, under=0.0),
         rate=0.3,
+        known=((1.1, 0.1), (0.01, 0.02)),
         yaw_rate=0.2,
-        reach=2.0,
-        excess=0.0,
-        time=1.0,
-        noise=1e-6,
-        offset_square=9.0,
-        offset_sum=0.1,
+        noise=State(variance=1e-6, last=0.01, time=1.0),
         gain=State(
             level=0.0,
             variance=1e-6,
@@ -54,10 +47,11 @@ WHOLE: dict[str, Any] = {
 }
 WHOLE["gate"] = State(
     **dict.fromkeys(("believed", "measured"), POSE),
-    **dict.fromkeys(("since", "stale", "agreed", "ahead", "gone", "differing", "age"), 0.0),
+    **dict.fromkeys(("since", "stale", "agreed", "gone", "age"), 0.0),
     jump=((0.0, 0.0), 0.0),
     drift=(0.0, 0.0),
-    noise=(1e-4, 1e-6),
+    **dict.fromkeys(("ahead", "aside"), State(over=0.01, under=0.0)),
+    **dict.fromkeys(("position", "heading"), State(variance=1e-4, last=0.01, time=1.0)),
 )
 QUARTER = 0.5 * math.pi
 RANGES: list[tuple[str, float, float, str]] = [
@@ -81,7 +75,7 @@ RANGES: list[tuple[str, float, float, str]] = [
         )
     ),
     ("estimator.wheel_rate", -1e40, 1e40, "wheel_rate"),
-    ("estimator.unknown", 0.0, 1.0, "unknown"),
+    ("estimator.gain_deviation", 0.0, 1e40, "gain_deviation"),
     *(
         (f"estimator.estimate.{name}", low, high, name)
         for name, low, high in (
@@ -108,12 +102,18 @@ RANGES: list[tuple[str, float, float, str]] = [
         for name, most in (("x", 1e9), ("y", 1e9), ("yaw", 1e6), ("speed", 1e4))
     ),
     *((f"gate.{name}.x", -1e20, 1e20, "gate") for name in ("believed", "measured")),
-    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("ahead", "jump.0.0", "jump.1", "drift.0")),
+    *((f"gate.{name}", -1e20, 1e20, "gate") for name in ("gone", "jump.0.0", "jump.1", "drift.0")),
+    *((f"gate.{name}", 0.0, 1e20, "gate") for name in ("since", "stale", "agreed", "age")),
     *(
-        (f"gate.{name}", 0.0, 1e20, "gate")
-        for name in (
-            *("since", "stale", "agreed", "gone", "differing", "age"),
-            *("noise.0", "noise.1"),
+        (f"{name}.{side}", 0.0, 1e100, name.split(".")[0])
+        for name in ("gate.ahead", "gate.aside", "monitor.turned")
+        for side in ("over", "under")
+    ),
+    *(
+        (f"{name}.{field}", least, most, name.split(".")[0])
+        for name in ("gate.position", "gate.heading", "monitor.noise")
+        for field, least, most in (
+            *(("variance", 0.0, 1e100), ("last", -1e49, 1e49), ("time", 0.0, 1e6)),
         )
     ),
     ("past.wheel", -QUARTER, QUARTER, ""),
@@ -123,13 +123,10 @@ RANGES: list[tuple[str, float, float, str]] = [
     *(
         (f"monitor.{name}", low, high, "monitor")
         for name, low, high in (
-            *(("wheel", -QUARTER, QUARTER), ("yaw", -1e6, 1e6), ("residual", -1e49, 1e49)),
-            *(
-                (name, -1e100, 1e100)
-                for name in ("measured", "expected", "delayed", "rate", "yaw_rate")
-            ),
-            *(("reach", -1e100, 1e100), ("excess", 0.0, 1e100), ("time", 0.0, 28.0)),
-            *(("noise", 0.0, 1e100), ("offset_square", 0.0, 1e100), ("offset_sum", -1e100, 1e100)),
+            *(("wheel", -QUARTER, QUARTER), ("yaw", -1e6, 1e6)),
+            *(("rate", -1e100, 1e100), ("yaw_rate", -1e100, 1e100)),
+            *(("known.0.0", 0.0, 2.5), ("known.0.1", 0.0, 1e100)),
+            *(("known.1.0", -1.0, 1.0), ("known.1.1", 0.0, 1e100)),
             ("alarm", 0.0, 2.0),
         )
     ),

@@ -179,8 +179,8 @@ fn test_vehicle_that_deviates_at_a_cusp_deviates_after_it() {
     }
 }
 
-/// Two periods of a vehicle whose wheels follow the command 0.2 rad with a lag: the turn expected
-/// in the second is that of their mean angle, and counts for `1 / (1 + dt)` of itself.
+/// Periods of a vehicle whose wheels follow the command 0.2 rad with a lag: the turn expected in each
+/// is that of their mean angle.
 #[test]
 fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
     // With a dead time the wheels are modelled; without it the monitor has a model of its own.
@@ -196,7 +196,6 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
         let mut state = tracker.initial_state();
         let mut yaw = 0.0;
         let mut wheels = vec![0.0];
-        let mut now = None;
         for k in 0..6_u32 {
             let vehicle = VehicleState {
                 x: 0.4 * f64::from(k),
@@ -204,7 +203,6 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
                 yaw,
                 speed: 8.0,
             };
-            let before = state.monitor;
             let reported = Reported {
                 applied_steer: (k > 0).then_some(0.2),
                 ..Reported::NOTHING
@@ -222,24 +220,16 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
                 (0.2 + gap * kept, 0.2 + gap * (1.0 - kept) * 0.4 / DT)
             };
             wheels.push(next);
-            if let Some(before) = before {
-                let rate = 8.0 / 3.0 * f64::tan(mean);
-                let expected = (before.expected + rate * DT) / (1.0 + DT);
-                let off = (monitor.expected - expected).abs();
-                assert!(off < nearly, "{k}: {monitor:?}, not {expected}");
-                // What the commands turn more than in proportion to their angle.
-                let more = 8.0 / 3.0 * (f64::tan(0.2) - 0.2) * DT;
-                let excess = (before.excess + more) / (1.0 + DT);
-                let off = (monitor.excess - excess).abs();
-                assert!(off < 1e-6, "{k}: {monitor:?}, not {excess}");
+            if k > 0 {
                 let turn = 0.01 + 0.004 * f64::from((k - 1) * (k - 1));
-                let measured = (before.measured + turn) / (1.0 + DT);
-                assert!((monitor.measured - measured).abs() < 1e-12);
+                let residual = turn - 8.0 / 3.0 * f64::tan(mean) * DT;
+                let found = monitor.noise.last.unwrap();
+                let off = (found - residual).abs();
+                assert!(off < nearly, "{k}: {monitor:?}, not {residual}");
             }
-            now = Some(monitor);
             yaw += 0.01 + 0.004 * f64::from(k * k);
         }
-        assert!(now.unwrap().expected > 1e-3);
+        assert!(wheels[wheels.len() - 1] > 0.04);
     }
 }
 
@@ -262,15 +252,19 @@ fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
             .unwrap();
         let monitor = state.monitor.unwrap();
         let Some(before) = before else { continue };
-        let time = (before.time + DT).min(2.0);
+        let time = (before.noise.time + DT).min(2.0);
         // There is no residual before the second pose, and no change before the third.
         if k > 0 {
-            assert!((monitor.time - time).abs() < 1e-12);
+            assert!((monitor.noise.time - time).abs() < 1e-12);
         }
-        if let (Some(one), Some(two)) = (before.residual, monitor.residual) {
+        if let (Some(one), Some(two)) = (before.noise.last, monitor.noise.last) {
             let square = (two - one).powi(2) / 6.0;
-            let noise = before.noise + (square - before.noise) * (DT / time).min(1.0);
-            assert!((monitor.noise - noise).abs() < 1e-12, "{monitor:?}");
+            let noise =
+                before.noise.variance + (square - before.noise.variance) * (DT / time).min(1.0);
+            assert!(
+                (monitor.noise.variance - noise).abs() < 1e-12,
+                "{monitor:?}"
+            );
         }
     }
 }
@@ -329,7 +323,7 @@ fn test_turn_of_a_period_counts_up_to_seven_tenths_of_a_second() {
                 .step(&path.view(), &mut state, vehicle, dt, Reported::NOTHING)
                 .unwrap();
         }
-        let turned = state.monitor.unwrap().measured.abs() > 0.0;
+        let turned = state.monitor.unwrap().yaw_rate.abs() > 0.0;
         assert_eq!(turned, counts, "{dt}");
     }
 }

@@ -250,7 +250,7 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
         pace: walk(bytes),
         driving: walk(bytes),
         wheel_rate: symmetric(bytes, 2.0, 1e40),
-        unknown: bytes.number([0.0, 1.0], [0.0, 1.0]),
+        gain_deviation: bytes.number([0.0, 1.0], [0.0, 1e40]),
         estimate: estimate(bytes, wheelbase, dead_time),
     }
 }

@@ -54,7 +54,7 @@ impl<L: LateralLaw> Driver<L> {
         params: DriverParams,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
-            tracker: tracker.parking(),
+            tracker: tracker.driving(),
             speed,
             params: params.checked()?,
             rear: *speed.follow(),

@@ -254,7 +254,7 @@ impl SpeedTracker {
                 state.bend += (1.0 - decay(dt, BEND_TIME)) * (bend - state.bend);
             }
         } else {
-            state.gate = Some(Gate::new(vehicle, car, age));
+            state.gate = Some(Gate::new(vehicle, age));
         }
         if age > 0.0 {
             let gear = if state.law.reverse == Some(true) {

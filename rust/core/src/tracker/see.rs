@@ -120,7 +120,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let car = self.law.vehicle();
         let Some(gate) = &mut state.gate else {
-            state.gate = Some(Gate::new(vehicle, car, age));
+            state.gate = Some(Gate::new(vehicle, age));
             return (vehicle, Status::OK);
         };
         let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
@@ -156,6 +156,10 @@ impl<L: LateralLaw> Tracker<L> {
             last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
             reached: lately.wheels,
             estimator: self.adapt().map(|_| &model.estimator),
+            noise: state
+                .gate
+                .as_ref()
+                .map_or(0.0, |gate| gate.position.deviation()),
             dt: lately.time,
         };
         let last_error = answer.map(|answer| answer.measured.cross_track_error);

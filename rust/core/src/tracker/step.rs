@@ -44,6 +44,8 @@ const AT_REST: f64 = 0.02;
 pub struct Tracker<L> {
     pub(super) law: L,
     adapt: Option<AdaptParams>,
+    /// Whether that is by default.
+    usual: bool,
     pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
@@ -62,17 +64,17 @@ impl<L: LateralLaw> Tracker<L> {
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(law: L, adapt: Option<AdaptParams>) -> Result<Self, ConfigError> {
         let adapt = adapt.map(AdaptParams::checked).transpose()?;
-        Ok(Self::unchecked(law, adapt))
+        Ok(Self::unchecked(law, adapt, false))
     }
 
     /// A tracker of `law` that adapts by default: only if estimates are used, which is in
-    /// controllers that predict and for vehicles with a dead time.
+    /// controllers that predict, for vehicles with a dead time, and in a [`Driver`](crate::Driver).
     pub fn of(law: L) -> Self {
         let used = law.reads_belief() || law.vehicle().dead_time > 0.0;
-        Self::unchecked(law, used.then_some(AdaptParams::DEFAULT))
+        Self::unchecked(law, used.then_some(AdaptParams::DEFAULT), true)
     }
 
-    fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
+    fn unchecked(law: L, adapt: Option<AdaptParams>, usual: bool) -> Self {
         let vehicle = *law.vehicle();
         let models = law.reads_belief() || vehicle.dead_time > 0.0 || adapt.is_some();
         let bare = !models
@@ -82,6 +84,7 @@ impl<L: LateralLaw> Tracker<L> {
         Self {
             law,
             adapt,
+            usual,
             monitor: Some(Monitor::new(MonitorParams::DEFAULT, &vehicle)),
             models,
             bare,
@@ -89,10 +92,20 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The same tracker, whose place is moved on behind a cusp by a law of the speed.
-    pub(crate) fn parking(mut self) -> Self {
-        self.parks = true;
-        self
+    /// The same tracker in a driver: its place is moved on behind a cusp by the law of the speed, which
+    /// reads its estimates.
+    pub(crate) fn driving(self) -> Self {
+        let monitor = self.monitor;
+        let tracker = if self.usual {
+            Self::unchecked(self.law, Some(AdaptParams::DEFAULT), true)
+        } else {
+            self
+        };
+        Self {
+            monitor,
+            parks: true,
+            ..tracker
+        }
     }
 
     /// The controller.
@@ -125,6 +138,7 @@ impl<L: LateralLaw> Tracker<L> {
         Tracker {
             law: change(self.law),
             adapt: self.adapt,
+            usual: self.usual,
             monitor: self.monitor,
             models: self.models,
             bare: self.bare,

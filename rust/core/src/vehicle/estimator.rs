@@ -46,7 +46,7 @@ use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{cos, exp, larger, saturate, sin, smaller, wrap};
+use crate::math::{cos, exp, larger, saturate, sin, smaller, sqrt, wrap};
 use nalgebra::SVector;
 
 mod driven;
@@ -69,8 +69,8 @@ pub struct Estimator {
     /// How fast the tangent of the wheels' angle lately changed, a mean over
     /// [`MAX_LONGER`](Self::MAX_LONGER) [1/s].
     pub wheel_rate: f64,
-    /// Share of the gain's variance that the turns so far have left.
-    pub unknown: f64,
+    /// Standard deviation of the gain at the present speed.
+    pub gain_deviation: f64,
     /// The present estimates.
     pub estimate: Estimate,
 }
@@ -84,7 +84,7 @@ impl Default for Estimator {
             pace: Walk::new([0.0], &[Self::ACCELERATION], Self::SPEED_NOISE),
             driving: Self::driving(),
             wheel_rate: 0.0,
-            unknown: 1.0,
+            gain_deviation: Self::TURNING[0],
             estimate: Estimate::DEFAULT,
         }
     }
@@ -125,8 +125,8 @@ impl Estimator {
     pub const MAX_GAIN: f64 = 2.5;
     /// The gains of a vehicle of which nothing is known.
     pub(crate) const GAINS: (f64, f64) = (Self::MIN_GAIN, Self::MAX_GAIN);
-    /// How far the gain of a turn may be from the estimated one, as a share of it: tyres and speed.
-    const GAIN_SPREAD: f64 = 0.25;
+    /// An estimate may be off by so many of its standard deviations.
+    const DEVIATIONS: f64 = 3.0;
     /// Bound of the estimated steering offset [rad].
     pub const MAX_STEER_OFFSET: f64 = 0.15;
     /// Bound of the estimated understeer and compliance [s^2].
@@ -253,7 +253,7 @@ impl Estimator {
         let innovation = self.turning.observe(&change, Self::YAW_NOISE);
         let turning = &mut self.turning;
         turning.forget(dt * Self::moving(vehicle, speed) / time, &Self::TURNING);
-        turning.keep(0, Self::MIN_GAIN, Self::MAX_GAIN);
+        turning.constrain(0, Self::MIN_GAIN, Self::MAX_GAIN);
         // What oversteers turns at most twice as much.
         let least = -0.5 * smaller(length / square, Self::MAX_UNDERSTEER);
         turning.keep(1, least, Self::MAX_UNDERSTEER);
@@ -285,24 +285,21 @@ impl Estimator {
         self.estimate.steer_offset = self.turning.get(2);
         let share = square / longer;
         let weights = SVector::<f64, 4>::new(1.0, -share, 0.0, 0.0);
-        let [gains, understeers, ..] = Self::TURNING;
-        let prior = gains * gains + share * share * (understeers * understeers);
-        self.unknown = saturate(self.turning.variance_of(&weights) / prior, 0.0, 1.0);
+        self.gain_deviation = sqrt(larger(self.turning.variance_of(&weights), 0.0));
         let weights = SVector::<f64, 3>::new(0.0, vehicle.wheelbase, square);
         let length = self.sliding.beyond_doubt(&weights);
         self.estimate.slip_length = saturate(length, -vehicle.wheelbase, vehicle.wheelbase);
     }
 
-    /// The gains between which a turn may be: that of the parameters, the estimated one with its
-    /// spread, and as much of all of [`GAINS`](Self::GAINS) as the turns so far do not show.
-    pub(crate) fn gain_range(&self) -> (f64, f64) {
-        let (least, most) = Self::GAINS;
-        let (unknown, gain) = (self.unknown, self.estimate.gain);
-        let spread = Self::GAIN_SPREAD * gain;
-        (
-            saturate(gain - spread - (1.0 - least) * unknown, least, 1.0),
-            saturate(gain + spread + (most - 1.0) * unknown, 1.0, most),
-        )
+    /// Gain and steering offset [rad], and what is not known of them: [`DEVIATIONS`](Self::DEVIATIONS)
+    /// of their standard deviations.
+    #[inline]
+    pub(crate) fn known_turning(&self) -> [(f64, f64); 2] {
+        let offset = sqrt(larger(self.turning.covariance.m33, 0.0));
+        [
+            (self.estimate.gain, Self::DEVIATIONS * self.gain_deviation),
+            (self.estimate.steer_offset, Self::DEVIATIONS * offset),
+        ]
     }
 
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
@@ -371,7 +368,7 @@ impl Estimator {
         self.pace.checked("pace")?;
         self.driving.checked("driving")?;
         input_within("wheel_rate", self.wheel_rate, Walk::<4>::MAX)?;
-        input_in_range("unknown", self.unknown, 0.0, 1.0)?;
+        input_in_range("gain_deviation", self.gain_deviation, 0.0, Walk::<4>::MAX)?;
         let estimate = self.estimate;
         let (least, most) = Self::longer_range(vehicle);
         input_in_range("longer_dead_time", estimate.longer_dead_time, least, most)?;

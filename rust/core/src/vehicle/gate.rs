@@ -9,9 +9,9 @@
 //!   pose that was expected takes its place. Outliers that agree with each other for a while, the
 //!   longer the farther they are off, are a jump of the localisation: it is believed from then on.
 //!
-//! The distance between believed poses is compared with the speed, summed over a second: a speed
-//! signal that is dead, of another unit or of the wrong sign is a fault, and so is a position that
-//! stands still while the heading turns.
+//! The distance between believed poses is compared with the speed in a [`Cusum`]: a speed signal that
+//! is dead, of another unit or of the wrong sign is a fault, and so is a position that stands still
+//! while the heading turns.
 //!
 //! What the poses alone cannot show: a position that drifts no faster than noise and slip
 //! explain, some 0.3 m/s.
@@ -19,10 +19,12 @@
 use crate::bounds::MIN_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
-use crate::math::{larger, rough_direction, smaller, sqrt, wrap};
+use crate::math::{larger, rough_direction, saturate, smaller, sqrt, wrap};
 use crate::status::Status;
 use crate::vehicle::bicycle::advance;
+use crate::vehicle::cusum::Cusum;
 use crate::vehicle::fault::Fault;
+use crate::vehicle::noise::Noise;
 use crate::vehicle::{Vehicle, VehicleState};
 
 /// What the gate remembers.
@@ -44,14 +46,16 @@ pub struct Gate {
     pub drift: (f64, f64),
     /// For how long outliers have agreed with each other [s]; 0 without one.
     pub agreed: f64,
-    /// How far the vehicle went by its poses, less by its speed, over the last second [m].
-    pub ahead: f64,
-    /// How far it went, by the greater of both [m].
+    /// How far the vehicle went by its poses beyond what its speed explains [m].
+    pub ahead: Cusum,
+    /// The same aside of its heading.
+    pub aside: Cusum,
+    /// How far it went by its poses since it first fell short of its speed [m].
     pub gone: f64,
-    /// For how long the two have differed by more than noise [s].
-    pub differing: f64,
-    /// Variances of the noise: of the position aside [m^2] and of the yaw [rad^2].
-    pub noise: (f64, f64),
+    /// The noise of the position aside [m]: along the heading a wrong speed would count as noise.
+    pub position: Noise,
+    /// The noise of the yaw [rad].
+    pub heading: Noise,
     /// Age of the newest pose at the last step [s].
     pub age: f64,
 }
@@ -82,18 +86,17 @@ impl Gate {
     const GAP: f64 = 1.0;
     /// Speed below which a repeated pose is no sign of anything, in wheelbases a second.
     const STILL: f64 = 0.02;
-    /// Time constants of the noise, and of the comparison with the speed [s].
-    const NOISE_TIME: f64 = 2.0;
-    const DISTANCE_TIME: f64 = 1.0;
-    /// How much distance by poses and by speed may differ: a share, and in wheelbases.
+    /// Standard deviations of the noise before any was seen: of the position [m] and of the yaw [rad].
+    const NOISE: (f64, f64) = (0.02, 1e-3);
+    /// How much distance by poses and by speed may differ: a share, and in wheelbases, each second and
+    /// in all.
     const DISTANCE_SHARE: f64 = 0.3;
+    /// How far it may go aside of its heading, as a share: what is more is no slip.
+    const SLIP: f64 = 0.15;
     const DISTANCE: f64 = 0.05;
-    /// For how long before it is a fault [s].
-    const DIFFERING: f64 = 0.15;
 
     /// A first pose is believed.
-    pub fn new(vehicle: VehicleState, car: &Vehicle, age: f64) -> Self {
-        let position = 0.005 * car.wheelbase;
+    pub fn new(vehicle: VehicleState, age: f64) -> Self {
         Self {
             believed: vehicle,
             measured: vehicle,
@@ -102,10 +105,11 @@ impl Gate {
             jump: (Point::new(0.0, 0.0), 0.0),
             drift: (0.0, 0.0),
             agreed: 0.0,
-            ahead: 0.0,
+            ahead: Cusum::default(),
+            aside: Cusum::default(),
             gone: 0.0,
-            differing: 0.0,
-            noise: (position * position, 1e-6),
+            position: Noise::new(Self::NOISE.0),
+            heading: Noise::new(Self::NOISE.1),
             age,
         }
     }
@@ -130,7 +134,7 @@ impl Gate {
         // A pose that comes out of order is not the last one.
         self.age = smaller(age, last_age);
         if !(MIN_DT..=Self::GAP).contains(&elapsed) {
-            return (self.pass_time(car, vehicle, elapsed), false);
+            return (self.pass_time(vehicle, elapsed), false);
         }
         let before = self.believed;
         let travel = 0.5 * (before.speed + vehicle.speed) * elapsed;
@@ -165,9 +169,9 @@ impl Gate {
     /// A pose that is as old as the last one, or older, of which holds what was found of that; or
     /// one after a gap.
     #[cold]
-    fn pass_time(&mut self, car: &Vehicle, vehicle: VehicleState, elapsed: f64) -> Status {
+    fn pass_time(&mut self, vehicle: VehicleState, elapsed: f64) -> Status {
         if elapsed > Self::GAP {
-            self.restart(car, vehicle);
+            self.restart(vehicle);
             return Status::OK;
         }
         if self.stale > 0.0 {
@@ -199,29 +203,36 @@ impl Gate {
             } else {
                 Fault::Position
             })
-        } else if self.differing > Self::DIFFERING {
-            // By the poses it went `gone + ahead` where those went less.
-            let rests = self.gone + self.ahead <= Self::DISTANCE * car.wheelbase;
-            Some(if rests && self.ahead < 0.0 {
+        } else if self.ahead.most() > self.distance_limit(car) {
+            let rests = self.gone.abs() <= self.distance_limit(car);
+            Some(if rests && self.ahead.under > 0.0 {
                 Fault::Position
             } else {
                 Fault::Speed
             })
         } else {
-            None
+            let drifts = self.aside.most() > self.distance_limit(car);
+            drifts.then_some(Fault::Position)
         }
     }
 
-    /// Whether poses and speed differ by more than noise, be it for less long than is a fault.
-    pub(crate) fn doubts_speed(&self) -> bool {
-        self.differing > 0.0
+    /// What a sum of distances is beyond where poses and speed differ [m].
+    #[inline]
+    fn distance_limit(&self, car: &Vehicle) -> f64 {
+        Cusum::limit(Self::DISTANCE * car.wheelbase, self.position.deviation())
+    }
+
+    /// Whether poses and speed differ, be it by less than is a fault.
+    pub(crate) fn doubts_speed(&self, car: &Vehicle) -> bool {
+        self.ahead.most() > 0.5 * self.distance_limit(car)
     }
 
     /// Believes `vehicle` whatever was before, but for the noise.
-    fn restart(&mut self, car: &Vehicle, vehicle: VehicleState) {
+    fn restart(&mut self, vehicle: VehicleState) {
         *self = Self {
-            noise: self.noise,
-            ..Self::new(vehicle, car, self.age)
+            position: self.position,
+            heading: self.heading,
+            ..Self::new(vehicle, self.age)
         };
     }
 
@@ -243,6 +254,12 @@ impl Gate {
         self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
         let (c, s) = rough_direction(vehicle.yaw);
+        // What is noise may be far more than it was; what is not counts no more than the most that is.
+        let most = Self::POSITION * car.wheelbase + Self::DEVIATIONS * self.position.deviation();
+        let aside = saturate(off.y * c - off.x * s, -most, most);
+        let askew = saturate(turned, -Self::YAW, Self::YAW);
+        self.position.observe(aside, elapsed);
+        self.heading.observe(askew, elapsed);
         self.drift.0 += apart.x * c + apart.y * s;
         self.drift.1 += sqrt(apart.dot(&apart));
         let wheelbases = sqrt(off.dot(&off)) / car.wheelbase;
@@ -251,7 +268,7 @@ impl Gate {
         let jumped = agrees && self.agreed > smaller(patience, Self::AGREE_MOST);
         let mut status = Status::OUTLIER;
         if jumped {
-            self.restart(car, vehicle);
+            self.restart(vehicle);
         } else {
             status |= Status::IMPLAUSIBLE.when(self.since > Self::DOUBT_LIMIT);
             self.believed = rolled(car, self.believed, arc, vehicle.speed);
@@ -287,9 +304,9 @@ impl Gate {
             // As most poses are.
             return true;
         }
-        let far = far + Self::SHARE * travel.abs() + Self::DEVIATIONS * sqrt(self.noise.0);
+        let far = far + Self::SHARE * travel.abs() + Self::DEVIATIONS * self.position.deviation();
         let by_offset = Self::OFFSET * (travel / car.wheelbase).abs();
-        let by_noise = Self::DEVIATIONS * sqrt(self.noise.1);
+        let by_noise = Self::DEVIATIONS * self.heading.deviation();
         let askew = askew + Self::SHARE * turn.abs() + by_offset + by_noise;
         square <= far * far && turned.abs() <= askew
     }
@@ -307,23 +324,38 @@ impl Gate {
     ) -> Status {
         let since = self.since;
         let along = off.x * c + off.y * s;
-        // Along the heading a wrong speed would count as noise. Two poses are in it.
         let aside = off.y * c - off.x * s;
-        let weight = smaller(since / Self::NOISE_TIME, 1.0);
-        self.noise.0 += weight * (0.5 * aside * aside - self.noise.0);
-        self.noise.1 += weight * (0.5 * turned * turned - self.noise.1);
+        self.position.observe(aside, since);
+        self.heading.observe(turned, since);
 
         let driven = 0.5 * (self.believed.speed + vehicle.speed) * since;
-        let kept = Self::DISTANCE_TIME / (Self::DISTANCE_TIME + since);
-        self.ahead = (self.ahead + along) * kept;
-        self.gone = (self.gone + larger((driven + along).abs(), driven.abs())) * kept;
-        let most = Self::DISTANCE_SHARE * self.gone + Self::DISTANCE * car.wheelbase;
-        let differs = self.ahead.abs() > most
-            && self.ahead.abs() > most + Self::DEVIATIONS * sqrt(self.noise.0);
-        self.differing = if differs { self.differing + since } else { 0.0 };
+        let (drift, far) = (Self::DISTANCE * car.wheelbase, driven + along);
+        let travel = larger(far.abs(), driven.abs());
+        let explained = Self::DISTANCE_SHARE * travel + drift * since;
+        let slipped = Self::SLIP * travel + drift * since;
+        let (once, noise) = (
+            0.5 * self.distance_limit(car),
+            (self.position.deviation(), since),
+        );
+        // One correction of the localisation alone is no speed, and no drift.
+        let add = |sum: &mut Cusum, change: f64, explained: f64| {
+            let most = explained + once;
+            let change = saturate(change, -most, most);
+            sum.add(change, (-explained, explained), noise, drift)
+        };
+        let mut differs = add(&mut self.ahead, along, explained);
+        differs |= add(&mut self.aside, aside, slipped);
+        if !self.position.is_known(since) {
+            (self.ahead, self.aside, differs) = (Cusum::default(), Cusum::default(), false);
+        }
+        self.gone = if self.ahead.under > 0.0 {
+            self.gone + far
+        } else {
+            0.0
+        };
         self.since = 0.0;
         self.believed = vehicle;
-        Status::IMPLAUSIBLE.when(self.differing > Self::DIFFERING)
+        Status::IMPLAUSIBLE.when(differs)
     }
 
     /// The gate itself, where its numbers are ones that poses can have given.
@@ -339,22 +371,16 @@ impl Gate {
             }
         }
         let (off, turned) = self.jump;
-        for number in [off.x, off.y, turned, self.drift.0, self.ahead] {
+        for number in [off.x, off.y, turned, self.drift.0, self.gone] {
             input_within("gate", number, MOST)?;
         }
-        for number in [
-            self.since,
-            self.stale,
-            self.drift.1,
-            self.agreed,
-            self.gone,
-            self.differing,
-            self.noise.0,
-            self.noise.1,
-            self.age,
-        ] {
+        for number in [self.since, self.stale, self.drift.1, self.agreed, self.age] {
             input_in_range("gate", number, 0.0, MOST)?;
         }
+        self.position.checked("gate")?;
+        self.heading.checked("gate")?;
+        self.ahead.checked("gate")?;
+        self.aside.checked("gate")?;
         Ok(self)
     }
 }

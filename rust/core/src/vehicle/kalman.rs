@@ -196,6 +196,19 @@ impl<const N: usize> Walk<N> {
         }
     }
 
+    /// Keeps a parameter within its bounds, and moves the others to what they most likely are with it
+    /// there, `theta - P e (theta_k - bound) / P_kk` (D. Simon, *Kalman filtering with state
+    /// constraints*, IET Control Theory 4, 2010): what it cannot explain is not theirs as if it could.
+    #[inline]
+    pub fn constrain(&mut self, parameter: usize, low: f64, high: f64) {
+        let beyond = self.get(parameter) - saturate(self.get(parameter), low, high);
+        let variance = self.covariance.get((parameter, parameter)).copied();
+        if let Some(variance) = variance.filter(|v| *v > 0.0 && beyond.abs() > 0.0) {
+            self.mean -= self.covariance.column(parameter) * (beyond / variance);
+        }
+        self.keep(parameter, low, high);
+    }
+
     /// The present value of a parameter; 0 where there is none.
     #[inline]
     pub fn get(&self, parameter: usize) -> f64 {

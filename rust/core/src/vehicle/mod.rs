@@ -1,6 +1,7 @@
 //! The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
 
 pub mod bicycle;
+pub mod cusum;
 pub mod delay;
 pub mod drive;
 pub mod estimate;
@@ -8,17 +9,20 @@ pub mod estimator;
 pub mod fault;
 pub mod gate;
 pub mod kalman;
+pub mod noise;
 pub mod past;
 pub mod state;
 pub mod timed;
 pub mod wheels;
 
+pub use cusum::Cusum;
 pub use delay::InFlight;
 pub use drive::{Drive, Motion};
 pub use estimate::{AdaptParams, Estimate, Known};
 pub use estimator::Estimator;
 pub use fault::Fault;
 pub use gate::Gate;
+pub use noise::Noise;
 pub use past::Past;
 pub use state::VehicleState;
 

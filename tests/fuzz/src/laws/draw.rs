@@ -10,7 +10,7 @@ use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::tracker::{
     Answer, Deviation, Handover, Model, MonitorState, TrackerState, Tracking,
 };
-use popsteer_core::vehicle::{Estimate, InFlight};
+use popsteer_core::vehicle::{Cusum, Estimate, Estimator, InFlight, Noise};
 use popsteer_core::{Point, Vehicle, VehicleState};
 use std::f64::consts::PI;
 
@@ -134,17 +134,26 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     Some(MonitorState {
         wheel: symmetric(bytes, 1.0, 1.57),
         yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
-        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most.min(1e49))),
-        measured: symmetric(bytes, 0.5, most),
-        expected: symmetric(bytes, 0.5, most),
-        delayed: symmetric(bytes, 0.5, most),
+        turned: Cusum {
+            over: symmetric(bytes, 0.1, most).abs(),
+            under: symmetric(bytes, 0.1, most).abs(),
+        },
         rate: symmetric(bytes, 0.5, most),
-        reach: symmetric(bytes, 3.0, most),
-        excess: symmetric(bytes, 0.1, most).abs(),
-        time: bytes.within(0.0, MonitorState::NOISE_TIME),
-        noise: symmetric(bytes, 1e-4, most).abs(),
-        offset_square: symmetric(bytes, 10.0, most).abs(),
-        offset_sum: symmetric(bytes, 1.0, most),
+        known: [
+            (
+                bytes.within(0.0, Estimator::MAX_GAIN),
+                bytes.within(0.0, 1.0),
+            ),
+            (
+                symmetric(bytes, 0.1, 1.0),
+                symmetric(bytes, 0.1, most).abs(),
+            ),
+        ],
+        noise: Noise {
+            variance: symmetric(bytes, 1e-4, most).abs(),
+            last: unknown(bytes).then(|| symmetric(bytes, 0.1, most.min(1e49))),
+            time: bytes.within(0.0, Noise::TIME),
+        },
         gain: walk(bytes),
         yaw_rate: symmetric(bytes, 0.5, most),
         alarm: bytes.within(0.0, MonitorState::ALARM_TIME),

@@ -1,17 +1,18 @@
 //! Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
 //!
-//! The turn measured over the last second is compared with the turns that the commands explain.
-//! These follow from the vehicle's parameters, for every gain that the turns so far allow, the
-//! steering offsets that the motion before allows, and a somewhat faster or slower response. A turn
-//! outside of them by more than the noise of the yaw is a fault: a wrong sign of the steering, stuck
-//! wheels, or a dead time longer than the vehicle's. What is not known yet may be anything that the
-//! vehicle can drive with: a large offset is a fault only where it is too fast for one.
+//! The turn measured in a period is compared with the turns that the commands explain. These follow
+//! from the vehicle's parameters, for every gain that the turns so far allow, the steering offsets
+//! that they allow, with play, and a somewhat faster or slower response. What is beyond them adds up
+//! in a [`Cusum`](crate::vehicle::cusum::Cusum); a sum beyond the noise of the yaw is a fault: a wrong
+//! sign of the steering, stuck wheels, or a dead time longer than the vehicle's. What is not known yet
+//! may be anything that the vehicle can drive with.
 
 pub mod state;
 
+use state::Expected;
 pub use state::MonitorState;
 
-use crate::math::{larger, rough_tangent, saturate, wrap};
+use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
@@ -29,9 +30,8 @@ params! {
         /// deviating too [m]: a path that jumps away. Less than that it may join a path from.
         /// Before the start of a path neither limit counts. 1e9 switches it off.
         join_limit: Scaled = 3.0 * wheelbase, in [0.0, 1e9];
-        /// Largest difference of the turn measured over a second to the turns that the commands
-        /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
-        /// false alarms are likelier.
+        /// How far the turns may add up beyond those that the commands explain, besides noise [rad];
+        /// 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.
         turn_tolerance: f64 = 0.01, in [0.0, 1e9];
     }
 }
@@ -49,6 +49,8 @@ pub(super) struct Measured<'a> {
     pub(super) reached: Option<WheelIntegrals>,
     /// Which gains the turns have shown; None if none are estimated.
     pub(super) estimator: Option<&'a Estimator>,
+    /// Standard deviation of the position's noise [m]; 0 where none is known.
+    pub(super) noise: f64,
     /// Control period [s].
     pub(super) dt: f64,
 }
@@ -61,6 +63,9 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
+    /// An error beyond a limit by less than so many standard deviations may be noise of the position.
+    const DEVIATIONS: f64 = 5.0;
+
     /// With `params` that are within their ranges.
     pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Self {
         Self {
@@ -119,7 +124,7 @@ impl Monitor {
         } else {
             self.params.join_limit
         };
-        error.abs() > limit
+        error.abs() > limit + Self::DEVIATIONS * now.noise
     }
 
     /// Whether the vehicle turns otherwise than the commands explain, now or within the alarm time.
@@ -141,7 +146,7 @@ impl Monitor {
         };
         let share = speed / car.turning_length(speed);
         let rate = share * tangent;
-        let excess = share * (rough_tangent(last) - last);
+        let expected = Expected { rate, share, dt };
 
         if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
             monitored.interrupt();
@@ -149,14 +154,12 @@ impl Monitor {
         monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
-            monitored.observe(turn, rate, excess, share, dt);
-            if now.estimator.is_none() && car.max_lateral_acceleration.is_some() {
-                monitored.observe_gain(turn, rate, share, dt);
-            }
-            let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share, now.estimator);
-            let least = larger(MonitorState::LEAST_TIME, MonitorState::LEAST_TURNS * dt);
-            if is_beyond && monitored.time >= least {
+            let tolerance = self.params.turn_tolerance;
+            if monitored.observe(turn, expected, tolerance, now.estimator) {
                 monitored.alarm = MonitorState::ALARM_TIME;
+            }
+            if now.estimator.is_none() && car.max_lateral_acceleration.is_some() {
+                monitored.observe_gain(turn, expected);
             }
         } else {
             monitored.rate = rate;

@@ -1,271 +1,197 @@
 use super::*;
+use crate::math::sin;
 
-const GAINS: (f64, f64) = Estimator::GAINS;
+const DT: f64 = 0.05;
+/// Turn by a radian of steering offset [1/s].
+const SHARE: f64 = 3.0;
 
-/// Steps of 0.05 s at 8 m/s, in which the vehicle turns by `turn` of what is expected.
-fn beyond(steps: u32, turn: impl Fn(u32, f64) -> f64) -> f64 {
-    let mut state = MonitorState::settled(0.0);
-    let mut most = f64::NEG_INFINITY;
-    for k in 0..steps {
-        let rate = 0.3 * crate::math::sin(0.1 * f64::from(k));
-        state.observe(turn(k, rate * 0.05), rate, 0.0, 3.0, 0.05);
-        let beyond = state.unexplained_by(3.0, None);
-        assert_eq!(state.is_beyond(0.01, 3.0, None), beyond > 0.01, "{state:?}");
-        if state.time >= MonitorState::LEAST_TIME && beyond > most {
-            most = beyond;
-        }
+fn at(rate: f64, share: f64) -> Expected {
+    Expected {
+        rate,
+        share,
+        dt: DT,
     }
-    most
+}
+
+/// An estimator to which gain and offset are known, or nothing.
+fn knowing(gain: f64, offset: f64, deviation: f64) -> Estimator {
+    let mut estimator = Estimator::default();
+    estimator.estimate.gain = gain;
+    estimator.estimate.steer_offset = offset;
+    estimator.gain_deviation = deviation;
+    estimator.turning.covariance *= 0.0;
+    estimator
+}
+
+/// How many of 200 steps at 8 m/s alarm, in which the vehicle turns by `turn` of what is expected.
+fn alarms(estimator: Option<&Estimator>, turn: impl Fn(u32, f64) -> f64) -> usize {
+    let mut state = MonitorState::settled(0.0);
+    let alarm = |k: u32| {
+        let rate = 0.3 * sin(0.1 * f64::from(k));
+        state.observe(turn(k, rate * DT), at(rate, SHARE), 0.01, estimator)
+    };
+    (0..200).map(alarm).filter(|alarm| *alarm).count()
 }
 
 #[test]
 fn test_turns_of_another_gain_are_explained_and_other_turns_are_not() {
     for gain in [0.45, 1.0, 2.4] {
-        assert!(beyond(200, |_, expected| gain * expected) < 0.0, "{gain}");
+        assert_eq!(alarms(None, |_, expected| gain * expected), 0, "{gain}");
     }
-    for gain in [-1.0, 0.0, 4.0] {
-        assert!(beyond(200, |_, expected| gain * expected) > 0.02, "{gain}");
+    for gain in [-1.0, -0.5, 4.0] {
+        assert!(alarms(None, |_, expected| gain * expected) > 1, "{gain}");
     }
-}
-
-#[test]
-fn test_a_steering_offset_is_explained_also_at_rest_after_driving_either_way() {
-    for share in [3.0, -3.0] {
-        let mut state = MonitorState::settled(0.0);
-        for _ in 0..100 {
-            state.observe(0.03 * share * 0.05, 0.0, 0.0, share, 0.05);
-        }
-        assert!(state.measured.abs() > 0.08);
-        state.observe(0.0, 0.0, 0.0, 0.0 * share, 0.05);
-        assert!(!state.is_beyond(0.01, 0.0, None), "{share}: {state:?}");
+    let known = knowing(1.2, 0.0, 0.0);
+    for (gain, alarm) in [
+        (1.0, false),
+        (1.2, false),
+        (1.4, false),
+        (0.5, true),
+        (2.2, true),
+    ] {
+        let found = alarms(Some(&known), |_, expected| gain * expected) > 0;
+        assert_eq!(found, alarm, "{gain}");
     }
 }
 
 #[test]
 fn test_white_noise_is_measured_and_let_pass() {
     // Not white, but as large as noise of 0.02 rad gets at each step.
-    let yaw = |k: u32| 0.02 * crate::math::sin(2.4 * f64::from(k * k));
-    assert!(beyond(200, |k, expected| expected + yaw(k + 1) - yaw(k)) < 0.0);
+    let yaw = |k: u32| 0.02 * sin(2.4 * f64::from(k * k));
+    assert_eq!(
+        alarms(None, |k, expected| expected + yaw(k + 1) - yaw(k)),
+        0
+    );
 }
 
-/// What the sums come to where every step is the same.
+/// A period's explained rates, and of the mirror image and backwards.
+fn check_explained(state: &MonitorState, rate: f64, estimator: Option<&Estimator>, to: (f64, f64)) {
+    let found = state.explained(rate, SHARE, estimator);
+    let close = |(least, most): (f64, f64), (a, b): (f64, f64)| {
+        (least - a).abs() < 1e-12 && (most - b).abs() < 1e-12
+    };
+    assert!(close(found, to), "{found:?}, not {to:?}");
+    let [gain, (offset, doubt)] = state.known;
+    let mirrored = MonitorState {
+        rate: -state.rate,
+        known: [gain, (-offset, doubt)],
+        ..*state
+    };
+    let found = mirrored.explained(-rate, SHARE, estimator);
+    assert!(close(found, (-to.1, -to.0)), "mirrored: {found:?}");
+    let backwards = MonitorState {
+        rate: -state.rate,
+        ..*state
+    };
+    let found = backwards.explained(-rate, -SHARE, estimator);
+    assert!(close(found, (-to.1, -to.0)), "backwards: {found:?}");
+}
+
+/// A turn between 0.4 and 2.5 of what is expected is explained with an offset of 2 degrees, where the
+/// wheels may lag or be quicker.
 #[test]
-fn test_sums_of_steps_that_are_all_alike_come_to_their_window() {
-    let (turn, rate, excess, share, dt) = (0.02, 0.3, -0.1, 2.0, 0.05);
+fn test_what_nobody_estimates_is_explained_by_all_gains_and_a_lasting_offset() {
+    let aside = 0.035 * SHARE;
+    let (rate, slow) = (0.3, 0.2);
+    let state = MonitorState {
+        rate: slow,
+        ..MonitorState::settled(0.0)
+    };
+    let quicker = rate + 0.3 * (rate - slow);
+    check_explained(
+        &state,
+        rate,
+        None,
+        (0.4 * (slow - aside), 2.5 * quicker + aside),
+    );
+    // An offset acts alone against a turn that it outweighs: its gain is in it.
+    let state = MonitorState {
+        rate: 0.02,
+        ..state
+    };
+    check_explained(&state, 0.02, None, (0.02 - aside, 2.5 * 0.02 + aside));
+}
+
+#[test]
+fn test_what_is_estimated_is_explained_by_that_its_doubt_play_and_what_was_told() {
+    let estimator = Estimator::default();
+    let state = MonitorState {
+        rate: 0.3,
+        known: [(1.2, 0.06), (0.02, 0.01)],
+        ..MonitorState::settled(0.0)
+    };
+    let (low, high) = (
+        1.0_f64.min(1.2 - 0.06 - 0.15 * 1.2),
+        1.2 + 0.06 + 0.15 * 1.2,
+    );
+    let (right, left) = (-0.01 - 0.012, 0.02 + 0.01 + 0.012);
+    let expected = (low * (0.3 + right * SHARE), high * 0.3 + left * SHARE);
+    check_explained(&state, 0.3, Some(&estimator), expected);
+    // What is unknown of an offset turns no vehicle faster than 0.25 rad/s.
+    let unknown = MonitorState {
+        known: [(1.0, 0.0), (0.0, 0.15)],
+        ..state
+    };
+    let aside = 0.25 + 0.012 * SHARE;
+    let expected = (0.85 * (0.3 - aside), 1.15 * 0.3 + aside);
+    check_explained(&unknown, 0.3, Some(&estimator), expected);
+}
+
+/// A dead time that was found longer or shorter may still be the one that was told.
+#[test]
+fn test_a_found_dead_time_may_be_the_one_told() {
+    let mut estimator = Estimator::default();
+    let state = MonitorState {
+        rate: 0.2,
+        known: [(1.0, 0.0), (0.0, 0.0)],
+        ..MonitorState::settled(0.0)
+    };
+    let aside = 0.012 * SHARE;
+    for (later, slower, quicker) in [(0.0, 0.2, 0.33), (0.1, 0.2, 0.43), (-0.05, 0.15, 0.33)] {
+        estimator.estimate.longer_dead_time = later;
+        let to = (0.85 * (slower - aside), 1.15 * quicker + aside);
+        check_explained(&state, 0.3, Some(&estimator), to);
+    }
+}
+
+#[test]
+fn test_estimates_come_to_be_believed_in_their_time_alone() {
+    let estimator = knowing(1.3, 0.1, 0.02);
+    let mut state = MonitorState::settled(0.0);
+    let before = state.known;
+    assert_eq!(before[1].0, 0.0);
+    state.observe(0.0, at(0.0, SHARE), 0.01, Some(&estimator));
+    let share = DT / (1.5 + DT);
+    assert!((state.known[1].0 - 0.1 * share).abs() < 1e-15, "{state:?}");
+    for _ in 0..2000 {
+        state.observe(0.0, at(0.0, SHARE), 0.01, Some(&estimator));
+    }
+    let expected = [(1.3, 0.06), (0.1, 0.0)];
+    for (found, expected) in state.known.iter().zip(expected) {
+        assert!((found.0 - expected.0).abs() < 1e-9, "{state:?}");
+        assert!((found.1 - expected.1).abs() < 1e-9, "{state:?}");
+    }
+}
+
+#[test]
+fn test_turning_rates_are_means_over_their_times() {
     let mut state = MonitorState::settled(0.0);
     for _ in 0..20_000 {
-        state.observe(turn, rate, excess, share, dt);
+        state.observe(0.02, at(0.3, SHARE), 0.01, None);
     }
-    let window = MonitorState::WINDOW;
-    let residual = turn - rate * dt;
-    let forgotten = MonitorState::OFFSET_TIME + dt;
-    for (sum, expected) in [
-        (state.measured, turn / dt * window),
-        (state.expected, rate * window),
-        (state.delayed, rate * window),
-        (state.rate, rate),
-        (state.yaw_rate, turn / dt),
-        (state.reach, share * window),
-        (state.excess, 0.1 * window),
-        (state.time, MonitorState::NOISE_TIME),
-        (state.noise, 0.0),
-        (state.offset_square, share * share * forgotten),
-        (state.offset_sum, share * residual / dt * forgotten),
-    ] {
-        assert!(
-            (sum - expected).abs() < 1e-9,
-            "{sum}, not {expected}: {state:?}"
-        );
-    }
-    // Changes of a residual that are all as large have that as their variance.
-    for k in 0..20_000 {
-        let large = if k % 2 == 0 { 0.5 } else { -0.5 };
-        state.observe(turn + large, rate, excess, share, dt);
-    }
-    assert!((state.noise - 1.0 / 6.0).abs() < 1e-9, "{state:?}");
+    assert!((state.yaw_rate - 0.4).abs() < 1e-9, "{state:?}");
+    assert!((state.rate - 0.3).abs() < 1e-9, "{state:?}");
+    assert!(state.noise.deviation() < 1e-9, "{state:?}");
 }
 
-/// A turn against that of the window is uncertain by a part of it, one that goes on is not.
 #[test]
-fn test_turn_against_that_of_the_window_counts_as_excess() {
-    for side in [1.0, -1.0] {
-        let mut state = MonitorState::settled(0.0);
-        for _ in 0..10 {
-            state.observe(0.01, side * 0.2, 0.0, 1.0, 0.05);
-        }
-        assert_eq!(state.excess, 0.0);
-        state.observe(0.01, side * -0.3, 0.0, 1.0, 0.05);
-        let kept = MonitorState::WINDOW / (MonitorState::WINDOW + 0.05);
-        let part = MonitorState::AGAINST * 0.3 * 0.05 * kept;
-        assert!((state.excess - part).abs() < 1e-15, "{state:?}");
-    }
-}
-
-/// Turn by a radian of steering offset [1/s] where what is unexplained is checked.
-const SHARE: f64 = 2.5;
-/// What is unknown of an offset there [rad], and the motion that halves it [1/s].
-const UNKNOWN: (f64, f64) = (0.06, 2.0);
-
-/// Nothing expected, no noise, and an offset that is known.
-fn quiet() -> MonitorState {
-    MonitorState {
-        noise: 0.0,
-        offset_square: 1e30,
-        ..MonitorState::settled(0.0)
-    }
-}
-
-/// What is unexplained of a state, of its mirror image, and of the same backwards.
-fn check_unexplained(state: MonitorState, expected: f64) {
-    let mirrored = MonitorState {
-        measured: -state.measured,
-        expected: -state.expected,
-        delayed: -state.delayed,
-        offset_sum: -state.offset_sum,
-        ..state
-    };
-    let backwards = MonitorState {
-        reach: -state.reach,
-        offset_sum: -state.offset_sum,
-        ..state
-    };
-    for state in [state, mirrored, backwards] {
-        let share = SHARE.copysign(state.reach);
-        let found = state.unexplained(share, UNKNOWN, GAINS);
-        let off = (found - expected).abs();
-        assert!(off < 1e-12, "{found}, not {expected}: {state:?}");
-    }
-}
-
-/// A turn between 0.4 and 2.5 of what is expected is explained, where the wheels may lag or be
-/// quicker; less half the excess and five deviations of the noise.
-#[test]
-fn test_what_is_unexplained_is_beyond_the_gains_the_excess_and_the_noise() {
-    let quicker = 0.2 + MonitorState::QUICKER * 0.1;
-    for (measured, delayed, excess, noise, expected) in [
-        (0.7, 0.2, 0.0, 0.0, 0.7 - 2.5 * 0.2),
-        (0.05, 0.2, 0.0, 0.0, 0.4 * 0.2 - 0.05),
-        (
-            0.7,
-            0.2,
-            0.1,
-            0.02,
-            0.7 - 2.5 * 0.2 - 0.5 * 0.1 - 5.0 * 0.02,
-        ),
-        (0.9, 0.1, 0.0, 0.0, 0.9 - 2.5 * quicker),
-        (0.01, 0.1, 0.0, 0.0, 0.4 * 0.1 - 0.01),
-        (0.9, 0.3, 0.0, 0.0, 0.9 - 2.5 * 0.3),
-    ] {
-        let state = MonitorState {
-            measured,
-            expected: 0.2,
-            delayed,
-            excess,
-            noise: noise * noise,
-            ..quiet()
-        };
-        check_unexplained(state, expected);
-    }
-}
-
-/// A steering offset turns the vehicle without a command: one way alone, but for its doubt. What it
-/// did within the window is no evidence of it.
-#[test]
-fn test_what_is_unexplained_is_beyond_the_offset_and_its_doubt() {
-    let known = 3.0 * UNKNOWN.1;
-    let doubt = 0.25 * UNKNOWN.0;
-    for (measured, offset, explained) in [
-        (0.9, 0.05, 0.05 + doubt),
-        (-0.9, 0.05, doubt),
-        (0.9, -0.05, doubt),
-        (-0.9, -0.05, 0.05 + doubt),
-    ] {
-        let state = MonitorState {
-            measured,
-            reach: 0.8,
-            offset_square: known + SHARE * 0.8,
-            offset_sum: offset * (known + UNKNOWN.1) + SHARE * measured,
-            ..quiet()
-        };
-        check_unexplained(state, 0.9 - 0.8 * explained);
-    }
-}
-
-/// An offset that was seen for long may still differ by the play of the steering.
-#[test]
-fn test_what_is_unexplained_is_beyond_the_play_of_a_known_offset() {
-    let known = MonitorState::OFFSET_TIME * SHARE * SHARE;
-    let state = MonitorState {
-        measured: 0.9,
-        reach: 0.8,
-        offset_square: known - UNKNOWN.1 + SHARE * 0.8,
-        offset_sum: SHARE * 0.9,
-        ..quiet()
-    };
-    check_unexplained(state, 0.9 - 0.8 * 0.5 * MonitorState::PLAY);
-}
-
-/// Before anything is known an offset may turn the car by so much, but is no larger than the
-/// estimates allow; a gain that is known leaves less to explain.
-#[test]
-fn test_what_is_unexplained_is_beyond_an_unknown_offset_and_a_known_gain() {
-    let learning = Estimator::default();
-    for (share, estimator, doubt) in [
-        (5.0, Some(&learning), MonitorState::OFFSET_TURN / 5.0),
-        (1.0, Some(&learning), Estimator::MAX_STEER_OFFSET),
-        (5.0, None, MonitorState::LASTING_OFFSET.0),
-    ] {
-        let state = MonitorState {
-            measured: 0.9,
-            reach: 0.4 * share,
-            noise: 0.0,
-            // Of the window alone.
-            offset_square: 0.4 * share * share,
-            offset_sum: 0.9 * share,
-            ..MonitorState::settled(0.0)
-        };
-        let found = state.unexplained_by(share, estimator);
-        let expected = 0.9 - 0.4 * share * doubt;
-        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
-    }
-    let state = MonitorState {
-        measured: 0.1,
-        expected: 0.2,
-        delayed: 0.2,
-        ..quiet()
-    };
-    for (low, expected) in [(0.4, 0.4 * 0.2 - 0.1), (0.8, 0.8 * 0.2 - 0.1)] {
-        let found = state.unexplained(SHARE, UNKNOWN, (low, 1.2));
-        assert!((found - expected).abs() < 1e-12, "{found}");
-    }
-    let found = MonitorState {
-        measured: 0.3,
-        ..state
-    };
-    assert!((found.unexplained(SHARE, UNKNOWN, (0.8, 1.2)) - 0.3 + 1.2 * 0.2).abs() < 1e-12);
-}
-
-/// At rest nothing is learnt of the offset, and nothing forgotten.
-#[test]
-fn test_what_is_known_of_the_offset_outlasts_a_rest() {
+fn test_an_interrupted_turn_counts_no_more() {
     let mut state = MonitorState::settled(0.0);
-    for _ in 0..400 {
-        state.observe(0.01, 0.1, 0.0, 3.0, 0.05);
+    for _ in 0..4 {
+        assert!(!state.observe(0.05, at(0.0, SHARE), 1.0, None));
     }
-    let before = (state.offset_square, state.offset_sum);
-    for _ in 0..2400 {
-        state.observe(0.0, 0.0, 0.0, 0.0, 0.05);
-    }
-    assert_eq!((state.offset_square, state.offset_sum), before);
-}
-
-#[test]
-fn test_an_interrupted_second_counts_no_more() {
-    let mut state = MonitorState::settled(0.0);
-    for _ in 0..20 {
-        state.observe(0.2, 0.1, 0.1, 3.0, 0.05);
-    }
-    assert!(state.is_beyond(0.01, 3.0, None));
+    assert!(state.turned.over > 0.1, "{state:?}");
     state.interrupt();
-    assert!(!state.is_beyond(0.0, 3.0, None) && state.yaw.is_none() && state.residual.is_none());
+    assert_eq!(state.turned, Cusum::default());
+    assert!(state.yaw.is_none() && state.noise.last.is_none());
 }
