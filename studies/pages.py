@@ -33,6 +33,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "cars loop": ("loop.md", loop_lines),
     "cases": ("loop.md", case_lines),
     "driver": ("driver.md", fault_lines),
+    "driver worn": ("driver.md", lambda: fault_lines(healthy=1000, worn=True)),
     "replanning": ("loop.md", replanning_lines),
     "missing inputs": ("loop.md", input_lines),
     "stops": ("planning.md", stop_lines),

@@ -86,6 +86,8 @@ HELD = {
     "tracker/reported.rs": "tests/unit/test_refused.py",
     "tracker/state.rs": "tests/unit/test_api_state.py",
     "vehicle/fault.rs": f"{_RUST}faults.rs",
+    "vehicle/cusum.rs": "rust/core/src/vehicle/cusum/tests.rs",
+    "vehicle/noise.rs": "rust/core/src/vehicle/noise/tests.rs",
     "vehicle/past.rs": f"{_RUST}late_poses.rs",
     "vehicle/timed.rs": "rust/core/src/vehicle/tests.rs",
     # The textbook's solution: least squares over all measurements at once; numpy.

@@ -77,7 +77,7 @@ FIRST: dict[str, Any] = {
         "pace": _walk((0.0,), (3.0,), 1e-5),
         "driving": _walk((0.0, 0.0), (0.1, 0.1), 1.4e-5),
         "wheel_rate": 0.0,
-        "unknown": 1.0,
+        "gain_deviation": 0.1,
         "estimate": ESTIMATE,
     },
 }

@@ -88,7 +88,7 @@ def test_driver_answers_every_number_with_finite_ones(odd: float | None) -> None
     for place in range(5):
         driver = made()
         for k in range(60):
-            values: list[float | None] = [1.35 + 0.15 * k, 0.1, 0.3, 3.0, 0.05]
+            values: list[float | None] = [1.35 + 0.15 * k, 0.1, 0.1, 3.0, 0.05]
             if k >= 5:
                 values[place] = odd
             drive = driver.step(*values)
@@ -181,7 +181,7 @@ def test_driver_predicts_as_its_controller_does() -> None:
     with pytest.raises(popsteer.InputError):
         driver.predict()
     for k in range(20):
-        pose = (1.35 + 0.15 * k, 0.1, 0.3, 3.0)
+        pose = (1.35 + 0.15 * k, 0.1, 0.1, 3.0)
         driver.step(*pose, 0.05), controller.step(*pose, 0.05)
     ours, theirs = driver.predict(2.0), controller.predict(2.0)
     assert np.array_equal(ours.x, theirs.x)

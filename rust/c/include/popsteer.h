@@ -703,9 +703,9 @@ typedef struct popsteer_options {
      */
     double join_limit;
     /**
-     * Largest difference of the turn measured over a second to the turns that the commands
-     * explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
-     * false alarms are likelier. Default 0.01, in [0.0, 1000000000.0].
+     * How far the turns may add up beyond those that the commands explain, besides noise
+     * [rad]; 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.
+     * Default 0.01, in [0.0, 1000000000.0].
      */
     double turn_tolerance;
 } popsteer_options;

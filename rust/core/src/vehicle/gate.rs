@@ -212,7 +212,7 @@ impl Gate {
             })
         } else {
             let drifts = self.aside.most() > self.distance_limit(car);
-            drifts.then_some(Fault::Position)
+            drifts.then_some(Fault::Heading)
         }
     }
 
