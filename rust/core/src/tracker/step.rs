@@ -40,6 +40,7 @@ const AT_REST: f64 = 0.02;
 /// After a driver, or on another path, the command continues from the present angle: its difference
 /// to the controller's own angle fades linearly over [`HANDOVER_TIME`]; POP, whose next angle lies
 /// in the neighbourhood of the last, needs no fading.
+#[expect(clippy::struct_excessive_bools, reason = "each is asked for by itself")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     pub(super) law: L,
