@@ -81,20 +81,22 @@ def as_toml(
     return "\n".join(lines) + "\n"
 
 
-STEERING = ("dead_time", "steer_lag", "understeer", "max_steer_rate")
-DRIVE = ("drive_delay", "drive_lag")
-
-
-def defaults(file: str | os.PathLike[str], speed: float, *, stops: bool = False) -> list[str]:
+def defaults(
+    file: str | os.PathLike[str], speed: float, turning: float = 0.0, *, stops: bool = False
+) -> list[str]:
     """Name what a file leaves at its default and what a drive of a speed [m/s] hangs on.
 
-    `understeer` matters where 0.003 s²/m, that of a car, is 3 % of the wheelbase, the delay where
-    the vehicle drives 0.1 wheelbases in the meantime; those of the drive matter where it `stops`.
+    The wheelbase always matters, `understeer` where 0.003 s²/m, that of a car, is 3 % of it, the
+    delay where the vehicle drives 0.1 wheelbases in the meantime, the limit of the rate where the
+    wheels are asked for a `turning` of 0.3 rad/s, which slow ones do not reach; those of the drive
+    matter where it `stops`.
     """
     there, car = read(file, "vehicle file"), load(file)
-    matter = list(DRIVE) if stops else []
+    matter = ["wheelbase", *(("drive_delay", "drive_lag") if stops else ())]
     if speed * 0.2 > 0.1 * car.wheelbase:
-        matter += STEERING[:2]
+        matter += ["dead_time", "steer_lag"]
     if 0.003 * speed * speed > 0.03 * car.wheelbase:
-        matter += STEERING[2:3]
+        matter.append("understeer")
+    if turning > 0.3:
+        matter.append("max_steer_rate")
     return [name for name in Vehicle().as_dict() if name in matter and name not in there]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from popsteer import lab
@@ -114,11 +113,10 @@ def compare(
         )
         line = outputs.command_line(context)
         made_by = lab.report.Origin(line, tuning.params, tuning.adapt, movers, tuning.monitor)
-        fastest = max(
-            float(np.max(np.abs(each.first.records["speed"]), initial=0.0)) for each in found
-        )
+        records = (each.first.records for each in found)
+        driven = ((each["time"], each["speed"], each["steer"]) for each in records)
         stops = not all(course.path.closed for course in courses)
-        hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=stops)
+        hangs = inputs.defaults_note(vehicle, set_vehicle, driven, stops=stops)
         read = [course.path.source for course in courses]
         outputs.deliver(found, out, progress, report, made_by, read, hangs)
     if record is not None:

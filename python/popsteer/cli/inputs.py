@@ -322,15 +322,29 @@ def _doubt(vehicle: Vehicle) -> None:
 
 
 def defaults_note(
-    text: str | None, changes: Sequence[str] | None, speed: float, *, stops: bool
+    text: str | None,
+    changes: Sequence[str] | None,
+    drives: Iterable[tuple[Any, Any, Any]],
+    *,
+    stops: bool,
 ) -> list[str]:
-    """Say what a vehicle file leaves at its default and a drive of this speed [m/s] hangs on."""
+    """Say what a vehicle file leaves at its default and drives hang on: times, speeds, angles."""
     if text is None or not _is_file(text):
         return []
+    import numpy as np
+
+    speed = turning = 0.0
+    for t, speeds, steer in drives:
+        if len(t) > 1:
+            speed = max(speed, float(np.max(np.abs(speeds))))
+            rates = np.abs(np.diff(steer)) / np.maximum(np.diff(t), 1e-3)
+            turning = max(turning, float(np.quantile(rates, 0.98)))
     told = {name for name, _ in pairs("--set-vehicle", changes)}
-    left = [name for name in vehicle_file.defaults(text, speed, stops=stops) if name not in told]
+    left = vehicle_file.defaults(text, speed, turning, stops=stops)
     car = Vehicle().as_dict()
-    said = ", ".join(f"{name} = {car[name]:g}" for name in left)
+    values = {name: "none" if car[name] is None else f"{car[name]:g}" for name in left}
+    left = [name for name in left if name not in told]
+    said = ", ".join(f"{name} = {values[name]}" for name in left)
     return [f"{text} does not say {said}: defaults, on which this drive hangs"] if left else []
 
 

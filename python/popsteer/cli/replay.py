@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from popsteer import lab
@@ -106,8 +105,8 @@ def replay(
     made_by = lab.report.Origin(
         outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
     )
-    fastest = float(np.max(np.abs(drive.speed)))
-    hangs = inputs.defaults_note(vehicle, set_vehicle, fastest, stops=False)
+    driven = [(drive.t, drive.speed, drive.steer)]
+    hangs = inputs.defaults_note(vehicle, set_vehicle, driven, stops=False)
     below = (*statuses(found), *drive.remarks, *hangs, NOTE)
     read = [drive.source, None if course is None else course.path.source]
     outputs.show(
