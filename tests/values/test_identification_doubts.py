@@ -47,6 +47,7 @@ def _fit(values: Any = None, **errors: Any) -> Any:
         split=split,
         rate_seen=True,
         play_seen=False,
+        rounded=0.0,
         wheels=SimpleNamespace(times=np.array([0.0, 1.0]), angle=np.array([0.0, 0.1])),
         profile=lambda _, points: [-1e6 * point**2 for point in points],
     )
