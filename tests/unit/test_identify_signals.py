@@ -13,7 +13,15 @@ import popsteer
 from popsteer import logs
 from popsteer.identification.checks import refuse_steer
 from popsteer.identification.drive import _on_clock
-from popsteer.identification.signals import BLOCK, LONGEST, checked, excited, looks, unrepeated
+from popsteer.identification.signals import (
+    BLOCK,
+    EARLY,
+    LONGEST,
+    checked,
+    excited,
+    looks,
+    unrepeated,
+)
 from popsteer.logs import Log, LogError
 from studies import logged
 
@@ -177,7 +185,7 @@ def test_long_log_keeps_the_commands_in_flight_where_a_part_of_it_begins() -> No
     part = excited(log)
     assert begins <= part.t[0] < begins + 0.5
     assert part.commands is not None
-    assert part.commands[0][[0, -1]] == pytest.approx([begins - BLOCK, begins + LONGEST - 0.1])
+    assert part.commands[0][[0, -1]] == pytest.approx([begins - EARLY, begins + LONGEST - 0.1])
 
 
 def test_normalised_steer_that_reaches_one_is_refused() -> None:

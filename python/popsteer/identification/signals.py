@@ -24,6 +24,8 @@ NEAR = 0.04
 CLEARLY = 0.25
 """The share that a reading of the heading must leave of what the next one does."""
 NORTH = math.radians(10.0)
+EARLY = 5.0
+"""How long before a block commands count [s]: longer than any delay."""
 LONGEST, BLOCK = 300.0, 60.0
 """Of longer drives the blocks [s] that steer most are used, up to this time [s] in all."""
 
@@ -202,8 +204,8 @@ def excited(log: Log) -> Log:
     whole = log.t[index[:, -1]] - log.t[index[:, 0]] < (group + 0.5) * log.period
     index = index[whole & rows[index].all(axis=1)]
     made = {key: values[index].mean(axis=1) for key, values in columns.items()}
-    given = np.floor((commands[0] - log.t[0]) / BLOCK).astype(int)
-    near = np.isin(given, best) | np.isin(given, best - 1)
+    given = [np.floor((commands[0] + early - log.t[0]) / BLOCK) for early in (0.0, EARLY)]
+    near = np.isin(given[0], best) | np.isin(given[1], best)
     commands = (commands[0][near], commands[1][near])
     note = f"{LONGEST / 60.0:.0f} minutes that steer most are used of {log.duration / 60.0:.0f}"
     return Log(**made, name=log.name, remarks=(*log.remarks, note), commands=commands)
