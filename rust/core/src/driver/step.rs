@@ -14,7 +14,7 @@ use crate::status::Status;
 use crate::tracker::seen::Seen;
 use crate::tracker::{Predicted, Reported, Tracker, TrackerState};
 use crate::vehicle::past::checked_age;
-use crate::vehicle::{Estimate, Fault, Vehicle, VehicleState};
+use crate::vehicle::{Estimate, Fault, Gate, Vehicle, VehicleState};
 
 /// The longest time that counts in one step [s]: what happened in a longer one is not known, and a
 /// clock may have jumped. Larger: after such a jump the vehicle is looked for too far along its path.
@@ -178,6 +178,7 @@ impl<L: LateralLaw> Driver<L> {
         let sensed = speed::Sensed {
             speed: law.hear(&state.speed, speed, state.heard.replace(speed), rear.dt),
             age,
+            noise: Gate::noise_of(state.tracker.tracking.gate.as_ref()),
             reverse_gear,
             stop: match state.fault {
                 Some(fault) if fault.is_urgent() => Some(strongest_braking(self.vehicle())),

@@ -216,6 +216,7 @@ impl SpeedTracker {
         let sensed = Sensed {
             speed: believed.speed,
             age,
+            noise: Gate::noise_of(state.gate.as_ref()),
             reverse_gear: told.reverse_gear,
             stop: (told.stop || status.contains(Status::IMPLAUSIBLE))
                 .then_some(self.law.accelerations.1),

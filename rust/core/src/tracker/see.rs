@@ -156,10 +156,7 @@ impl<L: LateralLaw> Tracker<L> {
             last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
             reached: lately.wheels,
             estimator: self.adapt().map(|_| &model.estimator),
-            noise: state
-                .gate
-                .as_ref()
-                .map_or(0.0, |gate| gate.position.deviation()),
+            noise: Gate::noise_of(state.gate.as_ref()),
             dt: lately.time,
         };
         let last_error = answer.map(|answer| answer.measured.cross_track_error);

@@ -91,9 +91,9 @@ impl Gate {
     /// How much distance by poses and by speed may differ: a share, and in wheelbases, each second and
     /// in all.
     const DISTANCE_SHARE: f64 = 0.3;
+    const DISTANCE: f64 = 0.05;
     /// How far it may go aside of its heading, as a share: what is more is no slip.
     const SLIP: f64 = 0.15;
-    const DISTANCE: f64 = 0.05;
 
     /// A first pose is believed.
     pub fn new(vehicle: VehicleState, age: f64) -> Self {
@@ -220,6 +220,12 @@ impl Gate {
     #[inline]
     fn distance_limit(&self, car: &Vehicle) -> f64 {
         Cusum::limit(Self::DISTANCE * car.wheelbase, self.position.deviation())
+    }
+
+    /// Standard deviation of the position's noise [m] by a gate; 0 without one.
+    #[inline]
+    pub(crate) fn noise_of(gate: Option<&Self>) -> f64 {
+        gate.map_or(0.0, |gate| gate.position.deviation())
     }
 
     /// Whether poses and speed differ, be it by less than is a fault.

@@ -79,11 +79,12 @@ impl SpeedLaw {
         let speed = at.mirror(sensed.speed);
         self.turn_round(path, at, state, speed);
         let planned = self.planned(path, plan, at.closest.segment);
-        let now = self.situation(&planned, at, state, (speed, sensed.age));
+        let now = self.situation(&planned, at, state, (speed, sensed.age, sensed.noise));
         self.wait(&planned, state, &now, at, sensed.reverse_gear);
         let held = state.is_held();
         let halted = sensed.stop.is_some() || state.rolls;
-        let needed = now.deceleration(self.overrun());
+        let beyond = self.overrun() + stop::STEADY_NOISE * sensed.noise;
+        let needed = now.deceleration(beyond);
         let lawful = self.lawful(&now);
         let lawful = if state.shifting && sensed.reverse_gear.is_none() {
             // Softly, as the gear may not be in yet.
@@ -99,7 +100,7 @@ impl SpeedLaw {
         };
         state.acceleration = self.limited(state.acceleration, command, &now, held || halted, dt);
         let before = state.overruns || state.reverse.is_none();
-        state.overruns = self.overruns(&planned, &now, needed, state.standing);
+        state.overruns = self.overruns(&planned, &now, (needed, beyond), state.standing);
         state.reverse = Some(at.reverse);
         let standing = held && !halted || halted && now.speed.abs() < REST;
         let wanted = Wanted {
@@ -201,14 +202,13 @@ impl SpeedLaw {
         &self,
         planned: &Planned<'_, '_>,
         now: &Situation,
-        needed: f64,
+        (needed, beyond): (f64, f64),
         stands: bool,
     ) -> bool {
         let (_, distance) = now.stop;
         if distance == f64::INFINITY {
             return false;
         }
-        let beyond = self.overrun();
         let (_, _, grade) = planned.at(planned.path.arc(planned.segment) + larger(distance, 0.0));
         let slips = now.stops && gravity_along(grade).abs() > self.brakes;
         let moves = now.speed > REST && now.z > 0.0 && needed > self.brakes - now.push;

@@ -56,7 +56,7 @@ impl SpeedLaw {
         planned: &Planned<'_, '_>,
         at: &Located,
         state: &mut SpeedState,
-        (measured, age): (f64, f64),
+        (measured, age, noise): (f64, f64, f64),
     ) -> Situation {
         let (car, dt) = (&self.car, at.dt);
         let arc = at.closest.arc_length(planned.path);
@@ -84,7 +84,7 @@ impl SpeedLaw {
             state.observer.fade(self.params.disturbance_time, dt);
         }
 
-        let stop = self.stop_ahead(planned, at, state, speed);
+        let stop = self.stop_ahead(planned, at, state, (speed, noise));
         let push = known + state.observer.disturbance;
         let then = drive.predict(car, speed, push);
         let lag = car.drive_lag;

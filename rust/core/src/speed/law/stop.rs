@@ -8,9 +8,15 @@ use crate::speed::stops::Planned;
 
 /// A distance to the stop that is off the expected one by so many times that is a jump.
 const JUMP: f64 = 2.5;
+/// Besides, by so many standard deviations of the position's noise.
+const NOISE: f64 = 5.0;
 /// How much a pose counts for the distance to a stop, against the distance travelled since the last. Less:
 /// a wrong speed shifts the stop. More: noise does.
 const POSE_SHARE: f64 = 0.2;
+
+/// By so much the distance to a stop may be off for noise of the position, times its standard deviation:
+/// five of what is left of it, `sqrt(POSE_SHARE / (2 - POSE_SHARE))`.
+pub(super) const STEADY_NOISE: f64 = 1.7;
 
 impl SpeedLaw {
     /// The distance to the next stop [m], as measured and as `D`; infinite if there is none. A stop that
@@ -20,7 +26,7 @@ impl SpeedLaw {
         planned: &Planned<'_, '_>,
         at: &Located,
         state: &mut SpeedState,
-        speed: f64,
+        (speed, noise): (f64, f64),
     ) -> (f64, f64) {
         let path = planned.path;
         let leaves = self.leaves();
@@ -69,14 +75,17 @@ impl SpeedLaw {
             state.stop = None;
             return (f64::INFINITY, f64::INFINITY);
         };
-        let zero = planned.stays_at_zero();
-        let measured = if zero {
+        let measured = if planned.stays_at_zero() {
             smaller(measured, 0.0)
         } else {
             measured
         };
         let same = state.stop.is_some_and(|(known, _, _)| known == waypoint);
-        let steady = steady(measured, expected.filter(|_| same), JUMP * leaves);
+        let steady = steady(
+            measured,
+            expected.filter(|_| same),
+            JUMP * leaves + NOISE * noise,
+        );
         let place = path.waypoint(waypoint);
         state.stop = Some((waypoint, (place.x, place.y), steady));
         (measured, steady)
