@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,30 @@ def test_what_rounded_commands_hide_is_within_its_errors_or_unknown(
         assert low < car.length < high
         assert "steer is recorded in steps of 0.1 rad" in found.unknown["wheelbase"]
         assert "steer_play" in found.unknown
+
+
+@pytest.mark.parametrize("given_in_steps", [False, True])
+def test_commands_in_steps_are_told_from_rounded_ones(
+    given_in_steps: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    commands = logged.commands
+
+    def stepped(*args: Any) -> Any:
+        t, speed, steer = commands(*args)
+        return t, speed, 0.02 * np.round(steer / 0.02)
+
+    if given_in_steps:
+        monkeypatch.setattr(logged, "commands", stepped)
+    car, found = acceptance.identified("laps", 2, length=2.5, point=1.2, steps=0.02)
+    assert found is not None
+    drive = found.fit.candidates[0].task.drive
+    assert (drive.commands is drive.recorded) == given_in_steps
+    # Only what was rounded hides the length.
+    assert ("wheelbase" in found.unknown) != given_in_steps
+    for one in acceptance.stated(car, found):
+        assert one.off < 3.0, one
+        if given_in_steps and one.name == "wheelbase":
+            assert one.value == pytest.approx(one.truth, rel=0.002)
 
 
 def test_errors_of_the_drive_count_the_noise_of_the_heights() -> None:

@@ -166,15 +166,27 @@ def fit(
     `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted,
     `prior` the mean and the deviation of what is believed before.
     """
-    own, *others = (Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior)) for lag_of in LAGS)
+
+    def task(drive: PreparedLog, lag_of: LagOf) -> Task:
+        return Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior))
+
+    own = task(drive, LAGS[0])
     plain = own.solve(own.first(start))
+    if drive.commands is not drive.recorded:  # were they rounded, or given in steps?
+        stepped = task(replace(drive, commands=drive.recorded), LAGS[0])
+        stepped.length = own.length
+        other = stepped.solve(plain)
+        # As many parameters: what leaves less is likelier, even below the least noise.
+        if stepped.left(other)[0] < own.left(plain)[0]:
+            own, plain = stepped, other
     tried = [own.candidate(plain)]
     _grow(tried)
     if progress is not None:
         progress(0.5)
     # What the lag is of shows only once rate and play are no misfit any more, and they only then.
     starts = [plain] if len(tried) == 1 else [plain, min(tried, key=_criterion).values]
-    tried += [task.candidate(task.solve(values)) for task in others for values in starts]
+    others = [task(own.drive, lag_of) for lag_of in LAGS[1:]]
+    tried += [each.candidate(each.solve(values)) for each in others for values in starts]
     if progress is not None:
         progress(0.7)
     best = _grow(tried)
@@ -292,12 +304,15 @@ class Task:
 
         Each structure has its own noise, none less than the log could have.
         """
+        size, count = self.left(values)
+        size = max(size, self.drive.least_noise["yaw"] ** 2)
+        return 0.5 * (count * math.log(size) + len(self.free(values)) * math.log(count))
+
+    def left(self, values: Values) -> tuple[float, int]:
+        """Give the mean square of the innovations [rad²] with their own theta, and their number."""
         error = self.error(values)
         innovations = whitened(error, self.parts, choose_theta(error, self.parts))
-        count = len(innovations)
-        least = self.drive.least_noise["yaw"] ** 2
-        size = max(clipped_mean_square(innovations), least)
-        return 0.5 * (count * math.log(size) + len(self.free(values)) * math.log(count))
+        return clipped_mean_square(innovations), len(innovations)
 
     def candidate(self, values: Values) -> Candidate:
         """Give a solution with its criterion."""

@@ -109,6 +109,7 @@ def identify(
     drive = prepare(seen.log, size_of(given.wheelbase), seen.whole)
     length = first_length(drive, log.name)
     found, unknown, delay_error = _heading(drive, length, vehicle, log.name, progress)
+    drive = found.candidates[0].task.drive  # with the likelier commands
     found = found.scaled(seen.scale_error)
     point = fit_point(drive, found.yaw, found.place, found.theta)
     made, errors = _vehicle(vehicle, found, unknown, point, drive)
