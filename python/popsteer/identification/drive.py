@@ -89,6 +89,17 @@ class PreparedLog:
         """Length of a cell [s]."""
         return float(self.edges[1] - self.edges[0])
 
+    def drift(self, error: Array, length: float) -> Array:
+        """Give how far the noise s of speeds and commands lets the heading drift a sample.
+
+        s dt yaw'/v by a speed, s dt v/L by a command; `error` is what is left of the heading [rad].
+        """
+        speed = np.maximum(np.abs(self.sample_speed[1:]), 0.3 * self.size)
+        by_speed = np.diff(self.yaw - error) / speed * self.speed_noise
+        by_command = self.least_noise["steer"] * np.diff(self.t) * speed / length
+        found: Array = np.hypot(by_speed, by_command)
+        return found
+
     def parts(self) -> list[slice]:
         """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""
         found = []

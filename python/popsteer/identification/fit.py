@@ -166,14 +166,11 @@ def fit(
     `start` is where to begin, with a turning wheelbase at least; `fixed` is what is not fitted,
     `prior` the mean and the deviation of what is believed before.
     """
-
-    def task(drive: PreparedLog, lag_of: LagOf) -> Task:
-        return Task(drive, Chain(drive, lag_of), dict(fixed), dict(prior))
-
-    own = task(drive, LAGS[0])
+    own = Task(drive, Chain(drive, LAGS[0]), dict(fixed), dict(prior))
     plain = own.solve(own.first(start))
     if drive.commands is not drive.recorded:  # were they rounded, or given in steps?
-        stepped = task(replace(drive, commands=drive.recorded), LAGS[0])
+        stairs = replace(drive, commands=drive.recorded)
+        stepped = Task(stairs, Chain(stairs, LAGS[0]), own.fixed, own.prior)
         stepped.length = own.length
         other = stepped.solve(plain)
         # As many parameters: what leaves less is likelier, even below the least noise.
@@ -185,7 +182,8 @@ def fit(
         progress(0.5)
     # What the lag is of shows only once rate and play are no misfit any more, and they only then.
     starts = [plain] if len(tried) == 1 else [plain, min(tried, key=_criterion).values]
-    others = [task(own.drive, lag_of) for lag_of in LAGS[1:]]
+    drive = own.drive
+    others = [Task(drive, Chain(drive, lag_of), own.fixed, own.prior) for lag_of in LAGS[1:]]
     tried += [each.candidate(each.solve(values)) for each in others for values in starts]
     if progress is not None:
         progress(0.7)
@@ -431,23 +429,11 @@ class Task:
 
     def theta_of_noise(self, error: Array) -> float:
         """Give the theta of the signals' noise alone: unseen in residuals, it bounds the gain."""
-        drift = self.drift(error)
+        drift = self.drive.drift(error, self.length)
         steps = [slice(part.start, part.stop - 1) for part in self.parts]
         noise = np.concatenate([np.diff(error)[step] for step in steps])
         drifts = float(np.mean(np.concatenate([drift[step] for step in steps]) ** 2))
         return theta_of(drifts, max(0.5 * spread(noise) ** 2, self.drive.least_noise["yaw"] ** 2))
-
-    def drift(self, error: Array) -> Array:
-        """Give how far the noise s of speeds and commands lets the heading drift a sample.
-
-        s dt yaw'/v by a speed, s dt v/L by a command.
-        """
-        drive = self.drive
-        speed = np.maximum(np.abs(drive.sample_speed[1:]), 0.3 * drive.size)
-        by_speed = np.diff(drive.yaw - error) / speed * drive.speed_noise
-        by_command = drive.least_noise["steer"] * np.diff(drive.t) * speed / self.length
-        drift: Array = np.hypot(by_speed, by_command)
-        return drift
 
     def free(self, values: Values) -> list[str]:
         """Name what is fitted of these."""
@@ -482,7 +468,8 @@ class Task:
             self.drive.least_noise["yaw"],
         )
         added = influence(jacobian * weight[:, None], self.parts, self.theta)
-        score = noise_score(added, self.parts, sample / self.noise, self.drift(error) / self.noise)
+        drift = self.drive.drift(error, self.length) / self.noise
+        score = noise_score(added, self.parts, sample / self.noise, drift)
         rounded, rounding = rounding_score(self.drive, values, error, (sample, self.noise), added)
         # What the vehicle does not keep is believed to be as far as its prior says.
         nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
