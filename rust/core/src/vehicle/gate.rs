@@ -11,7 +11,8 @@
 //!
 //! The distance between believed poses is compared with the speed in a [`Cusum`]: a speed signal that
 //! is dead, of another unit or of the wrong sign is a fault, and so is a position that stands still
-//! while the heading turns.
+//! while the heading turns. In another it is compared with the heading: a vehicle that moves aside of
+//! that by more than it can slip has a heading that is askew.
 //!
 //! What the poses alone cannot show: a position that drifts no faster than noise and slip
 //! explain, some 0.3 m/s.
@@ -339,21 +340,20 @@ impl Gate {
         let travel = larger(far.abs(), driven.abs());
         let explained = Self::DISTANCE_SHARE * travel + drift * since;
         let slipped = Self::SLIP * travel + drift * since;
-        let (once, noise) = (
-            0.5 * self.distance_limit(car),
-            (self.position.deviation(), since),
-        );
+        let noise = self.position.deviation();
         // One correction of the localisation alone is no speed, and no drift.
+        let once = 0.5 * Cusum::limit(drift, noise);
         let add = |sum: &mut Cusum, change: f64, explained: f64| {
             let most = explained + once;
             let change = saturate(change, -most, most);
-            sum.add(change, (-explained, explained), noise, drift)
+            sum.add(change, (-explained, explained), (noise, since), drift)
         };
-        let mut differs = add(&mut self.ahead, along, explained);
-        differs |= add(&mut self.aside, aside, slipped);
-        if !self.position.is_known(since) {
-            (self.ahead, self.aside, differs) = (Cusum::default(), Cusum::default(), false);
-        }
+        let differs = if self.position.is_known(since) {
+            add(&mut self.ahead, along, explained) | add(&mut self.aside, aside, slipped)
+        } else {
+            (self.ahead, self.aside) = Default::default();
+            false
+        };
         self.gone = if self.ahead.under > 0.0 {
             self.gone + far
         } else {

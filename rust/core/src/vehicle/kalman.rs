@@ -30,6 +30,7 @@
 use crate::bounds::MAX_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
+use crate::vehicle::noise::learnt;
 use nalgebra::{SMatrix, SVector};
 
 /// A measured change, and what it is expected to be.
@@ -144,16 +145,14 @@ impl<const N: usize> Walk<N> {
         innovation
     }
 
-    /// Learns the noise: white noise of variance `r` makes changes whose differences have `6 r`.
-    /// What changes slowly, as by a wrong parameter, counts little.
+    /// Learns the noise, as [`noise`](crate::vehicle::noise) has it.
     #[inline]
     fn observe_noise(&mut self, residual: f64, first: f64, dt: f64) {
         if let Some(last) = self.residual {
-            let change = residual - last;
             self.noise_time = smaller(self.noise_time + dt, Self::NOISE_TIME);
             let weight = smaller(dt / self.noise_time, 1.0);
-            self.noise += (change * change / 6.0 - self.noise) * weight;
-            self.noise = saturate(self.noise, Self::LEAST_NOISE * first, Self::MAX);
+            let noise = learnt(self.noise, residual - last, weight);
+            self.noise = saturate(noise, Self::LEAST_NOISE * first, Self::MAX);
         }
         self.residual = Some(residual);
     }

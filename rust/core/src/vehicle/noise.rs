@@ -57,11 +57,7 @@ impl Noise {
         let most = larger(Self::TIME, Self::COUNT * dt);
         self.time = saturate(self.time + dt, 0.0, most);
         if let Some(last) = self.last {
-            let (apart, weight) = (
-                change - last,
-                if dt < self.time { dt / self.time } else { 1.0 },
-            );
-            self.variance += (apart * apart / 6.0 - self.variance) * weight;
+            self.variance = learnt(self.variance, change - last, dt / self.time);
         }
         self.last = Some(change);
     }
@@ -85,6 +81,12 @@ impl Noise {
         input_in_range(field, self.time, 0.0, Self::MOST_TIME)?;
         Ok(self)
     }
+}
+
+/// The variance `r` after changes that are `apart`, which count by their `weight`.
+#[inline]
+pub(super) fn learnt(variance: f64, apart: f64, weight: f64) -> f64 {
+    variance + (apart * apart / 6.0 - variance) * weight
 }
 
 #[cfg(test)]

@@ -83,8 +83,6 @@ impl SpeedLaw {
         self.wait(&planned, state, &now, at, sensed.reverse_gear);
         let held = state.is_held();
         let halted = sensed.stop.is_some() || state.rolls;
-        let beyond = self.overrun() + stop::STEADY_NOISE * sensed.noise;
-        let needed = now.deceleration(beyond);
         let lawful = self.lawful(&now);
         let lawful = if state.shifting && sensed.reverse_gear.is_none() {
             // Softly, as the gear may not be in yet.
@@ -100,7 +98,7 @@ impl SpeedLaw {
         };
         state.acceleration = self.limited(state.acceleration, command, &now, held || halted, dt);
         let before = state.overruns || state.reverse.is_none();
-        state.overruns = self.overruns(&planned, &now, (needed, beyond), state.standing);
+        state.overruns = self.overruns(&planned, &now, sensed.noise, state.standing);
         state.reverse = Some(at.reverse);
         let standing = held && !halted || halted && now.speed.abs() < REST;
         let wanted = Wanted {
@@ -202,13 +200,15 @@ impl SpeedLaw {
         &self,
         planned: &Planned<'_, '_>,
         now: &Situation,
-        (needed, beyond): (f64, f64),
+        noise: f64,
         stands: bool,
     ) -> bool {
         let (_, distance) = now.stop;
         if distance == f64::INFINITY {
             return false;
         }
+        let beyond = self.overrun() + stop::STEADY_NOISE * noise;
+        let needed = now.deceleration(beyond);
         let (_, _, grade) = planned.at(planned.path.arc(planned.segment) + larger(distance, 0.0));
         let slips = now.stops && gravity_along(grade).abs() > self.brakes;
         let moves = now.speed > REST && now.z > 0.0 && needed > self.brakes - now.push;

@@ -162,25 +162,21 @@ impl MonitorState {
     /// at `rate` [rad/s], and by a radian of steering offset at `share` [1/s].
     #[inline]
     fn explained(&self, rate: f64, share: f64, estimator: Option<&Estimator>) -> (f64, f64) {
-        let later = estimator.map_or(0.0, |known| known.estimate.longer_dead_time);
         let (least, most) = Estimator::GAINS;
-        let ((right, left), (low, high)) = if estimator.is_some() {
+        let ((right, left), (low, high), later) = if let Some(estimator) = estimator {
             let [(gain, spread), (offset, doubt)] = self.known;
             let spread = spread + Self::GAIN_SPREAD * gain;
             let doubt = smaller(doubt, Self::OFFSET_TURN / share.abs()) + Self::PLAY;
             // As told, too: in a bend a wrong gain looks like an offset, and an offset like a gain.
-            (
-                (smaller(offset, 0.0) - doubt, larger(offset, 0.0) + doubt),
-                (
-                    saturate(gain - spread, least, 1.0),
-                    saturate(gain + spread, 1.0, most),
-                ),
-            )
+            let offsets = (smaller(offset, 0.0) - doubt, larger(offset, 0.0) + doubt);
+            let gains = (
+                saturate(gain - spread, least, 1.0),
+                saturate(gain + spread, 1.0, most),
+            );
+            (offsets, gains, estimator.estimate.longer_dead_time)
         } else {
-            (
-                (-Self::LASTING_OFFSET, Self::LASTING_OFFSET),
-                Estimator::GAINS,
-            )
+            let offset = Self::LASTING_OFFSET;
+            ((-offset, offset), (least, most), 0.0)
         };
         let (least_aside, most_aside) = if share < 0.0 {
             (left * share, right * share)
