@@ -1,6 +1,6 @@
 """Drive a car along its lane in a running CARLA simulator for a minute, and say how well.
 
-Install: pip install "popsteer[carla]"
+It needs the extra "carla".
 Run: python examples/carla_drive.py --host 127.0.0.1 --port 2000
 """
 

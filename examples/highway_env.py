@@ -1,6 +1,6 @@
 """Drive ten laps of highway-env's racetrack, and draw them where a file is named.
 
-Install: pip install popsteer highway-env matplotlib
+Install: pip install highway-env matplotlib
 Run: python examples/highway_env.py [lap.png]
 """
 

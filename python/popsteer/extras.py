@@ -1,4 +1,4 @@
-"""What needs an extra, and the one line that installs what is missing."""
+"""What needs an extra, what of it is missing, and how the wheel is installed with it."""
 
 from __future__ import annotations
 
@@ -28,15 +28,17 @@ class MissingExtra(PopsteerError, ModuleNotFoundError):  # noqa: N818 - as Modul
     --------
     >>> raise MissingExtra("sweep", "dask", "lab")
     Traceback (most recent call last):
-    popsteer.extras.MissingExtra: sweep needs the extras "dask", "lab": \
-    install "popsteer[dask,lab]"
+    popsteer.extras.MissingExtra: sweep needs the extras "dask", "lab" (not installed: \
+    distributed, scipy): pip install "popsteer-VERSION-PLATFORM.whl[dask,lab]"
     """
 
     def __init__(self, what: str, *extras: str) -> None:
         named = ", ".join(f'"{each}"' for each in extras)
         plural = "s" if len(extras) > 1 else ""
-        line = f'pip install "popsteer[{",".join(extras)}]"'
-        super().__init__(f"{what} needs the extra{plural} {named}: {line}")
+        absent = sorted({each for extra in extras for each in MODULES[extra] if missing(each)})
+        lack = f" (not installed: {', '.join(absent)})" if absent else ""
+        line = f'pip install "popsteer-VERSION-PLATFORM.whl[{",".join(extras)}]"'
+        super().__init__(f"{what} needs the extra{plural} {named}{lack}: {line}")
         self.what = what
         self.extras = extras
 

@@ -1,4 +1,4 @@
-"""The colcon package; popsteer itself comes from pip: ``pip install "popsteer[ros2]"``."""
+"""The colcon package; popsteer itself is a wheel, with the extra ``ros2``."""
 
 from setuptools import setup
 

@@ -369,7 +369,7 @@ def test_missing_extra_is_named_with_its_command() -> None:
     hidden = "import sys; sys.modules['gymnasium'] = None\nimport popsteer.adapters.gymnasium"
     ran = _python(hidden)
     assert ran.returncode == 1
-    assert 'pip install "popsteer[gym]"' in ran.stderr.splitlines()[-1]
+    assert 'pip install "popsteer-VERSION-PLATFORM.whl[gym]"' in ran.stderr.splitlines()[-1]
 
 
 def test_import_of_popsteer_brings_neither_gymnasium_nor_the_adapter() -> None:

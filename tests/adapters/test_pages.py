@@ -43,7 +43,10 @@ def test_carla_page_code_that_needs_a_simulator_is_python() -> None:
 
 HIDDEN = "import sys; sys.modules['carla'] = None\n"
 WITHOUT = f"{HIDDEN}from popsteer.adapters import carla as adapter\n"
-MESSAGE = 'CARLA\'s client needs the extra "carla": pip install "popsteer[carla]"'
+MESSAGE = (
+    'CARLA\'s client needs the extra "carla" (not installed: carla): '
+    'pip install "popsteer-VERSION-PLATFORM.whl[carla]"'
+)
 
 
 def run(code: str) -> subprocess.CompletedProcess[str]:
@@ -167,5 +170,6 @@ def test_ros2_example_without_the_extra_ends_with_one_line_and_status_2() -> Non
         text=True,
         cwd=ROOT,
     )
-    message = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
+    needs = 'ROS 2 needs the extra "ros2" (not installed: cyclonedds)'
+    message = f'{needs}: pip install "popsteer-VERSION-PLATFORM.whl[ros2]"'
     assert (ended.returncode, ended.stderr) == (2, f"ros2_vehicle: {message}\n")

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-MESSAGE = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
+NEEDS = 'ROS 2 needs the extra "ros2" (not installed: {})'
+MESSAGE = f'{NEEDS}: pip install "popsteer-VERSION-PLATFORM.whl[ros2]"'
 
 
 def _without(missing: str, code: str) -> subprocess.CompletedProcess[str]:
@@ -46,7 +47,7 @@ for call in (
 """
     ended = _without("rosbags", code)
     assert (ended.returncode, ended.stderr) == (0, "")
-    assert ended.stdout == 6 * f"{MESSAGE}\n"
+    assert ended.stdout == 6 * f"{MESSAGE.format('rosbags')}\n"
 
 
 def test_popsteer_imports_neither_adapter_nor_dds() -> None:

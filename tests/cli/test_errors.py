@@ -332,7 +332,11 @@ def test_command_names_at_once_the_extras_that_are_missing(
     outcome = command.call(capsys, *line.split())
     names = ",".join(re.findall(r'"(\w+)"', said))
     assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err == f'popsteer: {said}: pip install "popsteer[{names}]"\n'
+    lack = sorted(set(absent) & {each for extra in names.split(",") for each in MODULES[extra]})
+    assert outcome.err == (
+        f"popsteer: {said} (not installed: {', '.join(lack)}): "
+        f'pip install "popsteer-VERSION-PLATFORM.whl[{names}]"\n'
+    )
     assert list(tmp_path.iterdir()) == []
 
 

@@ -70,6 +70,21 @@ def test_tracked_files_name_no_machine() -> None:
     assert not found, "\n".join(found)
 
 
+def test_nothing_promises_popsteer_on_an_index_that_does_not_have_it() -> None:
+    """`pip install popsteer` of an index; a wheel, in a file or in a folder of them, is there."""
+    named = re.compile(r"pip install(?!.*--find-links)[^`\n]*[\s\"']popsteer(?![-\w]*[-.*])")
+    assert named.search('pip install "popsteer[lab]"')
+    assert named.search("pip install popsteer highway-env")
+    found = [
+        f"{file.relative_to(ROOT)}: {line.strip()}"
+        for file in _tracked()
+        if file != Path(__file__)
+        for line in (_text(file) or "").splitlines()
+        if named.search(line)
+    ]
+    assert found == []
+
+
 @looped(
     "line",
     ["see /home/" + "ann/x", "cd /work/" + "main", "at 192.168" + ".0.7", "ssh box." + "internal"],

@@ -23,7 +23,7 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
 
 ``baselines`` and ``opponents`` are controllers from elsewhere to compare with, ``common`` is what
 the experiments share: names, layout, colours. Running needs numpy alone; tables and figures
-need the extra ``lab``: ``pip install "popsteer[lab]"``.
+need the extra ``lab``.
 
 Examples
 --------

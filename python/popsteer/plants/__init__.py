@@ -1,6 +1,6 @@
 """Plants from elsewhere, behind the protocol that `popsteer.sim` drives its own by.
 
-They need the extra ``plants``: ``pip install "popsteer[plants]"``.
+They need the extra ``plants``.
 
 ``commonroad-MODEL-VEHICLE``
     The vehicle models of CommonRoad: MODEL is ``st`` (single-track, linear tyres), ``std``

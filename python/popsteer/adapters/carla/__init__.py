@@ -6,7 +6,7 @@ controller of popsteer::
     agent = BasicAgent(actor)
     agent._local_planner = popsteer.adapters.carla.LocalPlanner(actor)
 
-It needs the extra ``carla``: ``pip install "popsteer[carla]"``. See docs/carla.md.
+It needs the extra ``carla``. See docs/carla.md.
 
 Every sign and unit that differs is converted in `popsteer.adapters.carla.conversions`:
 

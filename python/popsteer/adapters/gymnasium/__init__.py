@@ -1,6 +1,6 @@
 """Path tracking as a Gymnasium environment; importing this registers ``popsteer/Track-v0``.
 
-It needs the extra ``gym``: ``pip install "popsteer[gym]"``. An agent steers a plant along a path,
+It needs the extra ``gym``. An agent steers a plant along a path,
 one control step at a time; `TrackEnv` says what it sees, does and is rewarded for.
 
 Examples

@@ -1,7 +1,7 @@
 """ROS 2 without a ROS installation: a node that steers, recordings, and what converts.
 
 ``popsteer ros2`` runs the node from the command line, ``popsteer record`` records its topics; see
-docs/ros2.md. It needs the extra ``ros2``: ``pip install "popsteer[ros2]"``.
+docs/ros2.md. It needs the extra ``ros2``.
 
 Units and signs are those of popsteer. Headings, times and the acceleration of an ``AckermannDrive``
 are converted in `popsteer.adapters.ros2.conversions`.

@@ -2,7 +2,7 @@
 
 ``mpc``
     The model-predictive controller `popsteer.lab.opponents.mpc.Mpc`, on daqp. It needs the extra
-    ``mpc``: ``pip install "popsteer[mpc]"``.
+    ``mpc``.
 
 Examples
 --------
