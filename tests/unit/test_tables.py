@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import popsteer
 from popsteer.errors import PathError
 from popsteer.tables import read_waypoints
+from popsteer.tables.text import Table, table_of
 from popsteer.tracks import Track
 from tests.helpers import ROOT, looped
 
@@ -243,3 +244,41 @@ def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
         if path.yaw is not None:
             off = (np.asarray(path.yaw)[:60] - yaw + np.pi) % (2.0 * np.pi) - np.pi
             assert np.abs(off).max() < 0.06, file.name
+
+
+@pytest.mark.parametrize(
+    ("text", "at_once"),
+    [
+        ("x,y\n1,2\n3,4\n", True),
+        ("x y\r\n1 2e3\r\n\r\n3\t-4.5\r\n", True),
+        ("# a\n1;2\n3;4\n", True),
+        ("x_m,y_m\n 1 , 2 \n3,4", True),
+        ("x,y,z\n1,2,3\n4,5,6\n", True),
+        ("x,y\n1,2,\n3,4,\n", False),
+        ("x,y\n1,2,3\n3,4\n", False),
+        ("x,y,z\n1,2,3\n3,4\n", False),
+        ("x,y\n1,inf\n3,4\n", False),
+        ("x,y\n1,2e100\n3,2e101\n", False),
+        ("x,y\n1,2\n1_000,4\n", False),
+        ("x,y\n1,2\n0x10,4\n", False),
+        ("x,y\n1,2\n3,\n", False),
+        ('x,y\n"1",2\n3,4\n', False),
+        ("x,y\n1,2 # one\n# two\n3,4\n", False),
+        ("x, y\n1, 2 3\n4, 5 6\n", False),
+        ("x;y\n1,5;2\n3,5;4\n", False),
+        ("x,y\n", False),
+    ],
+)
+def test_numbers_read_at_once_are_those_read_one_by_one(
+    text: str, at_once: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read() -> Any:
+        try:
+            return table_of("a.csv", text).numbers([0, 1]).tolist()
+        except PathError as error:
+            return str(error)
+
+    assert (table_of("a.csv", text)._plain is not None) == at_once
+    whole = read()
+    monkeypatch.setattr(Table, "_plain", None)
+    assert read() == whole

@@ -19,11 +19,12 @@ to the delay: the dead time of a CommonRoad car on a race track comes out 20 ms 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+
+from popsteer._core import _behind_play, _wheel_angles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,12 +49,11 @@ class Wheels:
     def __init__(self, times: Array, commands: Array, lag: float, rate: float | None) -> None:
         self.times, self.commands, self.lag, self.rate = times, commands, max(lag, _NO_LAG), rate
         steps = np.diff(times)
-        kept = np.exp(-steps / self.lag)
-        if rate is None:
-            self.angle = _scan(kept, (1.0 - kept) * commands[:-1], float(commands[0]))
-            self.turning = np.zeros(len(times))
-        else:
-            self.angle, self.turning = _turn(steps.tolist(), commands.tolist(), self.lag, rate)
+        self.angle = _wheel_angles(steps, np.ascontiguousarray(commands), self.lag, rate)
+        self.turning = np.zeros(len(times))  # how long the rate is limited from each command on
+        if rate is not None:
+            ramp = np.abs(commands - self.angle) / rate - self.lag
+            self.turning = np.clip(ramp, 0.0, np.append(steps, np.inf))
         self.total = np.concatenate(([0.0], np.cumsum(self._since(np.arange(len(steps)), steps))))
 
     def integral(self, times: Array) -> Array:
@@ -135,7 +135,7 @@ class Chain:
         wheels = self.wheels(steer_lag, max_steer_rate)
         shifted = wheels.integral(self.drive.edges - dead_time)
         shaft = steer_scale * np.diff(shifted) / self.drive.cell + steer_offset
-        wheel = played(shaft, steer_play) if steer_play > 0.0 else shaft
+        wheel = _behind_play(shaft, steer_play) if steer_play > 0.0 else shaft
         wheel = np.clip(wheel, -_MOST_ANGLE, _MOST_ANGLE)
         speed = self.drive.speed
         slope = understeer + load_shift * self.drive.acceleration
@@ -155,18 +155,6 @@ class Chain:
                 self._wheels.clear()
             self._wheels[key] = Wheels(self.drive.times, self.drive.commands, *key)
         return self._wheels[key]
-
-
-def played(shaft: Array, play: float) -> Array:
-    """Give the angle behind play [rad]: it stays until the shaft has crossed the play."""
-    half, at, angles = 0.5 * play, float(shaft[0]), []
-    for angle in shaft.tolist():
-        if angle - half > at:
-            at = angle - half
-        elif angle + half < at:
-            at = angle + half
-        angles.append(at)
-    return np.array(angles)
 
 
 def _lagged(given: Array, lag: float | Array, cell: float) -> Array:
@@ -189,26 +177,3 @@ def _scan(kept: Array, added: Array, first: float) -> Array:
         if reach < len(kept) and float(kept[reach:].max()) < 1e-300:
             break  # nothing before is remembered any more
     return np.concatenate(([first], kept * first + added))
-
-
-def _turn(
-    steps: list[float], commands: list[float], lag: float, rate: float
-) -> tuple[Array, Array]:
-    """Give the angle at the start of each command, and how long the rate is limited from there."""
-    angle, angles, turning = commands[0], [], []
-    slack = rate * lag
-    for step, target in zip([*steps, np.inf], commands, strict=True):
-        angles.append(angle)
-        gap = target - angle
-        ramp = (abs(gap) - slack) / rate
-        if ramp <= 0.0:
-            turning.append(0.0)
-            angle = target - gap * math.exp(-step / lag)
-        elif ramp >= step:
-            turning.append(step)
-            angle += rate * step if gap > 0.0 else -rate * step
-        else:
-            turning.append(ramp)
-            left = slack if gap > 0.0 else -slack
-            angle = target - left * math.exp((ramp - step) / lag)
-    return np.array(angles), np.array(turning)

@@ -13,11 +13,13 @@ from popsteer.tables.columns import Column
 from popsteer.tables.quantities import factor
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
     from popsteer.tables.text import Table
+
+    Rows = Iterable[tuple[int, list[str]]]
 
 _CLOCK = re.compile(
     r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T ]\s*)?"
@@ -58,9 +60,8 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     column, nanoseconds = places["t"], places.get("t_ns")
     unit = unit or column.unit
     use = [column.place] + ([] if nanoseconds is None else [nanoseconds.place])
-    entries = [(line, row) for _, line, row in table.entries(use)]
-    texts = [row[0].strip() for _, row in entries]
-    first = next(filter(None, texts), "")
+    entries = ((line, row) for _, line, row in table.entries(use))
+    first = next((row[0] for _, _, row in table.entries(use) if row[0]), "")
     if nanoseconds is not None and first.lstrip("-").isdigit():
         return _stamps(table, entries, column)
     if unit == "hhmmss":
@@ -69,7 +70,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
         since = 3600.0 * hours + 60.0 * minutes + values % 100.0
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
     if _CLOCK.match(first) or ":" in first:
-        return _clocks(table, entries, column)
+        return _clocks(table, entries, column, dated=bool(re.match(r"\d{4}\D", first)))
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         size = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
         return _counts(table, entries, column, size)
@@ -77,7 +78,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     return Times(values, 0, f"t is in {unit}" if unit not in (None, "s") else "", unit is not None)
 
 
-def _stamps(table: Table, entries: list[tuple[int, list[str]]], column: Column) -> Times:
+def _stamps(table: Table, entries: Rows, column: Column) -> Times:
     try:
         stamps = [int(s) * 10**9 + int(ns) for _, (s, ns) in entries]
     except ValueError:
@@ -85,7 +86,7 @@ def _stamps(table: Table, entries: list[tuple[int, list[str]]], column: Column) 
     return _since_first(stamps, "t is s + ns")
 
 
-def _counts(table: Table, entries: list[tuple[int, list[str]]], column: Column, unit: str) -> Times:
+def _counts(table: Table, entries: Rows, column: Column, unit: str) -> Times:
     size = {"ns": 1, "us": 10**3, "ms": 10**6}[unit]
     stamps = []
     for line, row in entries:
@@ -101,7 +102,7 @@ def _since_first(stamps: list[int], said: str) -> Times:
     return Times(since, stamps[0], f"{said}, and counted from the first row", is_sure=True)
 
 
-def _clocks(table: Table, entries: list[tuple[int, list[str]]], column: Column) -> Times:
+def _clocks(table: Table, entries: Rows, column: Column, *, dated: bool) -> Times:
     values = []
     for line, row in entries:
         value = _clock(row[0])
@@ -112,7 +113,7 @@ def _clocks(table: Table, entries: list[tuple[int, list[str]]], column: Column) 
             )
         values.append(value)
     since = np.array(values)
-    if not re.match(r"\d{4}\D", entries[0][1][0]):
+    if not dated:
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
     origin = int(since[0])
     return Times(since - origin, origin * 10**9, "t is a date and a clock", is_sure=True)

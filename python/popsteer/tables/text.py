@@ -16,6 +16,7 @@ import os
 import re
 from array import array
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -125,6 +126,8 @@ class Table:
 
         Raises PathError, which names line and column, where an entry is not a finite number.
         """
+        if self._plain is not None:
+            return self._plain[:, columns]
         values = array("d")
         parse = self._parse
         for index, line, row in self.entries(columns):
@@ -137,6 +140,24 @@ class Table:
                 else:
                     self._refuse(line, column, index, entry, value)
         return np.array(values).reshape(-1, len(columns))
+
+    @cached_property
+    def _plain(self) -> NDArray[np.float64] | None:
+        """All columns as numpy reads them; None where any line is more than plain numbers."""
+        stream = io.StringIO(self.text, newline=None)
+        for _ in range(self.start):
+            stream.readline()
+        rest = stream.read()
+        odd = self.decimal_comma or self.vbox or self.separator == _BOTH or not rest.strip()
+        if odd or any(mark in rest for mark in ("#", "%", "//", '"', "_")):
+            return None
+        try:
+            lines = io.StringIO(rest)
+            found = np.loadtxt(lines, delimiter=self.separator, comments=None, ndmin=2)
+        except ValueError:
+            return None
+        sound = found.shape[1] == self.columns and bool(np.all(np.abs(found) <= _LARGEST))
+        return found if sound else None
 
     def _refuse(self, line: int, column: int, index: int, entry: str, value: float | None) -> None:
         shown = entry if len(entry) <= _SHOWN_CHARACTERS else entry[:_SHOWN_CHARACTERS] + "..."

@@ -35,6 +35,7 @@ mod tracker;
 mod vehicle;
 mod vehicles;
 mod waypoints;
+mod wheels;
 
 use pyo3::prelude::*;
 
@@ -67,6 +68,7 @@ mod _core {
         tracker::monitor::PyMonitorParams,
         tracker::prediction::PyInFlight,
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
+        wheels::{wheel_angles, wheels_behind_play},
     };
 
     /// Names the version and the profile that this module was built with.

@@ -50,7 +50,7 @@ pub use episodes::{Episodes, Weights};
 pub use longitudinal::Longitudinal;
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
-pub use plant::{Control, Plant, PlantState};
+pub use plant::{Control, Plant, PlantState, behind_play};
 pub use popsteer_core::laws::{Law, LawState};
 pub use record::Record;
 pub use simulation::{Settings, Simulation};

@@ -20,7 +20,12 @@ impl Vehicle {
     /// rate, nearer they approach it exponentially.
     #[inline]
     pub fn move_wheel(&self, wheel: f64, command: f64, time: f64) -> Moved {
-        let target = self.at_wheels(command + self.steer_offset);
+        self.turn_wheel(wheel, self.at_wheels(command + self.steer_offset), time)
+    }
+
+    /// The same towards an angle `target` [rad] of the wheels, however far it is.
+    #[inline]
+    pub fn turn_wheel(&self, wheel: f64, target: f64, time: f64) -> Moved {
         if time <= 0.0 {
             return Moved { wheel, mean: wheel };
         }

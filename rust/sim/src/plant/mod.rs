@@ -44,8 +44,7 @@ pub struct PlantState {
 impl PlantState {
     /// Moves the road wheels by a steering angle [rad]: they stay within `play` [rad] of it.
     fn push(&mut self, steering: f64, play: f64) -> f64 {
-        let half = 0.5 * play;
-        self.road_wheel = self.road_wheel.min(steering + half).max(steering - half);
+        self.road_wheel = behind_play(self.road_wheel, steering, play);
         self.road_wheel
     }
 
@@ -59,6 +58,12 @@ impl PlantState {
             throttle: 0.0,
         }
     }
+}
+
+/// Road wheels from the angle `wheel` [rad] once the steering before `play` [rad] is at `steering`.
+pub fn behind_play(wheel: f64, steering: f64, play: f64) -> f64 {
+    let half = 0.5 * play;
+    wheel.min(steering + half).max(steering - half)
 }
 
 /// A vehicle that moves.
