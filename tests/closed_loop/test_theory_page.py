@@ -13,6 +13,7 @@ import pytest
 import popsteer
 from popsteer import Vehicle, controllers, lab, presets, vehicles
 from popsteer.lab import stability
+from popsteer.lab.common.names import title_of
 from popsteer.lab.stability import margins
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.runs import Cell, mean_error
@@ -162,6 +163,9 @@ def test_weights_are_searched_for_the_suite_of_the_page() -> None:
         at = titles.index(row[0])
         assert row[3] == rows["All"][at].strip("=* ").split()[0].strip("*"), row[0]
         assert row[4] == rows["rate of the command, rms [rad/s]"][at], row[0]
+        # Opponents whose defaults are within a tenth of the least keep them.
+        if row[0] not in map(title_of, controllers.names()):
+            assert float(row[2]) < 1.1 * float(row[6]), row[0]
 
 
 def test_row_of_the_hairpin_is_what_is_driven() -> None:
@@ -178,6 +182,24 @@ def test_row_of_the_default_costs_is_what_is_driven() -> None:
     row = front_line(STEER_RATE[1], HEADING[0])
     assert row in table("preview_pop.md", "front")
     assert row.startswith("| **L/12** | **L** |")
+
+
+def test_page_says_what_the_table_of_the_costs_shows() -> None:
+    read = [[each.strip("*") for each in cells(row)] for row in table("preview_pop.md", "front")]
+    rows = {(row[0], row[1]): [float(each.split()[0]) for each in row[2:]] for row in read}
+    usual = rows["L/12", "L"]
+
+    def shares(*costs: str) -> list[float]:
+        """Of the defaults': error as told, in noise, effort, dead time at 10 m/s."""
+        return [rows[costs][at] / usual[at] for at in (0, 1, 4, 6)]
+
+    assert min(rows, key=lambda costs: rows[costs][1]) == ("L/24", "L/2")
+    _, noise, effort, margin = shares("L/24", "L/2")
+    assert (1.0 / noise, 1.0 / margin, 1.0 / effort) == pytest.approx((1.15, 1.33, 0.7), abs=0.04)
+    assert shares("L/200", "L/2") == pytest.approx([0.2, 1.5, 2.1, 0.5], abs=0.1)
+    told, noise, effort, _ = shares("L/6", "L/2")
+    assert told > 2.0
+    assert (noise, effort) == pytest.approx((1.15, 0.67), abs=0.02)
 
 
 def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:
