@@ -189,9 +189,9 @@ def test_page_says_what_the_table_of_the_costs_shows() -> None:
     rows = {(row[0], row[1]): [float(each.split()[0]) for each in row[2:]] for row in read}
     usual = rows["L/12", "L"]
 
-    def shares(*costs: str) -> list[float]:
+    def shares(rate: str, heading: str) -> list[float]:
         """Of the defaults': error as told, in noise, effort, dead time at 10 m/s."""
-        return [rows[costs][at] / usual[at] for at in (0, 1, 4, 6)]
+        return [rows[rate, heading][at] / usual[at] for at in (0, 1, 4, 6)]
 
     assert min(rows, key=lambda costs: rows[costs][1]) == ("L/24", "L/2")
     _, noise, effort, margin = shares("L/24", "L/2")
