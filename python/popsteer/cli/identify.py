@@ -72,6 +72,7 @@ def identify(
         if stops is not None:
             second = logs.read([stops], columns, topic, unit, origin, progress)
         update = partial(progress.update, "identify")
+        update(0.0)
         found = identified(drive, given, course=course, stops=second, progress=update)
         content = {} if out is None else _files(found, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
