@@ -22,9 +22,8 @@ _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 HELP = """\
 Drive controllers on plants along tracks, each on each, and show their errors.
 
-Errors are measured at the point that each controller tracks, and again at the rear axle, one point
-for all. The controllers know the plant's vehicle unless --vehicle or --set-vehicle gives them
-another. popsteer params lists the names, and what NAME=VALUE can set. Of one plant and track, --out
+Errors are measured at the point that each controller tracks, and at the rear axle, one point for
+all. popsteer params lists the names, and what NAME=VALUE can set. Of one plant and track, --out
 writes figures and records; of several, a table matrix.csv, .md and .json, and a figure.
 
 \b
@@ -66,7 +65,7 @@ def compare(
         list[str] | None, optional("NAME=VALUE", "A parameter of the run, such as time_limit.")
     ] = None,
     step_time: Annotated[
-        bool, flag("--step-time", "Measure the time of a control step as well.")
+        bool, flag("--step-time", "Measure the time of a control step, too.")
     ] = False,
     record: options.Record = None,
     out: options.Out = None,

@@ -32,96 +32,86 @@ def flag(name: str, text: str) -> OptionInfo:
 
 
 Controllers: TypeAlias = Annotated[
-    str, valued("NAMES", "Who steers, separated by commas; FILE.py:NAME is your own.")
+    str, valued("NAMES", "Who steers, by commas; FILE.py:NAME is your own.")
 ]
 OwnControllers: TypeAlias = Annotated[str, valued("NAMES", "The controllers, by commas.")]
 Controller: TypeAlias = Annotated[
-    str | None, optional("NAME", "Who steers. By default that of --params, or else preview-pop.")
+    str | None, optional("NAME", "By default preview-pop, or that of --params.")
 ]
-Preset: TypeAlias = Annotated[
-    str, valued("NAME", "Tuning: default, paper, published-code or reproduction.")
-]
+Preset: TypeAlias = Annotated[str, valued("NAME", "One of popsteer params.")]
 Params: TypeAlias = Annotated[
-    Path | None, optional("FILE", "Tuning of popsteer tune, *.toml: a table each, such as [pop].")
+    Path | None, optional("FILE", "Tuning, *.toml, as popsteer tune writes it.")
 ]
 Record: TypeAlias = Annotated[
     Path | None,
-    optional("FILE.mcap", "Write the messages of ROS 2, which Foxglove and identify read."),
+    optional("FILE.mcap", "Messages of ROS 2, for Foxglove and identify."),
 ]
 Seed: TypeAlias = Annotated[int, valued("N", "Where all draws come from.")]
 Set: TypeAlias = Annotated[
     list[str] | None,
-    optional("NAME=VALUE", "A parameter of controllers, of adapt or of monitor.", "--set"),
+    optional("NAME=VALUE", "A parameter of controllers, adapt or monitor.", "--set"),
 ]
 Waypoints: TypeAlias = Annotated[
-    Path | None, optional("FILE", "Waypoints to follow: a table, GPX or GeoJSON (docs/files.md).")
+    Path | None, optional("FILE", "A table, GPX or GeoJSON (docs/files.md).")
 ]
 SeveralWaypoints: TypeAlias = Annotated[
     list[Path] | None,
-    optional("FILE", "Waypoints to follow: a table, GPX or GeoJSON (docs/files.md)."),
+    optional("FILE", "A table, GPX or GeoJSON (docs/files.md)."),
 ]
-COLUMNS = "Its columns: x,y,-,'speed [km/h]' or speed=V,yaw=psi."
+COLUMNS = "Its columns: x,y,-,'v [km/h]' or yaw=psi."
 Columns: TypeAlias = Annotated[str | None, optional("NAMES", COLUMNS)]
 Origin: TypeAlias = Annotated[
     str | None, optional("LAT,LON", "Where x = y = 0 [deg]; needs the extra 'geo'.")
 ]
 Track: TypeAlias = Annotated[
-    str | None, optional("NAME", "A shipped track (popsteer tracks), or FILE.py:NAME.")
+    str | None, optional("NAME", "One of popsteer tracks, or FILE.py:NAME.")
 ]
 Tracks: TypeAlias = Annotated[
     str | None,
-    optional("NAMES", "Tracks by commas: shipped, or FILE.py:NAME.", "--tracks", "--track"),
+    optional("NAMES", "Some of popsteer tracks, or FILE.py:NAME.", "--tracks", "--track"),
 ]
 Closed: TypeAlias = Annotated[bool, flag("--closed", "The last waypoint joins the first.")]
 Plants: TypeAlias = Annotated[
-    str, valued("NAMES", "What is driven, by commas: or *.toml.", "--plants", "--plant")
+    str, valued("NAMES", "What is driven, by commas; or *.toml.", "--plants", "--plant")
 ]
 OwnPlant: TypeAlias = Annotated[
     str | None,
-    optional("NAME|FILE", "What is driven; by default a bicycle of --vehicle, if given."),
+    optional("NAME|FILE", "What is driven; else a bicycle of --vehicle."),
 ]
 SetPlant: TypeAlias = Annotated[
-    list[str] | None, optional("NAME=VALUE", "A parameter of the plant or a field of its vehicle.")
+    list[str] | None, optional("NAME=VALUE", "A parameter of it, or a field of its vehicle.")
 ]
 Vehicle: TypeAlias = Annotated[
-    str | None, optional("NAME|FILE", "What controllers know: a vehicle *.toml; else the plant's.")
+    str | None, optional("NAME|FILE", "What controllers know; else the plant's.")
 ]
 SetVehicle: TypeAlias = Annotated[
-    list[str] | None, optional("NAME=VALUE", "A field of that vehicle; 'none' removes a limit.")
+    list[str] | None, optional("NAME=VALUE", "A field of it; 'none' removes a limit.")
 ]
 NoAdapt: TypeAlias = Annotated[bool, flag("--no-adapt", "The controllers estimate nothing.")]
-Start: TypeAlias = Annotated[
-    str | None, optional("X,Y,YAW", "Pose at the start [m, m, rad]; else on the path.")
-]
-StartAt: TypeAlias = Annotated[
-    str, valued("pose|rear|front", "Whose pose that is: of the vehicle or an axle.")
-]
+Start: TypeAlias = Annotated[str | None, optional("X,Y,YAW", "Pose at the start [m, m, rad].")]
+StartAt: TypeAlias = Annotated[str, valued("pose|rear|front", "Whose pose that is.")]
 StartOffset: TypeAlias = Annotated[
-    float | None, optional("METRES", "Start with the front axle this far left of the path.")
+    float | None, optional("METRES", "The front axle this far left of the path.")
 ]
 Vary: TypeAlias = Annotated[
     list[str] | None,
-    optional("NAME=DISTRIBUTION", "What varies, and how (docs/sweep.md); none: not."),
+    optional("NAME=DISTRIBUTION", "What varies, and how (docs/sweep.md)."),
 ]
-Distributions: TypeAlias = Annotated[
-    Path | None, optional("FILE", 'What varies, as TOML: NAME = "DISTRIBUTION".')
-]
+Distributions: TypeAlias = Annotated[Path | None, optional("FILE", "The same, as TOML.")]
 Speed: TypeAlias = Annotated[float | None, optional("M/S", "Speed at the start.")]
 ConstantSpeed: TypeAlias = Annotated[float | None, optional("M/S", "Drive at this speed.")]
 Longitudinal: TypeAlias = Annotated[
-    str | None, optional("NAME", "Who works the pedals: speed-tracker, speed-pid or coupled.")
+    str | None, optional("NAME", "Pedals: speed-tracker, speed-pid or coupled.")
 ]
 SetLongitudinal: TypeAlias = Annotated[
-    list[str] | None, optional("NAME=VALUE", "A parameter of who works the pedals.")
+    list[str] | None, optional("NAME=VALUE", "A parameter of these.")
 ]
 DEFAULT_DT = Settings().dt
 """The paper's control period [s]."""
 Dt: TypeAlias = Annotated[float, valued("SECONDS", "Control period.")]
-Out: TypeAlias = Annotated[
-    Path | None, optional("DIR", "Write tables, figures and records into this folder.")
-]
+Out: TypeAlias = Annotated[Path | None, optional("DIR", "Folder for tables, figures and records.")]
 Report: TypeAlias = Annotated[
-    Path | None, optional("FILE", "Write one page *.html to look at (docs/report.md).")
+    Path | None, optional("FILE", "One page *.html to look at (docs/report.md).")
 ]
 
 

@@ -29,7 +29,7 @@ Examples:
 
 def ros2(
     *,
-    vehicle: Annotated[str, valued("NAME|FILE", "The vehicle: a file *.toml or a name.")],
+    vehicle: Annotated[str, valued("NAME|FILE", "A file *.toml or a name.")],
     set_vehicle: options.SetVehicle = None,
     controller: Annotated[str, valued("NAME", "Who steers.")] = "preview-pop",
     preset: options.Preset = "default",
@@ -38,10 +38,8 @@ def ros2(
     no_adapt: options.NoAdapt = False,
     max_speed: Annotated[float, valued("M/S", "Go no faster than this.")] = 5.0,
     rate: Annotated[float, valued("HZ", "Control steps a second.")] = 50.0,
-    stale: Annotated[float, valued("SECONDS", "Odometry older than this is not steered by.")] = 0.3,
-    hold: Annotated[
-        float, valued("SECONDS", "Then, drive on so long by dead reckoning, and brake.")
-    ] = 0.2,
+    stale: Annotated[float, valued("SECONDS", "Steer by no older odometry.")] = 0.3,
+    hold: Annotated[float, valued("SECONDS", "Then so long by dead reckoning.")] = 0.2,
     keep_path: Annotated[
         float, valued("SECONDS", "Keep a path so long where new ones are bad.")
     ] = 1.0,

@@ -31,7 +31,7 @@ Autoware: TypeAlias = Annotated[
     bool, flag("--autoware", "Autoware's messages and names of topics.")
 ]
 PathType: TypeAlias = Annotated[
-    str | None, optional("path|trajectory", "What the path is: nav_msgs/Path or a Trajectory.")
+    str | None, optional("path|trajectory", "Type: nav_msgs/Path or a Trajectory.")
 ]
 CommandType: TypeAlias = Annotated[
     str | None, optional("TYPE", "Command: ackermann, control, twist or twist-stamped.")
@@ -57,9 +57,9 @@ ParamsFile: TypeAlias = Annotated[
 ]
 LogLevel: TypeAlias = Annotated[
     str | None,
-    optional("LEVEL", "What is printed: debug, info, warn, error or fatal.", "--log-level"),
+    optional("LEVEL", "Print debug, info, warn, error or fatal.", "--log-level"),
 ]
-Timeout: TypeAlias = Annotated[float, valued("SECONDS", "How long to wait for the first messages.")]
+Timeout: TypeAlias = Annotated[float, valued("SECONDS", "Wait so long for the first messages.")]
 
 
 class Names(NamedTuple):

@@ -25,9 +25,9 @@ _WITH_RUN = ("run", "out", "report", "controller", "plant")
 HELP = """\
 Drive one controller thousands of times, each time with another vehicle, start and noise.
 
-What varies is drawn from distributions; the controller is given the vehicle as it is before. A run
-succeeds if it finishes without a fault, within --deviation after settling. --out keeps the rows as
-they come: the same command resumes where it was stopped. --run drives one again, to the last bit.
+The controller is told the vehicle without the draws. A run succeeds if it finishes without a fault,
+within --deviation after settling. --out keeps the rows as they come: the same command resumes where
+it was stopped. --run goes with --out, --report, and your own --controller and --plant.
 
 \b
 Examples:
@@ -59,29 +59,24 @@ def sweep(
     distributions: options.Distributions = None,
     runs: Annotated[int, valued("N", "How many runs.")] = 1000,
     seed: options.Seed = 0,
-    deviation: Annotated[float, valued("METRES", "How far off a successful run may be.")] = 0.5,
+    deviation: Annotated[float, valued("METRES", "Most that a success is off.")] = 0.5,
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
     longitudinal: options.Longitudinal = None,
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
-    workers: Annotated[
-        int | None, optional("N", "Threads or processes; by default one a core.")
-    ] = None,
+    workers: Annotated[int | None, optional("N", "Threads or processes; else one a core.")] = None,
     dask: Annotated[
         str | None,
-        optional("ADDRESS", "The scheduler of a Dask cluster, or local:N; extra 'dask'."),
+        optional("ADDRESS", "Scheduler of Dask, or local:N; extra 'dask'."),
     ] = None,
     run: Annotated[
         str | None,
-        optional(
-            "FILE:RUN",
-            "Drive this run again; with --out, --report, and your own --controller, --plant.",
-        ),
+        optional("FILE:RUN", "Drive this run again, to the last bit."),
     ] = None,
     out: Annotated[
-        Path | None, optional("FILE", "File for the rows, *.parquet or *.csv; with --run a folder.")
+        Path | None, optional("FILE", "Rows, *.parquet or *.csv; with --run a folder.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,

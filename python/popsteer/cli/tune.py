@@ -46,9 +46,7 @@ def tune(
     no_adapt: options.NoAdapt = False,
     search: Annotated[
         list[str] | None,
-        optional(
-            "NAME=DISTRIBUTION", "A parameter to search: uniform(LOW,HIGH) or loguniform(...)."
-        ),
+        optional("NAME=DISTRIBUTION", "uniform(LOW,HIGH) or loguniform(LOW,HIGH)."),
     ] = None,
     waypoints: options.SeveralWaypoints = None,
     tracks: options.Tracks = None,
@@ -68,16 +66,16 @@ def tune(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
-        int | None, optional("N", "Trials in the end; 100 without --seconds.")
+        int | None, optional("N", "Trials in the end; else 100, or --seconds.")
     ] = None,
     seconds: Annotated[float | None, optional("S", "How long to search, at most.")] = None,
-    effort_limit: Annotated[float, valued("FACTOR", "How much more the wheels may move.")] = 1.1,
+    effort_limit: Annotated[float, valued("FACTOR", "Times the effort before.")] = 1.1,
     storage: Annotated[
         str | None,
-        optional("URL|FILE", "Where trials are kept: a storage of Optuna, or a journal."),
+        optional("URL|FILE", "Optuna's storage of trials, or a journal."),
     ] = None,
     out: Annotated[
-        Path | None, optional("FILE", "File for the tuning, *.toml; a figure is drawn beside it.")
+        Path | None, optional("FILE", "The tuning, *.toml; a figure is drawn beside.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,
