@@ -76,7 +76,7 @@ def sweep(
         optional("FILE:RUN", "Drive this run again, to the last bit."),
     ] = None,
     out: Annotated[
-        Path | None, optional("FILE", "Rows, *.parquet or *.csv; with --run a folder.")
+        Path | None, optional("FILE", "Rows, *.parquet or *.csv; a folder of --run.")
     ] = None,
     report: options.Report = None,
     context: typer.Context,

@@ -46,7 +46,7 @@ def tune(
     no_adapt: options.NoAdapt = False,
     search: Annotated[
         list[str] | None,
-        optional("NAME=DISTRIBUTION", "uniform(LOW,HIGH) or loguniform(LOW,HIGH)."),
+        optional("NAME=DISTRIBUTION", "Try uniform(LOW,HIGH) or loguniform(...)."),
     ] = None,
     waypoints: options.SeveralWaypoints = None,
     tracks: options.Tracks = None,
