@@ -63,17 +63,35 @@ def test_what_rounded_commands_hide_is_within_its_errors_or_unknown(
 
 
 @pytest.mark.parametrize("given_in_steps", [False, True])
-def test_commands_in_steps_are_told_from_rounded_ones(
-    given_in_steps: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("kind", "seed"), [("parking", 1), ("lines", 3)])
+def test_steps_that_a_hand_jumps_over_are_told_from_rounding(
+    kind: str, seed: int, given_in_steps: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    if given_in_steps:
+        monkeypatch.setattr(logged, "commands", _stepped(0.0174533))
+    car, found = acceptance.identified(kind, seed, steps=0.0174533)
+    assert found is not None
+    assert (found.fit.rounded == 0.0) == given_in_steps
+    assert all(one.off < 3.0 for one in acceptance.stated(car, found))
+
+
+def _stepped(step: float) -> Any:
+    """Give the commands of a drive by a program that takes them from a grid."""
     commands = logged.commands
 
     def stepped(*args: Any) -> Any:
         t, speed, steer = commands(*args)
-        return t, speed, 0.02 * np.round(steer / 0.02)
+        return t, speed, step * np.round(steer / step)
 
+    return stepped
+
+
+@pytest.mark.parametrize("given_in_steps", [False, True])
+def test_commands_in_steps_are_told_from_rounded_ones(
+    given_in_steps: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if given_in_steps:
-        monkeypatch.setattr(logged, "commands", stepped)
+        monkeypatch.setattr(logged, "commands", _stepped(0.02))
     car, found = acceptance.identified("laps", 2, length=2.5, point=1.2, steps=0.02)
     assert found is not None
     drive = found.fit.candidates[0].task.drive

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from popsteer.identification import drive, rounding, whiten
-from popsteer.identification.chain import Chain, Wheels
+from popsteer.identification.chain import Chain, Wheels, behind_play
 from popsteer.logs import Log
 
 pytest.importorskip("scipy")
@@ -281,6 +281,28 @@ def test_wheels_turn_as_in_small_steps() -> None:
         assert wheels.integral(at) == pytest.approx(wanted_total, abs=2e-4), (lag, rate)
         places = np.rint(times / h).astype(int)
         assert wheels.angle == pytest.approx(np.array(angles)[places], abs=1e-3), (lag, rate)
+
+
+@pytest.mark.parametrize(("lag", "rate"), [(0.1, None), (0.1, 0.4), (1e-7, 0.3)])
+def test_wheels_behind_play_turn_as_in_small_steps(lag: float, rate: float | None) -> None:
+    times = 0.05 * np.arange(100)
+    commands = np.cumsum(0.05 * np.random.default_rng(0).standard_normal(100))
+    late, scale, offset, play, h = 0.137, 0.9, 0.01, 0.03, 1e-4
+    fine = np.arange(0.0, 5.0, h)
+    place = np.clip(np.searchsorted(times, fine - late, side="right") - 1, 0, None)
+    angle, wheel, angles = commands[0], scale * commands[0] + offset, []
+    for target in commands[place].tolist():
+        steer = scale * angle + offset
+        wheel = max(steer - 0.5 * play, min(wheel, steer + 0.5 * play))
+        angles.append(wheel)
+        step = (target - angle) * (1.0 - math.exp(-h / lag))
+        angle += step if rate is None else max(-rate * h, min(step, rate * h))
+    total = np.concatenate(([0.0], np.cumsum(angles) * h))
+    edges = 0.025 * np.arange(199)
+    wheels = Wheels(times, commands, lag, rate)
+    found = behind_play(wheels, edges, (late, scale, offset), play)
+    # Of the means of the steering over cells it would be off by 0.2 to 1 mrad s.
+    assert found == pytest.approx(np.interp(edges, fine, total[:-1]), abs=1e-4)
 
 
 def _chain_drive() -> Any:

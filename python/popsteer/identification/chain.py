@@ -65,11 +65,13 @@ class Wheels:
         return found
 
     def at(self, times: Array) -> Array:
-        """Give the angle at these times [rad], where no rate limits it."""
+        """Give the angle at these times [rad]."""
         place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
         since = np.maximum(times - self.times[place], 0.0)
+        ramp = np.minimum(since, self.turning[place])
         gap = self.angle[place] - self.commands[place]
-        found: Array = self.commands[place] + gap * np.exp(-since / self.lag)
+        gap -= np.copysign((self.rate or 0.0) * ramp, gap)
+        found: Array = self.commands[place] + gap * np.exp((ramp - since) / self.lag)
         return found
 
     def _since(self, place: NDArray[np.int64], time: Array) -> Array:
@@ -133,9 +135,13 @@ class Chain:
         [s⁴/m²] to the turning wheelbase, and a command of 1 asks for `steer_scale` [rad].
         """
         wheels = self.wheels(steer_lag, max_steer_rate)
-        shifted = wheels.integral(self.drive.edges - dead_time)
-        shaft = steer_scale * np.diff(shifted) / self.drive.cell + steer_offset
-        wheel = _behind_play(shaft, steer_play) if steer_play > 0.0 else shaft
+        edges = self.drive.edges
+        if steer_play > 0.0:
+            given = (dead_time, steer_scale, steer_offset)
+            total = behind_play(wheels, edges, given, steer_play)
+        else:
+            total = wheels.integral(edges - dead_time) * steer_scale + steer_offset * edges
+        wheel = np.diff(total) / self.drive.cell
         wheel = np.clip(wheel, -_MOST_ANGLE, _MOST_ANGLE)
         speed = self.drive.speed
         slope = understeer + load_shift * self.drive.acceleration
@@ -155,6 +161,28 @@ class Chain:
                 self._wheels.clear()
             self._wheels[key] = Wheels(self.drive.times, self.drive.commands, *key)
         return self._wheels[key]
+
+
+def behind_play(
+    wheels: Wheels, edges: Array, given: tuple[float, float, float], play: float
+) -> Array:
+    """Give the integral from the first of some times on of the angle behind play [rad s].
+
+    `given` are the dead time, the scale of the angle and its offset. The steering turns back only
+    where a command begins: between those, and the times that are asked for, it pushes one way.
+    """
+    dead_time, scale, offset = given
+    begin = wheels.times + dead_time
+    nodes = np.unique(np.concatenate((edges, begin[(begin > edges[0]) & (begin < edges[-1])])))
+    steer = scale * wheels.at(nodes - dead_time) + offset
+    mean = scale * np.diff(wheels.integral(nodes - dead_time)) / np.diff(nodes) + offset
+    angle = _behind_play(steer, play)
+    moved, turned = np.diff(angle), np.diff(steer)
+    share = moved / np.where(moved == 0.0, 1.0, turned)  # of the time for which it pushes
+    mean = angle[:-1] + share * (0.5 * moved + mean - 0.5 * (steer[1:] + steer[:-1]))
+    total = np.concatenate(([0.0], np.cumsum(mean * np.diff(nodes))))
+    found: Array = total[np.searchsorted(nodes, edges)]
+    return found
 
 
 def _lagged(given: Array, lag: float | Array, cell: float) -> Array:

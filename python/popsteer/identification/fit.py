@@ -120,12 +120,7 @@ class Fit:
 
     def split(self, **weights: float) -> Error:
         """Give the two parts of the error of a weighted sum of parameters."""
-        noise, model = self.known.split(self._row(weights))
-        if "steer_play" in weights:  # the cells of the simulation round its turning points off
-            fastest = np.abs(np.diff(self.wheels.angle)) / np.diff(self.wheels.times)
-            round_off = self.candidates[0].task.drive.cell * float(np.mean(fastest)) / 8.0
-            model = math.hypot(model, round_off * weights["steer_play"])
-        return Error(noise, model)
+        return self.known.split(self._row(weights))
 
     def _row(self, weights: Mapping[str, float]) -> Array:
         return np.array([weights.get(name, 0.0) for name in self.names])

@@ -30,8 +30,10 @@ _NOTHING = 1e-11
 a derivative are the errors of its differences."""
 _GONE = 1e-9
 """Below it theta^k counts for nothing; numbers that are smaller still are slow to multiply."""
-SHOWN = 0.02
-"""The share of the variance of rounding that the heading must show: the fit takes up the rest."""
+LEFT = 0.2
+"""The share of the variance of rounding that a fit leaves in the heading: it takes up the rest."""
+UNSURE = -1.0
+"""Commands in steps were rounded unless the log-likelihood of that is below this."""
 
 
 def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
@@ -180,13 +182,11 @@ def rounding_score(
         # The heading's error over each stretch of one command, by how far a radian turns it.
         starts = np.flatnonzero(np.diff(level[rows], prepend=-1))
         stretches.append(np.add.reduceat((np.diff(error[part]), turn[rows]), starts, axis=1))
-    # Its variance as the heading shows it: of stretches that count alike, or by their length.
     off, gain = np.concatenate(stretches, axis=1) ** 2
-    alike = gain / (2.0 * sample**2 + size * gain) ** 2
-    shown = any(
-        weight @ (off - 2.0 * sample**2) > SHOWN * size * (weight @ gain)
-        for weight in (alike, np.ones_like(gain))
-    )
+    noise_alone = 2.0 * sample**2
+    with_rounding = noise_alone + LEFT * size * gain
+    more = np.log(with_rounding / noise_alone) - off / noise_alone + off / with_rounding
+    shown = -0.5 * float(np.sum(more)) > UNSURE  # the likelihood ratio
     if shown or drive.commands is not drive.recorded:
         return step, 2.0 * size * total.T @ total
     return 0.0, 0.0 * total.T @ total
