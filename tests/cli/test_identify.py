@@ -69,9 +69,15 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
 ) -> None:
     pytest.importorskip("rosbags")
     bag, out = write_bag(tmp_path / "bag", columns), tmp_path / "car.toml"
-    told = ("--set-vehicle", "wheelbase=2.65", "--set-vehicle", "rear_axle=-1.35")
+    given = tmp_path / "given.toml"
+    given.write_text("wheelbase = 2.65\nmax_speed = inf\n")
+    told = ("--vehicle", str(given), "--set-vehicle", "rear_axle=-1.35")
+    told += ("--set-vehicle", "max_steer=1.22")  # its default
     outcome = command.call(capsys, "identify", str(bag), "--out", str(out), *told)
     assert outcome.status == 0
+    lines = out.read_text().splitlines()
+    for line in ("# max_speed =", "max_steer = 1.22", "wheelbase = 2.65"):
+        assert lines[lines.index(line) - 1] == "# given"
     car = popsteer.Vehicle.load(out)
     assert (car.wheelbase, car.rear_axle) == (2.65, -1.35)
     assert car.turning_wheelbase == pytest.approx(2.7, abs=0.03)

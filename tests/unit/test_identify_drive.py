@@ -141,6 +141,12 @@ def test_file_says_of_each_number_what_it_is_and_carries_the_pedals(tmp_path: An
     assert above("drive_delay =").startswith("# identified: ± ")
     assert above("max_steer =") == "# given"
     assert above("max_lateral_acceleration =") == "# default"
+    # What equals its default is what it was all the same.
+    same = replace(found, vehicle=found.vehicle.replace(dead_time=0.0))
+    lines = same.as_toml(["max_lateral_acceleration"]).splitlines()
+    assert above("dead_time =").startswith("# identified: ± ")
+    assert above("max_lateral_acceleration =") == "# given"
+    assert {"dead_time = 0.0", "max_lateral_acceleration = 4.0"} <= set(lines)
     pedals = sim.PedalMap.load(file)
     assert pedals.drive == pytest.approx(car.throttle, rel=0.05)
     assert pedals.braking == pytest.approx(car.braking, rel=0.05)

@@ -285,7 +285,7 @@ def test_wheels_turn_as_in_small_steps() -> None:
 
 @pytest.mark.parametrize(("lag", "rate"), [(0.1, None), (0.1, 0.4), (1e-7, 0.3)])
 def test_wheels_behind_play_turn_as_in_small_steps(lag: float, rate: float | None) -> None:
-    times = 0.05 * np.arange(100)
+    times = np.linspace(0.0, 4.95, 100)
     commands = np.cumsum(0.05 * np.random.default_rng(0).standard_normal(100))
     late, scale, offset, play, h = 0.137, 0.9, 0.01, 0.03, 1e-4
     fine = np.arange(0.0, 5.0, h)
@@ -298,7 +298,7 @@ def test_wheels_behind_play_turn_as_in_small_steps(lag: float, rate: float | Non
         step = (target - angle) * (1.0 - math.exp(-h / lag))
         angle += step if rate is None else max(-rate * h, min(step, rate * h))
     total = np.concatenate(([0.0], np.cumsum(angles) * h))
-    edges = 0.025 * np.arange(199)
+    edges = np.linspace(0.0, 4.95, 199)
     wheels = Wheels(times, commands, lag, rate)
     found = behind_play(wheels, edges, (late, scale, offset), play)
     # Of the means of the steering over cells it would be off by 0.2 to 1 mrad s.

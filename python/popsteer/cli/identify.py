@@ -74,7 +74,8 @@ def identify(
         update = partial(progress.update, "identify")
         update(0.0)
         found = identified(drive, given, course=course, stops=second, progress=update)
-        content = {} if out is None else _files(found, out, progress)
+        told = inputs.told(vehicle, set_vehicle)
+        content = {} if out is None else _files(found, told, out, progress)
     nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
     said = outputs.written(out, (file for file in content if file != out), nothing)
     write_files_atomic(content)
@@ -92,12 +93,14 @@ def identify(
     )
 
 
-def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
+def _files(
+    found: Identification, told: set[str], out: Path, progress: Progress
+) -> dict[Path, bytes]:
     from popsteer.lab.identify import identified_csv, identified_json
     from popsteer.lab.identify.figure import identified_figure
 
     content = {
-        out: found.as_toml().encode(),
+        out: found.as_toml(told).encode(),
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }

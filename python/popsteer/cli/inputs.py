@@ -321,6 +321,13 @@ def _doubt(vehicle: Vehicle) -> None:
             print(f"popsteer: warning: {said}: is it in {unit}?", file=sys.stderr)
 
 
+def told(text: str | None, changes: Sequence[str] | None) -> set[str]:
+    """Name the fields of a vehicle that are told, in a file or one by one."""
+    there = toml_file.read(text, "vehicle file") if text is not None and _is_file(text) else {}
+    names = {*there, *(name for name, _ in pairs("--set-vehicle", changes))}
+    return names & Vehicle().as_dict().keys()
+
+
 def defaults_note(
     text: str | None,
     changes: Sequence[str] | None,
@@ -339,11 +346,10 @@ def defaults_note(
             speed = max(speed, float(np.max(np.abs(speeds))))
             rates = np.abs(np.diff(steer)) / np.maximum(np.diff(t), 1e-3)
             turning = max(turning, float(np.quantile(rates, 0.98)))
-    told = {name for name, _ in pairs("--set-vehicle", changes)}
     left = vehicle_file.defaults(text, speed, turning, stops=stops)
     car = Vehicle().as_dict()
     values = {name: "none" if car[name] is None else f"{car[name]:g}" for name in left}
-    left = [name for name in left if name not in told]
+    left = [name for name in left if name not in told(text, changes)]
     said = ", ".join(f"{name} = {values[name]}" for name in left)
     return [f"{text} does not say {said}: defaults, on which this drive hangs"] if left else []
 

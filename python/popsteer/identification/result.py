@@ -14,6 +14,7 @@ from popsteer.vehicle_file import as_toml
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
@@ -144,12 +145,13 @@ class Identification:
             text += f" The drive: {', '.join(each)}."
         return text
 
-    def as_toml(self) -> str:
+    def as_toml(self, given: Iterable[str] = ()) -> str:
         """Word the vehicle as a TOML file: for each number whether it was identified, and how well.
 
+        The fields that are named as `given` are that also where they have their default.
         `popsteer.Vehicle.load` reads it, `popsteer.sim.PedalMap.load` its pedals.
         """
-        said = {
+        said = dict.fromkeys(given, "given") | {
             name: f"identified: ± {math.hypot(error, self.model_errors[name]):.2g}"
             for name, error in self.errors.items()
         }
