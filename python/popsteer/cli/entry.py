@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import functools
 import os
 import re
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from popsteer.errors import PopsteerError, printable
 from popsteer.extras import MODULES, MissingExtra, missing, require
-from popsteer.interrupt import handle_as_usual, has_come
+from popsteer.interrupt import handle_as_usual, has_come, leave
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,10 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         status = INTERRUPTED  # matplotlib's C++ makes a ValueError of it
     _drop_what_fails(sys.stdout)
     if status == INTERRUPTED and arguments is None:
-        # All is written; to take down the modules of a cluster would take up to a second more.
-        atexit._run_exitfuncs()  # noqa: SLF001 - without it pools leave semaphores
-        sys.stderr.flush()
-        os._exit(status)
+        leave()
     sys.exit(status)
 
 

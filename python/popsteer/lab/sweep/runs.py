@@ -15,7 +15,7 @@ import threading
 import warnings
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +30,7 @@ from popsteer.ranges import check_count
 from popsteer.sim import plant_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     Rows = list[dict[str, Any]]
 
@@ -43,7 +43,7 @@ _receiving = threading.Lock()  # a worker of Dask may have many threads
 
 def on_core(
     job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
-) -> Iterator[Rows]:
+) -> Generator[Rows, None, None]:
     """Drive runs on the core's threads; `progress` gets the number of runs that are done."""
     for begin in range(0, len(runs), _CORE_CHUNK):
         chunk = runs[begin : begin + _CORE_CHUNK]
@@ -56,7 +56,7 @@ def on_core(
 
 def on_processes(
     job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
-) -> Iterator[Rows]:
+) -> Generator[Rows, None, None]:
     """Drive runs on processes of their own, as many as cores by default; give rows as they come."""
     if workers is None:
         # Windows and macOS do not tell which cores a process may use.
@@ -93,7 +93,7 @@ def on_processes(
 
 def on_dask(
     job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
-) -> Iterator[Rows]:
+) -> Generator[Rows, None, None]:
     """Drive runs on Dask: a scheduler's address, or ``local:N`` for N processes of its own."""
     require("--dask", "dask")
     import dask
@@ -103,6 +103,7 @@ def on_dask(
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
+    others = set(multiprocessing.active_children())
     cluster: Any = None
     client = None
     try:
@@ -124,14 +125,15 @@ def on_dask(
             done += len(rows)
             yield rows
             progress(done)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, GeneratorExit) as ended:
         # Its workers have nothing to lose: closing would wait for what they do, and for those that
         # would begin in the place of killed ones.
         for nanny in [] if cluster is None else cluster.workers.values():
             nanny.close_gracefully()
-        for process in multiprocessing.active_children():
+        for process in set(multiprocessing.active_children()) - others:
             process.kill()
-        atexit.unregister(close_clusters)
+        if isinstance(ended, KeyboardInterrupt):
+            atexit.unregister(close_clusters)
         raise
     finally:
         with suppress(Exception):
@@ -218,16 +220,29 @@ def _chunks(runs: Sequence[int], workers: int) -> list[Sequence[int]]:
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Start processes that leave Ctrl-C to this one from their first moment on."""
+    """Start processes that leave Ctrl-C to this one from their first moment on.
+
+    It comes after that, as none may be half started and unknown to what ends them: a mask alone
+    would let another thread take it, for this one to handle.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # not on Windows
         yield
         return
     resource_tracker.ensure_running()  # it unblocks them where it is started later
+    came: list[int] = []
+    usual = signal.getsignal(signal.SIGINT)
+    is_held = callable(usual) and threading.current_thread() is threading.main_thread()
+    if is_held:
+        signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if is_held:
+            signal.signal(signal.SIGINT, usual)
+            if came:
+                signal.raise_signal(signal.SIGINT)
 
 
 def _end(pool: ProcessPoolExecutor) -> None:
@@ -325,12 +340,14 @@ def _driven(
     ends = {int(end) for each in job.draws.values() for end in (each.argmin(), each.argmax())}
     for k in remaining if job.is_of_core else sorted(ends.intersection(remaining)):
         job.made(k)
-    driven: Iterator[Rows] = iter(())
-    if remaining and dask is not None:
-        driven = on_dask(job, remaining, dask, advance)
-    elif remaining:
-        driven = (on_core if job.is_of_core else on_processes)(job, remaining, count, advance)
-    for rows in driven:
-        keep(rows)
-        found.update((row["run"], row) for row in rows)
+    if remaining:
+        on_own = on_core if job.is_of_core else on_processes
+        with closing(  # an interrupt of what keeps the rows ends the processes, too
+            on_own(job, remaining, count, advance)
+            if dask is None
+            else on_dask(job, remaining, dask, advance)
+        ) as driven:
+            for rows in driven:
+                keep(rows)
+                found.update((row["run"], row) for row in rows)
     return [found[k] for k in sorted(found)]
