@@ -2,10 +2,10 @@
 
     python -m studies.identify_acceptance [N]
 
-N drives of each of ten kinds (`studies.logged`): how many 95 % intervals contain the truth, and how
-many stated values lie beyond three errors: the table of docs/identify.md. And by how much the delay
-is off where poses repeat and where the steering has play. `tests/unit/test_identify_acceptance.py`
-runs it with a few.
+N drives of each of twelve kinds (`studies.logged`): how many 95 % intervals contain the truth, and
+how many stated values lie beyond three errors: the table of docs/identify.md. And by how much the
+delay is off where poses repeat and where the steering has play. A test of tests/unit runs it with a
+few.
 """
 
 from __future__ import annotations
@@ -176,19 +176,23 @@ def main() -> None:
     """Print what is stated of all drives, put the table onto its page, and print the delays."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     everything: list[Stated] = []
-    rows = []
+    rows, drives = [], 0
     for kind, changes in KINDS:
-        pairs = [identified(kind, seed, **changes) for seed in range(count)]
-        those = [one for car, found in pairs if found for one in stated(car, found)]
+        each = [identified(kind, seed, **changes) for seed in range(count)]
+        pairs = [(car, found) for car, found in each if found is not None]
+        those = [one for car, found in pairs for one in stated(car, found)]
         everything += those
+        drives += len(pairs)
         own = (key if value is True else f"{key} {value:g}" for key, value in changes.items())
         words = ", ".join((kind, *own))
-        rows.append(_row(words, those))
+        rows.append(_row(words, those, len(pairs)))
         print(rows[-1], flush=True)
-    rows.append(_row("all", everything))
+    rows.append(_row("all", everything, drives))
+    print(rows[-1], flush=True)
     write_table("identify.md", "errors", rows)
     for name in dict.fromkeys(one.name for one in everything):
-        print(_row(name, [one for one in everything if one.name == name]), flush=True)
+        those = [one for one in everything if one.name == name]
+        print(_row(name, those, len(those)), flush=True)
     seeds = range(max(2, count // 10))
     for rate in (2.0, 3.0, 4.0, 7.0, 10.0):
         off = delay_off("brisk", seeds, pose_rate=rate)
@@ -205,9 +209,9 @@ def main() -> None:
     print(f"a stop with the file of three stops and starts: {100.0 * max(stops):.1f} cm off")
 
 
-def _row(name: str, those: list[Stated]) -> str:
+def _row(name: str, those: list[Stated], drives: int) -> str:
     within, beyond, total = shares(those)
-    return line(name, f"{100 * within:.1f} %", f"{100 * beyond:.1f} %", str(total))
+    return line(name, f"{100 * within:.1f} %", f"{100 * beyond:.1f} %", str(total), str(drives))
 
 
 if __name__ == "__main__":

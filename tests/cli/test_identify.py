@@ -71,8 +71,8 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
     bag, out = write_bag(tmp_path / "bag", columns), tmp_path / "car.toml"
     given = tmp_path / "given.toml"
     given.write_text("wheelbase = 2.65\nmax_speed = inf\n")
-    told = ("--vehicle", str(given), "--set-vehicle", "rear_axle=-1.35")
-    told += ("--set-vehicle", "max_steer=1.22")  # its default
+    changes = ("rear_axle=-1.35", "max_steer=1.22")  # of which one is its default
+    told = ["--vehicle", str(given), *(f"--set-vehicle={each}" for each in changes)]
     outcome = command.call(capsys, "identify", str(bag), "--out", str(out), *told)
     assert outcome.status == 0
     lines = out.read_text().splitlines()

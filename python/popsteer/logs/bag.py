@@ -15,7 +15,8 @@ from popsteer.errors import unknown
 from popsteer.extras import require
 from popsteer.logs.log import Log, LogError
 from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS, STEERING, Steering, typestore
-from popsteer.logs.units import converted, factor
+from popsteer.logs.units import factor
+from popsteer.tables.quantities import converted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

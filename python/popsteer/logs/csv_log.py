@@ -12,10 +12,11 @@ import numpy as np
 from popsteer.errors import ConfigError, PathError, unknown
 from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
-from popsteer.logs.units import converted, factor
+from popsteer.logs.units import factor
 from popsteer.tables import geo, shown
 from popsteer.tables.columns import Column, Columns, asked_for, check_there, check_units, named
 from popsteer.tables.poses import yaw_of
+from popsteer.tables.quantities import converted
 from popsteer.tables.text import Table, read_table
 
 if TYPE_CHECKING:
@@ -116,16 +117,11 @@ def _read(
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
     rest = {key: column for key, column in places.items() if key not in ("t", "t_ns")}
-    sizes = check_units(table, {k: c for k, c in rest.items() if k not in units})
+    check_units(table, {k: c for k, c in rest.items() if k not in units})
     values = table.numbers([column.place for column in rest.values()], blank=True)
     found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
-    for k, (key, column) in enumerate(rest.items()):
-        size = sizes.get(key, 1.0)
-        each = values[:, k]
-        if key == "yaw" and column.unit is not None and key not in units:
-            each = converted(key, column.unit, each)  # from north, it has an offset
-        elif size != 1.0:
-            each = each * size
+    for (key, column), raw in zip(rest.items(), values.T, strict=True):
+        each = raw if key in units else converted(key, column.unit, raw)
         said = key if column.name == key else f"{key} ({column})"
         found[key] = _Series(t, each, said, units.get(key, column.unit))
     return found, begun
@@ -184,19 +180,12 @@ def _log(
     label = Path(files[0]).name
     read = ", ".join(["t", *(series[key].said for key in there)])
     source = "; ".join([f"{label}: {len(columns['t'])} rows of {read}", *notes])
-    t, x, y, yaw, speed, steer = (columns[key] for key in COLUMNS)
-    signals = {key: columns[key] for key in SIGNALS if key in columns}
     return Log(
-        t,
-        x,
-        y,
-        yaw,
-        speed,
-        steer,
+        *(columns[key] for key in COLUMNS),
         name=label,
         remarks=_still(columns),
         source=source,
-        signals=signals,
+        signals={key: columns[key] for key in SIGNALS if key in columns},
         shown=shown_units,
     )
 

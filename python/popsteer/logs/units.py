@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
-
 from popsteer.errors import PopsteerError, unknown
 from popsteer.logs.log import COLUMNS, SIGNALS, LogError
 from popsteer.tables.quantities import factor as _factor
 from popsteer.tables.quantities import spelled
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
 UNITS = {column: spelled(column) for column in COLUMNS + SIGNALS}
 """What each column may be measured in, one spelling of each. Those of a heading from north are
 clockwise, with x to the east."""
-
-
-def converted(column: str, unit: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bring the values of a column into popsteer's unit; LogError where the unit is not known.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> np.degrees(converted("yaw", "deg-north", np.array([90.0, 30.0]))).round(9).tolist()
-    [0.0, 60.0]
-    """
-    east = 0.5 * math.pi if unit.endswith("-north") else 0.0
-    return east + factor(column, unit) * values
 
 
 def factor(column: str, unit: str) -> float:

@@ -160,12 +160,12 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
         )
 
 
-def check_units(table: Table, columns: Mapping[str, Column]) -> dict[str, float]:
-    """Give each column's factor; PathError names the column whose unit is not known."""
-    found, usual = {}, {}
+def check_units(table: Table, columns: Mapping[str, Column]) -> None:
+    """Refuse by PathError, which names it, a column whose unit is not known."""
+    usual = {}
     for quantity, column in columns.items():
         try:
-            found[quantity] = 1.0 if column.unit is None else factor(quantity, column.unit)
+            factor(quantity, column.unit or "1")
         except PopsteerError:  # noqa: PERF203 - all are named at once
             usual[quantity] = spelled(quantity)[0]
     for quantity, unit in usual.items():
@@ -176,7 +176,6 @@ def check_units(table: Table, columns: Mapping[str, Column]) -> dict[str, float]
             f"{table.name}: {column}: the unit {column.unit!r} of {quantity} is not known; known:"
             f" {', '.join(spelled(quantity))}{remedy}"
         )
-    return found
 
 
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing

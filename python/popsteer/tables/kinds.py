@@ -6,10 +6,7 @@ import re
 
 _CSV = "export it as CSV with the columns x and y"
 _MAGIC = (
-    (b"\x80\x02", "pickle", _CSV),
-    (b"\x80\x03", "pickle", _CSV),
-    (b"\x80\x04", "pickle", _CSV),
-    (b"\x80\x05", "pickle", _CSV),
+    *((bytes((0x80, version)), "pickle", _CSV) for version in range(2, 6)),
     (b"\x93NUMPY", "numpy array", "numpy.savetxt writes it as text, with header= for the names"),
     (b"PK\x03\x04", "zip archive (Excel, KMZ and npz are)", _CSV),
     (b"\x1f\x8b", "gzip archive", "unpack it"),

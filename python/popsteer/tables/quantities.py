@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer.errors import PopsteerError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 _ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0)
@@ -28,7 +32,7 @@ UNITS: dict[str, dict[str, float]] = {
     "t": _TIME,
     "x": _LENGTH,
     "y": _LENGTH,
-    # From north, clockwise, with x to the east; `popsteer.logs.units.converted` turns them.
+    # From north, clockwise, with x to the east; `converted` turns them.
     "yaw": _ANGLE | {"rad-north": -1.0, "deg-north": -math.pi / 180.0},
     "speed": _SPEED,
     "speed_y": _SPEED,
@@ -183,6 +187,19 @@ def factor(quantity: str, unit: str) -> float:
             f" {unit[:40]!r}"
         )
     return found
+
+
+def converted(quantity: str, unit: str | None, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bring values into popsteer's unit; in no other they stay, to the bit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> np.degrees(converted("yaw", "deg-north", np.array([90.0, 30.0]))).round(9).tolist()
+    [0.0, 60.0]
+    """
+    found = (1.0 if unit is None else factor(quantity, unit)) * values
+    return found + 0.5 * math.pi if unit is not None and unit.endswith("-north") else found
 
 
 def spelled(quantity: str) -> list[str]:

@@ -23,7 +23,7 @@ from popsteer.tables.columns import (
     option,
 )
 from popsteer.tables.poses import poses, yaw_of
-from popsteer.tables.quantities import UNITS
+from popsteer.tables.quantities import UNITS, converted
 from popsteer.tables.text import Table, read_text, table_of
 
 if TYPE_CHECKING:
@@ -204,17 +204,11 @@ def _read_table(
         if not wanted:
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
-        factors = check_units(table, places)
-        use = list(places)
-        values = table.numbers([places[key].place for key in use])
+        check_units(table, places)
+        values = table.numbers([column.place for column in places.values()])
         _check_count(table.name, len(values))
-        # A factor of 1 leaves the bits, also those of a zero.
-        columns = {
-            key: values[:, k] * factors[key] if factors[key] != 1.0 else values[:, k].copy()
-            for k, key in enumerate(use)
-        }
-        if "yaw" in places and str(places["yaw"].unit).endswith("-north"):
-            columns["yaw"] += np.pi / 2.0
+        read = zip(places.items(), values.T, strict=True)
+        columns = {key: converted(key, column.unit, each) for (key, column), each in read}
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
         head = table.head or []
