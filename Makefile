@@ -27,7 +27,7 @@ LIBDIR ?= lib
 PY := $(VENV)/bin/python
 # Absolute, because build scripts run in their own crate's folder.
 export PYO3_PYTHON := $(CURDIR)/$(PY)
-# Spares `cargo test` and `cargo clippy` a libpython to link, which many systems do not ship.
+# Spares `cargo clippy` and `cargo build` a libpython to link, which many systems do not ship.
 export PYO3_BUILD_EXTENSION_MODULE := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # They could put another popsteer, or another Python, before the installed one.
@@ -67,7 +67,7 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	cargo fmt --all --check
 	$(PY) -m ruff check --quiet
 	$(PY) -m ruff format --check --quiet
-	cargo clippy --workspace --all-targets --locked --quiet -- -D warnings
+	cargo clippy --workspace --all-targets --features popsteer-bench/criterion --locked --quiet -- -D warnings
 	cargo test --package popsteer-core --locked --quiet
 	sh tests/smoke.sh $(PY)
 
@@ -76,14 +76,16 @@ test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, st
 	@$(MAKE) $(TWO) test-rust setup
 	@$(MAKE) test-python lint
 
+# The binding, with all that PyO3 is made of, is compiled by clippy and for the wheel, and tested from Python. The features
+# are those that it asks for.
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
-	cargo test --workspace --locked
+	cargo test --workspace --exclude popsteer-py --features popsteer-core/serde,popsteer-sim/serde --locked
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
 	$(PY) -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 declared: $(VENV)/pyvenv.cfg ## write what the declarations of parameters make: stub, C header, page
-	POPSTEER_WRITE=1 cargo test --locked --package popsteer-c --package popsteer-py
+	POPSTEER_WRITE=1 cargo test --locked --package popsteer-c --package popsteer-sim --test header --test declared
 
 parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each property: hours
 	HYPOTHESIS_PROFILE=thorough $(PY) -m pytest tests/parity --numprocesses $(WORKERS) --dist worksteal
@@ -93,7 +95,7 @@ lint: $(VENV)/.dev ## check format, lints, types and stubs
 
 lint-rust: $(VENV)/pyvenv.cfg
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo clippy --workspace --all-targets --features popsteer-bench/criterion --locked -- -D warnings
 	cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
 
 lint-python: $(VENV)/.dev
@@ -107,7 +109,7 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	rm -rf $(BENCH)
 	mkdir -p $(BENCH)
 	touch $(BENCH)/started
-	cargo bench --package popsteer-bench --locked
+	cargo bench --package popsteer-bench --features criterion --locked
 	$(PY) -m benches.latency $(BENCH)
 	$(PY) benches/path_scale.py --json $(BENCH)/path_scale.json
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
