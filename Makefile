@@ -46,7 +46,7 @@ ifndef TOGETHER
 .NOTPARALLEL:
 endif
 TWO := --jobs=2 TOGETHER=yes
-.PHONY: help setup demo check test test-rust test-python declared parity lint lint-rust lint-python bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
+.PHONY: help setup demo check test test-rust test-python declared parity lint lint-aside lint-rust lint-python bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -71,18 +71,20 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	cargo test --package popsteer-core --locked --quiet
 	sh tests/smoke.sh $(PY)
 
-# pip and the last crate of a wheel keep one core busy, as mypy does: the other one is there for what stands beside them.
+# pip and the last crate of a wheel keep one core busy: the other one is there for the Rust tests. The lints take what the
+# Python tests leave, of which many wait.
 test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, stubs
 	@$(MAKE) $(TWO) test-rust setup
-	@$(MAKE) test-python lint
+	@$(MAKE) $(TWO) test-python lint-aside
 
 # The binding, with all that PyO3 is made of, is compiled by clippy and for the wheel, and tested from Python. The features
 # are those that it asks for.
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --workspace --exclude popsteer-py --features popsteer-core/serde,popsteer-sim/serde --locked
 
+# What tests build by make and cargo is no part of this make, and says nothing of its jobs.
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
-	$(PY) -m pytest --numprocesses $(WORKERS) --dist worksteal
+	MAKEFLAGS= MFLAGS= $(PY) -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 declared: $(VENV)/pyvenv.cfg ## write what the declarations of parameters make: stub, C header, page
 	POPSTEER_WRITE=1 cargo test --locked --package popsteer-c --package popsteer-sim --test header --test declared
@@ -92,6 +94,9 @@ parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each pr
 
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	@$(MAKE) $(TWO) lint-rust lint-python
+
+lint-aside: $(VENV)/.dev
+	@nice $(MAKE) lint-rust lint-python
 
 lint-rust: $(VENV)/pyvenv.cfg
 	cargo fmt --all --check
