@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_discrete_are
+from scipy.spatial import KDTree
 
 import popsteer
 from popsteer import own, sim, tracks
@@ -379,12 +380,12 @@ def splined(path: popsteer.Path, car: popsteer.Vehicle) -> Mpc:
     place, tangent = spline(at), spline(at, 1)
     yaws = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
     arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(place, axis=0).T)))
-    observed, point = mpc.observer.see, mpc.tracked_point
+    observed, point, places = mpc.observer.see, mpc.tracked_point, KDTree(place)
 
     def see(x: float, y: float, yaw: float, speed: float, dt: float) -> Seen:
         seen = observed(x, y, yaw, speed, dt)
         x, y = x + point * math.cos(yaw), y + point * math.sin(yaw)
-        nearest = int(np.argmin(np.hypot(place[:, 0] - x, place[:, 1] - y)))
+        nearest = int(places.query((x, y))[1])
         along, (dx, dy) = yaws[nearest], (x, y) - place[nearest]
         arc = arcs[nearest] + math.cos(along) * dx + math.sin(along) * dy
         heading = yaw - float(np.interp(arc, arcs, yaws)) + mpc.observer.eye.estimate.slip
