@@ -36,6 +36,7 @@ FAULTS = {
     "pose freezes": ("position",),
     "speed reads 0": ("speed",),
     "speed reads half": ("speed",),
+    "heading reads 0.3 rad more": ("heading",),
     "wheels stick": ("steering",),
     "steering has the wrong sign": ("steering",),
 }
@@ -161,6 +162,7 @@ def spoiled(sensed: list[float], last: list[float], planted: str) -> list[float]
         "pose freezes": [*last[:3], speed],
         "speed reads 0": [x, y, yaw, 0.0],
         "speed reads half": [x, y, yaw, 0.5 * speed],
+        "heading reads 0.3 rad more": [x, y, yaw + 0.3, speed],
     }.get(planted, sensed)
 
 

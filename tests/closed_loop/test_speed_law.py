@@ -27,7 +27,7 @@ class Rail:
         self.gear, self.shift, self.asked = 1.0, 0.0, 0.0
         self.slope = 0.0
 
-    def drive(self, command: popsteer.SpeedCommand, time: float) -> None:
+    def drive(self, command: popsteer.SpeedCommand | popsteer.Drive, time: float) -> None:
         for _ in range(round(time / STEP)):
             self.flight.append(command.acceleration)
             wanted = self.flight.pop(0)
@@ -140,6 +140,30 @@ def test_vehicle_that_rolls_the_other_way_brakes() -> None:
         assert first.phase == "shifting"
         run(tracker, rail, 40.0)
         assert rail.x == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize("resent", [False, True])
+def test_phases_follow_each_other_once_in_noise(*, resent: bool) -> None:
+    """A stop whose curve is nearly the plan's binds until the vehicle stands."""
+    draw = np.random.default_rng(5)
+    for wheelbase in (0.6, 2.7, 9.0):
+        xs = np.arange(0.0, 121.0)
+        path = popsteer.Path(np.c_[xs, 0.0 * xs])
+        driver = popsteer.Driver(path, popsteer.Vehicle(wheelbase=wheelbase, max_speed=9.0))
+        rail, y, yaw = Rail(0.0), 0.0, 0.0
+        phases: list[str] = []
+        for _ in range(1000):
+            if resent and 60.0 < rail.x < 110.0:
+                rest = xs[int(rail.x) - 5 :]
+                driver.set_path(popsteer.Path(np.c_[rest, draw.normal(0.0, 0.01, len(rest))]))
+            off, aside, faster = draw.normal(0.0, [0.02, 0.02, 0.008])
+            answer = driver.step(rail.x + off, y + aside, yaw, rail.speed + faster, 0.05)
+            rail.drive(answer, 0.05)
+            y += 0.05 * rail.speed * yaw
+            yaw += 0.05 * rail.speed * math.tan(answer.steer) / wheelbase
+            if phases[-1:] != [answer.phase]:
+                phases.append(answer.phase)
+        assert phases == ["driving", "stopping", "standing"], (wheelbase, phases)
 
 
 def test_path_that_is_sent_again_keeps_its_stop() -> None:

@@ -126,7 +126,7 @@ _TRACKER_STATE: dict[str, Any] = {
     "law": {
         **dict.fromkeys(("acceleration", "speed", "still"), 0.0),
         **dict.fromkeys(("drive", "stop", "wheels", "reverse", "passes"), None),
-        **dict.fromkeys(("standing", "overruns", "rolls", "shifting"), False),
+        **dict.fromkeys(("standing", "stopping", "overruns", "rolls", "shifting"), False),
         "observer": {"speed": None, "slow_drive": 0.0, "disturbance": 0.0},
         "waits": (0.0, 0.0),
         "servo": {"wanted": None, "command": 0.0, "response": 0.0, "sums": (0.0, 0.0)},

@@ -18,10 +18,20 @@
 //! speed = expected speed + β e / dt,      β = 1 - exp(-dt / SPEED_TIME)
 //! ```
 //!
-//! which is an α-β filter (Kalata 1984) with `α = 1`: poses that pass are not smoothed.
+//! which is an α-β filter (Kalata 1984) with `α = 1`: poses that pass are not smoothed. Once a fault is
+//! known, so is a heading that does not come: by the distance `f` that they are left of the expected
+//! place, after the distance `d`,
+//!
+//! ```text
+//! heading = expected heading + β f / d,      β = 1 - exp(-|d| / reach),   reach = REACH (wheelbase, σ)
+//! ```
+//!
+//! with the noise `σ` of the position. Before, the wheels turn the expected heading: of one found in noise
+//! the monitor would think that they do not.
 
 use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::error::{InputError, input_in_range, input_within};
+use crate::geometry::Point;
 use crate::math::{cos, decay, saturate, sin, tan};
 use crate::tracker::Reported;
 use crate::vehicle::bicycle::{Rollout, advance};
@@ -32,6 +42,9 @@ use crate::vehicle::{Estimate, Fault, InFlight, Vehicle, VehicleState};
 /// Time constant of a speed that is found by the poses [s]. Larger: it is learnt later that brakes act
 /// otherwise than commanded. Smaller: it has the noise of the poses.
 const SPEED_TIME: f64 = 0.3;
+/// The distance over which a heading is found, in wheelbases and in standard deviations of the position's
+/// noise. Larger: one that was askew is put right later. Smaller: it is as noisy as the poses.
+const REACH: (f64, f64) = (0.2, 20.0);
 
 /// What is given to a step; a number that is not finite, or beyond its bound, has not come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +88,8 @@ pub struct Signals {
 /// The wheels as they are steered meanwhile.
 pub(super) struct Steered<'a> {
     pub(super) car: &'a Vehicle,
+    /// Standard deviation of the position's noise [m].
+    pub(super) noise: f64,
     pub(super) in_flight: Option<&'a InFlight>,
     /// The last command [rad].
     pub(super) steer: f64,
@@ -137,13 +152,13 @@ impl Signals {
         let steered = steered();
         let now = steered.roll(believed, dt);
         let comes = (position, heading, speed);
-        mixed(
-            sensed,
-            steered.back(now, pose_age),
-            comes,
-            (believed.speed, dt),
-        )
-        .bounded()
+        let expected = steered.back(now, pose_age);
+        let reach = if blamed.is_some() {
+            REACH.0 * steered.car.wheelbase + REACH.1 * steered.noise
+        } else {
+            f64::INFINITY
+        };
+        mixed(sensed, expected, comes, (believed.speed, dt), reach).bounded()
     }
 
     /// What has been missing for longer than `hold_time` [s]; all of it is the input.
@@ -176,27 +191,36 @@ impl Signals {
     }
 }
 
-/// What was `sensed` where it `comes` (position, heading, speed), else what was `expected`. A speed that is
-/// missing is found by the positions, `dt` [s] after it was `before` [m/s].
+/// What was `sensed` where it `comes` (position, heading, speed), else what was `expected`. A speed and a
+/// heading that are missing are found by the positions, `dt` [s] after the speed was `before` [m/s]; the
+/// heading over the distance `reach` [m].
 fn mixed(
     sensed: VehicleState,
     expected: VehicleState,
     comes: (bool, bool, bool),
     (before, dt): (f64, f64),
+    reach: f64,
 ) -> VehicleState {
     let (position, heading, speed) = comes;
     let mut mixed = expected;
+    let (mut off, mut left) = (Point::new(0.0, 0.0), 0.0);
     if position {
         (mixed.x, mixed.y) = (sensed.x, sensed.y);
+        off = Point::new(sensed.x - expected.x, sensed.y - expected.y);
+        left = off.y * cos(expected.yaw) - off.x * sin(expected.yaw);
     }
     if heading {
         mixed.yaw = sensed.yaw;
+    } else {
+        let travel = 0.5 * (before + expected.speed) * dt;
+        if travel != 0.0 {
+            mixed.yaw += (1.0 - decay(travel.abs(), reach)) / travel * left;
+        }
     }
     if speed {
         mixed.speed = sensed.speed;
     } else if position {
-        let (dx, dy) = (sensed.x - expected.x, sensed.y - expected.y);
-        let ahead = dx * cos(mixed.yaw) + dy * sin(mixed.yaw);
+        let ahead = off.x * cos(mixed.yaw) + off.y * sin(mixed.yaw);
         let found = mixed.speed + (1.0 - decay(dt, SPEED_TIME)) / dt * ahead;
         // Noise of the poses turns no vehicle round that comes to rest.
         mixed.speed = if found * before < 0.0 { 0.0 } else { found };

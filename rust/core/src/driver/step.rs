@@ -240,6 +240,7 @@ impl<L: LateralLaw> Driver<L> {
             let expected = self.speed.law().expected(speed, gear * before, dt);
             Steered {
                 car,
+                noise: Gate::noise_of(tracker.tracking.gate.as_ref()),
                 in_flight: tracker.model.in_flight.as_ref(),
                 steer: tracker.tracking.steer,
                 estimate: Estimate {

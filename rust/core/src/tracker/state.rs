@@ -302,12 +302,9 @@ impl<S> Tracking<S> {
     pub fn fault(&self, car: &Vehicle) -> Option<Fault> {
         let gate = self.gate.as_ref().and_then(|gate| gate.fault(car));
         let turning = self.monitor.as_ref().and_then(MonitorState::fault);
-        // A wrong speed turns the vehicle otherwise than commanded, too; its own residual names it.
-        let speed = self
-            .gate
-            .as_ref()
-            .is_some_and(|gate| gate.doubts_speed(car));
-        gate.or(turning.map(|fault| if speed { Fault::Speed } else { fault }))
+        // A wrong speed or heading turns the vehicle otherwise than commanded, too; its own residual names it.
+        let doubted = self.gate.as_ref().and_then(|gate| gate.doubts(car));
+        gate.or(turning.map(|fault| doubted.unwrap_or(fault)))
     }
 }
 

@@ -229,9 +229,15 @@ impl Gate {
         gate.map_or(0.0, |gate| gate.position.deviation())
     }
 
-    /// Whether poses and speed differ, be it by less than is a fault.
-    pub(crate) fn doubts_speed(&self, car: &Vehicle) -> bool {
-        self.ahead.most() > 0.5 * self.distance_limit(car)
+    /// The signal that differs from the poses most, be it by less than is a fault.
+    pub(crate) fn doubts(&self, car: &Vehicle) -> Option<Fault> {
+        let (ahead, aside) = (self.ahead.most(), self.aside.most());
+        let differs = larger(ahead, aside) > 0.5 * self.distance_limit(car);
+        differs.then_some(if ahead > aside {
+            Fault::Speed
+        } else {
+            Fault::Heading
+        })
     }
 
     /// Believes `vehicle` whatever was before, but for the noise.

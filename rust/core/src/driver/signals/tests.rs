@@ -20,6 +20,7 @@ fn test_expected_vehicle_rolled_on_and_back_is_itself() {
             let settled = InFlight::settled(&car, steer);
             let steered = Steered {
                 car: &car,
+                noise: 0.0,
                 in_flight: Some(&settled),
                 steer,
                 estimate: Estimate {
@@ -39,5 +40,46 @@ fn test_expected_vehicle_rolled_on_and_back_is_itself() {
                 .fold(0.0_f64, |most, each| most.max(each.abs()));
             assert!(most < 2e-3, "{acceleration} {steer}: {apart:?}");
         }
+    }
+}
+
+/// A heading that is blamed is put right by where the positions go, forwards and backwards; before, it
+/// is what the wheels make of it.
+#[test]
+fn test_heading_that_is_blamed_is_found_by_the_positions() {
+    let car = Vehicle::DEFAULT;
+    for (speed, blamed, least, most) in [
+        (8.0, Some(Fault::Heading), -0.01, 0.01),
+        (-8.0, Some(Fault::Heading), -0.01, 0.01),
+        (8.0, None, 0.29, 0.31),
+    ] {
+        let mut signals = Signals {
+            believed: Some(VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.3,
+                speed,
+            }),
+            ..Signals::default()
+        };
+        for k in 1..=40 {
+            let sensed = VehicleState {
+                x: 0.05 * speed * f64::from(k),
+                y: 0.0,
+                yaw: f64::NAN,
+                speed,
+            };
+            let steered = || Steered {
+                car: &car,
+                noise: 0.02,
+                in_flight: None,
+                steer: 0.0,
+                estimate: Estimate::DEFAULT,
+            };
+            let found = signals.complete(steered, sensed, (0.0, blamed), 0.05);
+            signals.believed = Some(found);
+        }
+        let yaw = signals.believed.unwrap().yaw;
+        assert!((least..=most).contains(&yaw), "{speed}: {yaw}");
     }
 }

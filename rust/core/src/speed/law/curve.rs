@@ -30,12 +30,13 @@ impl SpeedLaw {
         }
     }
 
-    /// `z*` and its change in time at `arc` [m], with `y` [m] to the stop, and whether the stop binds.
+    /// `z*` and its change in time at `arc` [m], with `y` [m] to the stop, and whether the stop binds, also
+    /// one that is `near` [m] nearer.
     pub(super) fn target(
         &self,
         planned: &Planned<'_, '_>,
         arc: f64,
-        y: f64,
+        (y, near): (f64, f64),
         z: f64,
         dt: f64,
     ) -> (f64, f64, bool) {
@@ -46,11 +47,12 @@ impl SpeedLaw {
         let along = larger(sqrt(squared), CREEP * self.car.wheelbase);
         let (curve, _) = self.curve(y, dt);
         let (_, braking) = self.curve(y - half, dt);
-        let (target, change, stops) = if curve < along {
-            (curve, -braking, true)
+        let (target, change) = if curve < along {
+            (curve, -braking)
         } else {
-            (along, slope, false)
+            (along, slope)
         };
+        let stops = curve < along || (near > 0.0 && self.curve(y - near, dt).0 < along);
         // dz*/ds z, which a vehicle that is slower than its plan does not brake by.
         let ratio = if change < 0.0 && target > 0.0 {
             saturate(z / target, 0.0, 2.0)

@@ -114,7 +114,7 @@ impl SpeedLaw {
             reverse: at.reverse != state.rolls,
             standing,
             cannot_stop: state.overruns && before,
-            phase: Self::phase(state, &now, halted),
+            phase: Self::phase(state, halted),
             status: Status::OK,
         }
     }
@@ -165,18 +165,18 @@ impl SpeedLaw {
         saturate(linear, -most, most)
     }
 
-    fn phase(state: &SpeedState, now: &Situation, halted: bool) -> Phase {
+    fn phase(state: &SpeedState, halted: bool) -> Phase {
         if state.rolls {
             Phase::Shifting
         } else if halted {
             Phase::Stopped
-        } else if state.standing {
+        } else if state.standing && state.still > 0.0 {
             Phase::Standing
         } else if state.waits.1 > 0.0 {
             Phase::Shifting
         } else if state.waits.0 > 0.0 {
             Phase::Turning
-        } else if now.stops {
+        } else if state.stopping || state.standing {
             Phase::Stopping
         } else {
             Phase::Driving

@@ -97,7 +97,14 @@ impl SpeedLaw {
         let z = then.speed + lag * gains;
         let ahead = then.travelled + lag * then.speed;
         let y = stop.1 - ahead;
-        let (target, change, stops) = self.target(planned, arc + ahead, y, z, dt);
+        // What brakes for its stop does so until that is farther off by more than noise.
+        let near = if state.stopping {
+            self.jump(noise)
+        } else {
+            0.0
+        };
+        let (target, change, stops) = self.target(planned, arc + ahead, (y, near), z, dt);
+        state.stopping = stops;
         let creep = CREEP * car.wheelbase;
         Situation {
             speed,

@@ -111,6 +111,8 @@ pub struct SpeedState {
     pub stop: Option<(usize, (f64, f64), f64)>,
     /// Whether the vehicle is held at its stop.
     pub standing: bool,
+    /// Whether it brakes for its stop.
+    pub stopping: bool,
     /// Whether it overruns its stop by the last step.
     pub overruns: bool,
     /// How long it stands until its wheels are turned and its gear is in [s].

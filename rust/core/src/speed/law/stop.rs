@@ -19,6 +19,11 @@ const POSE_SHARE: f64 = 0.2;
 pub(super) const STEADY_NOISE: f64 = 1.7;
 
 impl SpeedLaw {
+    /// What neither the motion nor `noise` of the position explains of a distance to a stop [m].
+    pub(super) fn jump(&self, noise: f64) -> f64 {
+        JUMP * self.leaves() + NOISE * noise
+    }
+
     /// The distance to the next stop [m], as measured and as `D`; infinite if there is none. A stop that
     /// is known stays, also where it is overrun, until a path is set without it.
     pub(super) fn stop_ahead(
@@ -29,7 +34,6 @@ impl SpeedLaw {
         (speed, noise): (f64, f64),
     ) -> (f64, f64) {
         let path = planned.path;
-        let leaves = self.leaves();
         let rear = at.closest.arc_length(path);
         let lead = if at.reverse {
             0.0
@@ -64,7 +68,7 @@ impl SpeedLaw {
                     planned.distance(waypoint, arc(waypoint), expected),
                 )
             });
-        let next = from.next_stop(rear + lead, leaves, self.accelerations.1);
+        let next = from.next_stop(rear + lead, self.leaves(), self.accelerations.1);
         let next =
             next.map(|(waypoint, distance)| (waypoint, distance + rear + lead - arc(waypoint)));
         let found = match (kept, next) {
@@ -84,7 +88,7 @@ impl SpeedLaw {
         let steady = steady(
             measured,
             expected.filter(|_| same),
-            JUMP * leaves + NOISE * noise,
+            self.jump(noise),
         );
         let place = path.waypoint(waypoint);
         state.stop = Some((waypoint, (place.x, place.y), steady));

@@ -70,7 +70,8 @@ impl SpeedLaw {
         at: &Located,
         gear: Option<bool>,
     ) {
-        let still = now.speed.abs() < REST;
+        // One that is held at its stop and came to rest is, as long as its place does not show another thing.
+        let still = now.speed.abs() < REST || (state.standing && state.still > 0.0);
         if now.speed >= -REST {
             state.rolls = false;
         }
@@ -90,7 +91,7 @@ impl SpeedLaw {
         let leaves = self.leaves();
         // The distance to the stop at which it would come to rest now.
         let short = now.stop.1 - now.then.travelled - self.way_to_rest(now, state.acceleration);
-        let (moves, arrived) = (now.speed > REST, self.arrived());
+        let (moves, arrived) = (!still && now.speed > REST, self.arrived());
         let ends = now.then.speed <= 0.5 * self.accelerations.1 * self.end_time(at.dt);
         state.standing = match state.standing {
             true if moves => short <= 2.0 * arrived,
