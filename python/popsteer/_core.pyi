@@ -600,6 +600,7 @@ def _behind_play(steering: _Floats, play: float) -> _Floats: ...
 @final
 class Vehicle(_Vehicle):
     wheelbase: float = 3.0
+    width: float | None = None
     rear_axle: float = 0.0
     antenna_left: float = 0.0
     antenna_height: float = 0.0

@@ -53,6 +53,8 @@ class Parked:
             wheels=wheels, steering_curve=[carla.Vector2D(0.0, 1.0), carla.Vector2D(50.0, 0.8)]
         )
 
+        self.bounding_box = carla.BoundingBox(carla.Location(), carla.Vector3D(2.3, 0.9, 0.8))
+
     def get_transform(self) -> carla.Transform:
         return self.transform
 
@@ -144,6 +146,7 @@ def test_vehicle_of_an_actor_has_its_axles_and_its_lock(unit: float) -> None:
     assert car.wheelbase == pytest.approx(2.9, abs=1e-4)
     assert car.rear_axle == pytest.approx(-1.4, abs=1e-4)
     assert car.max_steer == pytest.approx(math.radians(60.0))
+    assert car.width == pytest.approx(1.8)
     assert car.steer_lag == popsteer.Vehicle().steer_lag
     steering = adapter.steering_of(Parked(HERE, wheels_at(HERE, unit)))
     assert steering.lock == car.max_steer
@@ -168,8 +171,8 @@ def test_fields_that_are_given_take_the_place_of_the_actors() -> None:
     nowhere = [carla.WheelPhysicsControl() for _ in range(4)]
     car = adapter.vehicle_of(Parked(HERE, nowhere), wheelbase=3.0, rear_axle=-1.5, dead_time=0.1)
     assert (car.wheelbase, car.rear_axle, car.dead_time) == (3.0, -1.5, 0.1)
-    car = adapter.vehicle_of(Parked(HERE, wheels_at(HERE)), wheelbase=3.0, max_steer=0.5)
-    assert (car.wheelbase, car.max_steer) == (3.0, 0.5)
+    car = adapter.vehicle_of(Parked(HERE, wheels_at(HERE)), wheelbase=3.0, max_steer=0.5, width=2.1)
+    assert (car.wheelbase, car.max_steer, car.width) == (3.0, 0.5, 2.1)
     assert car.rear_axle == pytest.approx(-1.4, abs=1e-4)
 
 

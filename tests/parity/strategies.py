@@ -247,6 +247,7 @@ Ranges = dict[str, tuple[tuple[float, float], tuple[float, float]]]
 
 VEHICLE_RANGES: Ranges = {
     "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
+    "width": ((1e-3, 1e2), (0.5, 3.0)),
     "antenna_left": ((-1e2, 1e2), (-1.0, 1.0)),
     "antenna_height": ((0.0, 1e2), (0.0, 3.0)),
     "rear_axle": ((-1e3, 1e3), (-3.0, 1.0)),
@@ -270,7 +271,7 @@ VEHICLE_RANGES: Ranges = {
 }
 """The fields of a vehicle: the range of each, and where it usually is."""
 VEHICLE_OPTIONAL = (
-    *("no_slip_point", "turning_wheelbase", "max_steer_rate", "max_lateral_acceleration"),
+    *("width", "no_slip_point", "turning_wheelbase", "max_steer_rate", "max_lateral_acceleration"),
     *("max_speed", "max_acceleration", "max_deceleration", "brake_deceleration", "stop_point"),
 )
 ADAPT_RANGES: Ranges = {

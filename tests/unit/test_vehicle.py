@@ -22,6 +22,7 @@ from tests.helpers import looped, named
 # Of each field the range, the default, and whether it may be None.
 FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
     "wheelbase": ((1e-3, 1e3), 3.0, False),
+    "width": ((1e-3, 1e2), None, True),
     "rear_axle": ((-1e3, 1e3), 0.0, False),
     "antenna_left": ((-1e2, 1e2), 0.0, False),
     "antenna_height": ((0.0, 1e2), 0.0, False),

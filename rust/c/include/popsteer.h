@@ -502,6 +502,11 @@ typedef struct popsteer_vehicle {
      */
     double wheelbase;
     /**
+     * Width over all [m], by which it is measured what is too far beside a path; absent if it
+     * is two thirds of the wheelbase, as of a car. NAN: absent, in [0.001, 100.0].
+     */
+    double width;
+    /**
      * How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
      * axle's, negative where it is of a point ahead of that. Default 0, in [-1000.0, 1000.0].
      */
@@ -691,15 +696,16 @@ typedef struct popsteer_options {
      */
     double speed_time;
     /**
-     * Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
-     * it off. NAN: `0.5 * wheelbase`, in [0.0, 1000000000.0].
+     * Cross-track error from which a vehicle that was within it is deviating [m], besides the
+     * noise that is seen; 1e9 switches it off. NAN: `0.75 * width`, with `wheelbase / 1.5` for
+     * a `width` that is not given, in [0.0, 1000000000.0].
      */
     double deviation_limit;
     /**
      * Cross-track error beyond which a vehicle that was never within `deviation_limit` is
      * deviating too [m]: a path that jumps away. Less than that it may join a path from.
-     * Before the start of a path neither limit counts. 1e9 switches it off. NAN: `3.0 *
-     * wheelbase`, in [0.0, 1000000000.0].
+     * Before the start of a path neither limit counts. 1e9 switches it off. NAN: `4.5 *
+     * width`, with `wheelbase / 1.5` for a `width` that is not given, in [0.0, 1000000000.0].
      */
     double join_limit;
     /**

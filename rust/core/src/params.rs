@@ -44,7 +44,13 @@ impl fmt::Display for Formula {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some((value, other)) = self.0.split_once(".unwrap_or(") {
             let other = other.strip_suffix(')').unwrap_or(other);
-            return write!(out, "`{value}`, or `{other}` where that is not given");
+            return match value.rsplit_once(' ') {
+                Some((_, name)) => write!(
+                    out,
+                    "`{value}`, with `{other}` for a `{name}` that is not given"
+                ),
+                None => write!(out, "`{value}`, or `{other}` where that is not given"),
+            };
         }
         let choice = self.0.split_once("if ").and_then(|(before, rest)| {
             let (condition, rest) = rest.split_once(" { ")?;

@@ -20,7 +20,11 @@ fn tracker(car: Vehicle, params: MonitorParams) -> Tracker<Stanley> {
 
 /// Whether it deviates, at each of these distances to the left of its path.
 fn deviates(params: MonitorParams, places: &[f64]) -> Vec<bool> {
-    let tracker = tracker(Vehicle::PAPER, params);
+    deviates_in(Vehicle::PAPER, params, places)
+}
+
+fn deviates_in(car: Vehicle, params: MonitorParams, places: &[f64]) -> Vec<bool> {
+    let tracker = tracker(car, params);
     let path = straight(0.0);
     let mut state = tracker.initial_state();
     let at = |&y: &f64| {
@@ -44,6 +48,13 @@ fn test_vehicle_deviates_beyond_the_limit_once_it_was_within() {
         let expected = [false, false, false, true, true, false, true];
         assert_eq!(deviates(MonitorParams::DEFAULT, &places), expected);
     }
+    // Else three quarters of its width.
+    let wide = Vehicle {
+        width: Some(1.2),
+        ..Vehicle::PAPER
+    };
+    let by_width = deviates_in(wide, MonitorParams::DEFAULT, &[0.85, 0.95, 0.85]);
+    assert_eq!(by_width, [false, true, false]);
     let narrow = MonitorParams {
         deviation_limit: Some(0.2),
         ..MonitorParams::DEFAULT

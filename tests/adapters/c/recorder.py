@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 FIELDS = (
-    *("wheelbase", "rear_axle", "antenna_left", "antenna_height"),
+    *("wheelbase", "width", "rear_axle", "antenna_left", "antenna_height"),
     *("no_slip_point", "turning_wheelbase", "understeer"),
     *("steer_offset", "steer_lag", "dead_time", "max_steer", "max_steer_rate", "steer_play"),
     *("max_lateral_acceleration", "max_speed", "max_acceleration", "max_deceleration"),

@@ -177,7 +177,7 @@ int main(int argc, char **argv) {
     }
     popsteer_vehicle car = popsteer_vehicle_default();
     double *const fields[] = {
-        &car.wheelbase,       &car.rear_axle,    &car.antenna_left,
+        &car.wheelbase,       &car.width,        &car.rear_axle,    &car.antenna_left,
         &car.antenna_height,  &car.no_slip_point,
         &car.turning_wheelbase, &car.understeer, &car.steer_offset,
         &car.steer_lag,       &car.dead_time,    &car.max_steer,

@@ -191,6 +191,7 @@ pub fn car(bytes: &mut Bytes) -> Vehicle {
         ..match bytes.byte() {
             0..=199 => standard,
             _ => Vehicle {
+                width: bytes.optional([0.2, 3.0], [1e-3, 1e2]),
                 antenna_left: bytes.parameter(0.0, [-1.0, 1.0], [-1e2, 1e2]),
                 antenna_height: bytes.parameter(0.0, [0.0, 3.0], [0.0, 1e2]),
                 steer_play: bytes.parameter(0.0, [0.0, 0.03], [0.0, 0.5]),

@@ -52,6 +52,7 @@ fn valid(car: &Vehicle) -> bool {
     within(car.wheelbase, 1e-3, 1e3)
         && within(car.rear_axle, -1e3, 1e3)
         && within(car.antenna_left, -1e2, 1e2)
+        && optional(car.width, 1e-3, 1e2)
         && within(car.antenna_height, 0.0, 1e2)
         && optional(car.no_slip_point, -1e3, 1e3)
         && optional(car.turning_wheelbase, 1e-3, 1e3)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 - `Vehicle` checks them
-    """Describe a vehicle of CARLA: wheelbase, rear axle and largest angle of its physics control.
+    """Describe a vehicle of CARLA: width, wheelbase, rear axle and largest angle of the wheels.
 
     The vehicle's point is the actor's, and what stops at the end of a plan. What a physics control
     does not say has `Vehicle`'s default: above all `steer_lag`, `dead_time` and
@@ -50,6 +50,8 @@ def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 
         read |= {"wheelbase": wheelbase, "rear_axle": rear_axle}
     if "max_steer" not in fields:
         read["max_steer"] = _lock(physics)
+    if "width" not in fields:
+        read["width"] = 2.0 * actor.bounding_box.extent.y
     return Vehicle(**({"stop_point": 0.0} | read | fields))
 
 

@@ -41,6 +41,8 @@ class Vehicle(Checked):
 
     wheelbase: float = number(3.0, 1e-3, 1e3)
     """Distance of the axles L [m]; the default lengths of all parameters scale with it."""
+    width: float | None = optional(1e-3, 1e2)
+    """Width over all [m]; no monitor here asks for it. None: two thirds of the wheelbase."""
     rear_axle: float = number(0.0, -1e3, 1e3)
     """How far ahead of the pose's point the rear axle lies [m]."""
     antenna_left: float = number(0.0, -1e2, 1e2)

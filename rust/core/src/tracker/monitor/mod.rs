@@ -20,16 +20,16 @@ use crate::vehicle::wheels::WheelIntegrals;
 use crate::vehicle::{Estimator, Vehicle, VehicleState};
 
 params! {
-    /// Thresholds of the monitor's faults: by default 1.5 m for a vehicle of 3 m, and twice the turn
-    /// that the plants' own dynamics need.
-    pub struct MonitorParams<Scaled> of Vehicle(wheelbase) {
-        /// Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
-        /// it off.
-        deviation_limit: Scaled = 0.5 * wheelbase, in [0.0, 1e9];
+    /// Thresholds of the monitor's faults: by default 1.5 m for a car that is 2 m wide, which is then half
+    /// in the next lane, and twice the turn that the plants' own dynamics need.
+    pub struct MonitorParams<Scaled> of Vehicle(width, wheelbase) {
+        /// Cross-track error from which a vehicle that was within it is deviating [m], besides the noise
+        /// that is seen; 1e9 switches it off.
+        deviation_limit: Scaled = 0.75 * width.unwrap_or(wheelbase / 1.5), in [0.0, 1e9];
         /// Cross-track error beyond which a vehicle that was never within `deviation_limit` is
         /// deviating too [m]: a path that jumps away. Less than that it may join a path from.
         /// Before the start of a path neither limit counts. 1e9 switches it off.
-        join_limit: Scaled = 3.0 * wheelbase, in [0.0, 1e9];
+        join_limit: Scaled = 4.5 * width.unwrap_or(wheelbase / 1.5), in [0.0, 1e9];
         /// How far the turns may add up beyond those that the commands explain, besides noise [rad];
         /// 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.
         turn_tolerance: f64 = 0.01, in [0.0, 1e9];
