@@ -223,7 +223,7 @@ def test_c_vehicle_file_is_read_as_by_python(prefix: Path, tmp_path: Path) -> No
         ("wheelbase = '2'", "wheelbase must be a number, got "),
         ("wheelbase = true", "wheelbase must be a number, got "),
         ("steers_at_rest = 1", "steers_at_rest must be true or false, got 1"),
-        ("tyres = 4", "unknown key 'tyres'; known: wheelbase, rear_axle, "),
+        ("tyres = 4", "unknown key 'tyres'; known: wheelbase, width, rear_axle, "),
         ("wheelbase = = 2", "not TOML: "),
     ):
         file.write_text(text, encoding="utf-8")
