@@ -63,6 +63,7 @@ _RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
 _PLAYS = (0.005, 0.015, 0.04)
 _DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _LAGS = (0.03, 0.15)
+_STARTS = [{"dead_time": delay, "steer_lag": lag} for delay in _DEAD_TIMES for lag in _LAGS]
 TURNS = 3
 """How often the fit is made, with the noise that the last one showed."""
 KEPT, CLEARLY = 1.0, 1.2
@@ -315,12 +316,7 @@ class Task:
         """Choose where to begin: the best of a grid of dead times and lags."""
         self.length = start["turning_wheelbase"]
         base = {"understeer": 0.0, "steer_offset": 0.0, "load_shift": 0.0, **start, **self.fixed}
-        grid = [
-            {**base, "dead_time": d, "steer_lag": lag, **self.fixed}
-            for d in _DEAD_TIMES
-            for lag in _LAGS
-        ]
-        return min(grid, key=self.cost)
+        return min(({**base, **each, **self.fixed} for each in _STARTS), key=self.cost)
 
     def limited(self, values: Values) -> Values:
         """Fit with a limit of the rate, from the best of a row of limits."""
@@ -344,12 +340,8 @@ class Task:
         for value in trials:
             begun = [{**trial, name: value}]
             if name == "max_steer_rate":  # what was lag until now may be all of the limit's
-                grid = [
-                    {**begun[0], "dead_time": d, "steer_lag": lag}
-                    for d in _DEAD_TIMES
-                    for lag in _LAGS
-                ]
-                begun.append(min(map(self._scaled, grid), key=self.cost))
+                grid = (self._scaled({**begun[0], **each}) for each in _STARTS)
+                begun.append(min(grid, key=self.cost))
             trial = min((self.search(each, others, 1e-3) for each in begun), key=self.cost)
             cost = self.cost(trial)
             if cost < best:

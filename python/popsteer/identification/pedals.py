@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _DELAYS = np.arange(0.0, 1.01, 0.05)
 _LAGS = (0.01, 0.05, 0.1, 0.2, 0.4, 0.8)
+_STEP = 0.004
+"""Of the derivatives by delay and lag [s]."""
 _GRAVITY = 9.80665
 _SLOPE_TIME = 0.5
 """Time over which the slope is taken [s]."""
@@ -109,7 +111,7 @@ class _Task:
         slope = np.concatenate(([0.0], np.cumsum(self.fixed)))
         columns = whitened(self.model(delay, lag), self.parts, self.theta) / self.noise
         wanted = whitened(self.speed - slope, self.parts, self.theta) / self.noise
-        belief = np.diag([1.0 / _PRIOR[n] if n in _PRIOR else 0.0 for n in names])
+        belief = np.diag(_belief(names))
         rows = np.vstack((columns, belief)), np.concatenate((wanted, np.zeros(len(names))))
         root = np.ones(len(rows[1]))
         for _ in range(3):
@@ -170,12 +172,9 @@ def fit_drive(log: Log, size: float = 1.0) -> Drive | None:
     return _stated(task, best, linear, left)
 
 
-def _around(at: tuple[float, float], which: int) -> tuple[tuple[float, float], tuple[float, float]]:
-    step = 0.004
-    above, below = list(at), list(at)
-    above[which] += step
-    below[which] = max(below[which] - step, 0.0 if which == 0 else 1e-3)
-    return (above[0], above[1]), (below[0], below[1])
+def _belief(names: list[str]) -> Array:
+    """Give the inverse deviations of what is believed of parameters, 0 of nothing."""
+    return np.array([1.0 / _PRIOR[name] if name in _PRIOR else 0.0 for name in names])
 
 
 def _stated(task: _Task, best: tuple[float, float], linear: Array, left: Array) -> Drive:
@@ -184,17 +183,15 @@ def _stated(task: _Task, best: tuple[float, float], linear: Array, left: Array) 
     columns = whitened(task.model(*best), task.parts, task.theta) / task.noise
     count, own = len(columns), linear[: len(names) - 2]
     direct = []
-    for k in (0, 1):
-        above, below = _around(best, k)
-        change = task.model(*above) @ own - task.model(*below) @ own
-        direct.append(
-            -whitened(change, task.parts, task.theta) / task.noise / (above[k] - below[k])
-        )
+    for k, least in enumerate((0.0, 1e-3)):
+        ends = np.array([best, best])
+        ends[:, k] = best[k] + _STEP, max(best[k] - _STEP, least)
+        change = (task.model(*ends[0]) - task.model(*ends[1])) @ own / (ends[0, k] - ends[1, k])
+        direct.append(-whitened(change, task.parts, task.theta) / task.noise)
     jacobian = np.column_stack([*direct, -columns])
-    prior = np.array([1.0 / _PRIOR[n] if n in _PRIOR else 0.0 for n in names])
     memory = int(np.ceil(1.0 / float(np.median(np.diff(task.t)))))
     noise = jacobian.T @ jacobian + task.of_heights(jacobian)
-    sure = known(jacobian, left[:count], memory, noise, prior)
+    sure = known(jacobian, left[:count], memory, noise, _belief(names))
     values = dict(zip(names, [*best, *map(float, own)], strict=True))
     errors = dict(zip(names, sure.errors(), strict=True))
     shown, unknown = {}, {}

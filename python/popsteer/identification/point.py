@@ -96,7 +96,7 @@ def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -
     parts = drive.parts()
     values = np.zeros(len(NAMES))
     memory = int(np.ceil(1.0 / float(np.median(np.diff(drive.t)))))
-    weight = np.ones(0)
+    root = np.ones((1, 1))  # of the weights
     least = drive.least_noise["position"] ** 2
     drift = float(np.mean((drive.speed_noise * np.diff(drive.t)) ** 2))
     for _ in range(_TURNS):
@@ -107,8 +107,6 @@ def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -
         jacobian = np.stack(
             [whitened(grown[:, p], parts, theta).ravel() for p in range(len(NAMES))], axis=1
         )
-        weight = weight if len(weight) else np.ones(len(white))
-        root = np.sqrt(weight)[:, None]
         scale = np.linalg.norm(jacobian, axis=0)
         scale[scale == 0.0] = 1.0
         values = np.linalg.lstsq(jacobian / scale * root, white * root[:, 0], rcond=1e-10)[0]
