@@ -60,8 +60,10 @@ def _natively(lines: Sequence[str]) -> list[str]:
     # Alone, so that no other crate turns the platform's mathematics on.
     build = ["build", "--locked", "--package", "popsteer-wasm", "--example", "native"]
     command = [program("cargo"), *build, "--message-format", "json-render-diagnostics"]
-    # It is built from nothing, since others have that mathematics, and only to be run.
+    # It is built from nothing, since others have that mathematics, and only to be run; in a folder
+    # of its own, so that it waits for no other build.
     quick = {"CARGO_PROFILE_DEV_DEBUG": "0", "CARGO_INCREMENTAL": "0"}
+    quick["CARGO_TARGET_DIR"] = str(ROOT / "target" / "native")
     done = subprocess.run(
         command, cwd=ROOT, env=os.environ | quick, capture_output=True, text=True, check=False
     )
