@@ -173,3 +173,42 @@ def test_ros2_example_without_the_extra_ends_with_one_line_and_status_2() -> Non
     needs = 'ROS 2 needs the extra "ros2" (not installed: cyclonedds)'
     message = f'{needs}: pip install "popsteer-VERSION-PLATFORM.whl[ros2]"'
     assert (ended.returncode, ended.stderr) == (2, f"ros2_vehicle: {message}\n")
+
+
+def _followed(text: str, tracking: str) -> str:
+    """What the page says of a FollowPath with this text, and with this text of its feedback."""
+    _, result, feedback = text.split("---\n")
+    codes = "codes" if "uint16 error_code\n" in result else "no codes"
+    said = " and a message" if "string error_msg\n" in result else ""
+    if "TrackingFeedback tracking_feedback\n" not in feedback:
+        names = re.findall(r"^\w+ (\w+)$", feedback, re.MULTILINE)
+        return f"{codes}{said}; {' and '.join(each.split('_')[0] for each in names)}"
+    shown = {
+        "errors": ("position_tracking_error", "heading_tracking_error"),
+        "pose": ("robot_pose",),
+        "speed": ("speed",),
+        "distance": ("distance_to_goal",),
+    }
+    assert all(f" {name}\n" in tracking for names in shown.values() for name in names)
+    told = ", ".join(shown).replace("errors", "errors with Nav2's signs")
+    return f"{codes}{said}; `tracking_feedback`: {told}"
+
+
+def test_page_says_of_each_distribution_what_its_texts_have() -> None:
+    for module in ("cyclonedds", "rosbags"):
+        pytest.importorskip(module, reason='the extra "ros2" is not installed')
+    from popsteer.adapters.ros2 import graph
+    from tests.adapters.ros.interfaces import FOLLOW_PATH, TEXTS
+
+    after = ROS2.partition("What each distribution has of this")[2].partition("\nEach action")[0]
+    rows = [[each.strip() for each in row.split("|")[1:-1]] for row in after.split("\n") if row]
+    named = {}
+    for names, *cells in rows[3:]:
+        for name in names.partition(" (")[0].split(", "):
+            named[name.lower()] = cells
+    assert set(named) == set(FOLLOW_PATH)
+    tracking = TEXTS["nav2_lyrical_msgs/msg/TrackingFeedback"]
+    for name, (action, _, bare) in named.items():
+        assert action == _followed(FOLLOW_PATH[name], tracking), name
+        old = bare == "gids of 24 bytes, no type hashes"
+        assert old == (name in graph._OLD), name
