@@ -357,6 +357,19 @@ def test_table_has_the_largest_error_after_settling() -> None:
     assert str(cell) == f"{found.first.metrics.settled_max_abs_cross_track_error:.3f}"
 
 
+def test_settling_time_that_is_given_counts_and_not_when_the_vehicle_has_joined(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    brief = ("compare", "--controllers", "pop", "--track", "slalom", "--constant-speed", "8")
+    shown = command.call(capsys, *brief, "--set-run", "time_limit=6").out
+    assert "joins its path" in shown
+    shown = command.call(
+        capsys, *brief, "--set-run", "time_limit=6", "--set-run", "settling_time=3"
+    ).out
+    assert "joins its path" not in shown
+    assert " 3 s " in shown
+
+
 def test_start_is_faint_and_does_not_own_the_axes() -> None:
     path = popsteer.Path(tracks.get("slalom").xy)
     start = sim.default_start(path, -2.44, sim.vehicle_of("carla-identified"))

@@ -156,6 +156,7 @@ def test_figures_of_several_are_those_of_each() -> None:
     [
         (("--controllers", "pop,lqr"), "unknown controller 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
+        (("--controllers", "pop,pid", "--record", "a.mcap"), "--record must be given with one con"),
         (("--tracks", "monza"), "unknown track 'monza'"),
         (("--tracks", "slalom,circle", "--start=0,0,0"), "--start must be given with one track"),
         (("--plants", "kinematic-bicycle,mujoco-car", "--set-plant", "friction=1"), "friction"),

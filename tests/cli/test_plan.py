@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from popsteer import Path, Vehicle, planning, tracks
+from popsteer import ConfigError, Path, Vehicle, planning, tracks
+from popsteer.cli import plan
 from popsteer.planning import SpeedLimits
 from tests.cli import command
 from tests.helpers import looped
@@ -49,8 +50,10 @@ def test_plan_takes_limits_tables_and_speed_limits(
     out = tmp_path / "course.csv"
     limits = ("--set", "max_lateral_acceleration=2", "--set", "end_speed=5")
     tables = ("--driving", "0:3,10:1", "--braking", "0:2")
-    bounds = ("--speed-limit", "50:80:6", "--keep-speeds", "--out", str(out))
-    outcome = command.call(capsys, "plan", str(waypoints), *limits, *tables, *bounds)
+    # Where two limits meet the lower one counts, whichever is given first.
+    bounds = ("--speed-limit", "50:80:6", "--speed-limit", "60:70:9")
+    kept = ("--keep-speeds", "--out", str(out))
+    outcome = command.call(capsys, "plan", str(waypoints), *limits, *tables, *bounds, *kept)
     assert outcome.status == 0
     path = Path.from_csv(waypoints)
     assert path.speed is not None
@@ -137,6 +140,7 @@ def test_plan_tells_of_bends_that_the_wheels_cannot_take(
         (("--braking", "0:3,0:2"), "max_deceleration must be a table whose speeds increase"),
         (("--speed-limit", "1:2"), "--speed-limit must be written FROM:TO:SPEED"),
         (("--speed-limit", "3:2:1"), "--speed-limit must be from a distance to one farther on"),
+        (("--speed-limit", "2:2:1"), "--speed-limit must be from a distance to one farther on"),
         (("--speed-limit", "1:2:nan"), "--speed-limit must be a speed"),
         (("--speed-limit", "900:999:5"), "--speed-limit must be within the path, 307."),
         (("--smooth", "0"), "tolerance must be in"),
@@ -173,6 +177,15 @@ def test_plan_of_a_path_too_short_or_without_an_extra_says_so(
     outcome = command.call(capsys, "plan", str(tmp_path / "short.csv"))
     assert (outcome.status, outcome.out) == (2, "")
     assert "short.csv is 1 m long, and the vehicle 3 m from axle to axle" in outcome.err
+
+
+def test_speeds_at_the_ends_are_kept_but_for_a_stop_and_a_limit_begins_before_the_end() -> None:
+    path = Path([(10.0 * k, 0.0) for k in range(4)], speed=[0.0, 5.0, 5.0, 0.0])
+    for texts, bounds in (([], [1e4, 5.0, 5.0, 1e4]), (["29:30:2"], [1e4, 5.0, 2.0, 2.0])):
+        found = plan._bounds(path, texts, keep_speeds=True)
+        assert np.asarray(found).tolist() == bounds
+    with pytest.raises(ConfigError, match=r"must be within the path, 30\.0 m long"):
+        plan._bounds(path, ["30:31:2"], keep_speeds=False)
 
 
 def test_speed_limit_crosses_the_seam_of_a_lap(

@@ -33,6 +33,9 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert f"popsteer sweep --run {out}:" in outcome.out
     again = command.call(capsys, "sweep", *SHORT, "--out", str(out))
     assert again.out == outcome.out
+    other = command.call(capsys, "sweep", "--run", f"{out}:17", "--controller", "stanley")
+    assert (other.status, other.out) == (2, "")
+    assert "--controller must be that of the sweep, pop, got 'stanley'" in other.err
     drawn = tmp_path / "run"
     replay = command.call(capsys, "sweep", "--run", f"{out}:17", "--out", str(drawn))
     assert (replay.status, replay.err) == (0, "")

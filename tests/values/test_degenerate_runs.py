@@ -53,6 +53,12 @@ def test_run_with_a_fault_or_beyond_the_deviation_is_no_success() -> None:
         assert found["success"] == success
 
 
+def test_run_that_finishes_before_it_has_settled_counts_with_its_whole_error() -> None:
+    early = row(0, math.nan, finished=True, max_abs_cross_track_error=0.7)
+    assert summary.error_of(early) == 0.7
+    assert summary.error_of(row(1, 0.2, finished=True, max_abs_cross_track_error=0.7)) == 0.2
+
+
 def test_tables_of_nothing_finite_have_no_numbers() -> None:
     rows = [row(k, math.nan, finished=False, success=False) for k in range(3)]
     shares = cells(summary.tables(job(), rows)[0])
