@@ -12,7 +12,7 @@ import pytest
 import popsteer
 from popsteer import logs
 from popsteer.identification.checks import refuse_steer
-from popsteer.identification.drive import _on_clock
+from popsteer.identification.drive import _on_clock, prepare
 from popsteer.identification.signals import (
     BLOCK,
     EARLY,
@@ -186,6 +186,17 @@ def test_long_log_keeps_the_commands_in_flight_where_a_part_of_it_begins() -> No
     assert begins <= part.t[0] < begins + 0.5
     assert part.commands is not None
     assert part.commands[0][[0, -1]] == pytest.approx([begins - EARLY, begins + LONGEST - 0.1])
+
+
+def test_long_log_keeps_the_steps_of_its_commands() -> None:
+    t = np.arange(0.0, 1.5 * LONGEST, 0.01)  # its rows become means over 40 ms
+    steer = 0.02 * np.round(10.0 * np.sin(0.3 * t))
+    yaw, speed = 0.1 * np.sin(0.2 * t), np.full(len(t), 5.0)
+    part = excited(Log(t, 5.0 * t, 0.0 * t, yaw, speed, steer))
+    ready = prepare(part)
+    assert ready.steer_step == pytest.approx(0.02)
+    assert ready.least_noise["steer"] == pytest.approx(0.02 / np.sqrt(12.0))
+    assert ready.commands is not ready.recorded
 
 
 def test_normalised_steer_that_reaches_one_is_refused() -> None:

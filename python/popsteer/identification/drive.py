@@ -150,6 +150,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     else:
         given, commands = log.commands
         times = _on_clock(given, log.t, t)
+    grain = grain_of(commands)  # of a long log the rows have means
     speeds = (t, clean["speed"])
     if whole is not None and len(whole) > len(log):
         own = _without_outliers(whole.t, whole.speed, np.ones(len(whole), np.bool_))[0]
@@ -165,7 +166,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         sample_speed=clean["speed"],
         edges=edges,
         times=times,
-        commands=unrounded(times, commands, grain_of(log.steer)),
+        commands=unrounded(times, commands, grain),
         speed=speed,
         acceleration=acceleration,
         relative_speed=np.abs(speed) / usual,
@@ -178,11 +179,11 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         ),
         least_noise={
             "yaw": max(rounding_of(log.yaw), RESOLVED["yaw"]),
-            "steer": rounding_of(log.steer),
+            "steer": grain / np.sqrt(12.0),
             "position": max(rounding_of(log.x), rounding_of(log.y), RESOLVED["position"] * size),
         },
         recorded=commands,
-        steer_step=grain_of(log.steer),
+        steer_step=grain,
         moving=moving,
         size=size,
     )
