@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from popsteer import logs
-from popsteer.logs import Log, LogError
+from popsteer.logs import Log, LogError, csv_log
 from tests.bags import START, write_bag
 from tests.fuzz import mutated_files
 from tests.helpers import ROOT, looped
@@ -195,6 +195,19 @@ def test_values_that_never_change_are_said(tmp_path: Any) -> None:
         assert log.remarks == said
     log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
     assert log.remarks == ("the position never changes",)
+
+
+def test_some_rows_of_many_show_what_the_heading_is(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(csv_log, "_ENOUGH", N // 8)
+    compass = 90.0 - np.degrees(YAW)
+    rows = "t,x,y,yaw,speed,steer\n" + _rows(T, X, Y, compass, SPEED, STEER)
+    log = logs.read(_write(tmp_path, rows))
+    _agrees(log)
+    assert log.shown == {"yaw": "deg-north"}
+    still = "t,x,y,yaw,speed,steer\n" + _rows(T, X, Y, 0.0 * YAW, SPEED, STEER)
+    assert "yaw never changes" in logs.read(_write(tmp_path, still)).remarks
 
 
 def test_date_in_another_order_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:

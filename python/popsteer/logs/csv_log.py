@@ -30,6 +30,7 @@ _MERGED = 0.2  # share of empty entries from which a column is a topic with time
 _RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "cm/s": 100.0, "mm/s": 1000.0}
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
 _COMPASS = ("", "from north, clockwise")
+_ENOUGH = 20_000  # rows that show what a heading is
 _LONGEST_WHEELBASE = 20.0  # m; a hand wheel's angle makes a car look longer
 
 
@@ -253,9 +254,10 @@ def _settle(
                     f"{name}: the positions move {1.0 / ratio:.4g} times as far as speed says: x"
                     f" and y are in {unit} (--unit x={unit} --unit y={unit})"
                 )
-    turned = shown.heading(
-        np.column_stack((x, y)), yaw, ("rad",) if "yaw" in told else ("rad", "deg"), both_ways=True
-    )
+    units_of_yaw = ("rad",) if "yaw" in told else ("rad", "deg")
+    some = slice(None, None, max(1, len(t) // _ENOUGH))
+    here = np.column_stack((x[some], y[some]))
+    turned = shown.heading(here, yaw[some], units_of_yaw, both_ways=True)
     # Identification tells a sensor that is turned and an axis that is mirrored from each other.
     if "yaw" not in units and turned is not None and turned.frame in _COMPASS:
         scale, offset = shown.to_yaw(turned)
@@ -310,7 +312,8 @@ def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:
     if len(x) > 5 and np.ptp(x) == 0.0 and np.ptp(y) == 0.0:
         return ("the position never changes",)
     known = np.isfinite(x) & np.isfinite(y)
-    if known.sum() < 20 or shown.along(np.column_stack((x, y))[known]).turn < 1.0:
+    some = np.flatnonzero(known)[:: max(1, len(x) // _ENOUGH)]
+    if len(some) < 20 or shown.along(np.column_stack((x[some], y[some]))).turn < 1.0:
         return ()
     still = [key for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0]
     still += [] if columns["speed"].any() else ["speed"]
