@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from popsteer import ConfigError, Path, Vehicle, planning, tracks
-from popsteer.cli import plan
+from popsteer.cli import inputs, plan
 from popsteer.planning import SpeedLimits
 from tests.cli import command
 from tests.helpers import looped
@@ -208,3 +208,11 @@ def test_speed_limit_crosses_the_seam_of_a_lap(
     for text in ("60:40:3", f"{length - 10}:{length + 10}:3"):
         done = command.call(capsys, "plan", str(file), "--speed-limit", text)
         assert (done.status == 2) == (text == "60:40:3")
+
+
+def test_origin_may_be_a_pole_or_on_the_date_line_and_no_farther() -> None:
+    for text, found in (("90,180", (90.0, 180.0)), ("-90, -180", (-90.0, -180.0))):
+        assert inputs.place(text) == found
+    for text in ("90.1,0", "0,-180.1", "0", "1,2,3", "nan,0"):
+        with pytest.raises(ConfigError, match="--origin must be LAT,LON in degrees"):
+            inputs.place(text)

@@ -7,6 +7,7 @@ import json
 import math
 import shlex
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -177,6 +178,21 @@ def test_success_counts_faults_as_a_sweep_does() -> None:
     kept = [_cell("step-steer", "as told", "suite-car", "x", each) for each in (found, driven)]
     assert [each.success for each in kept] == [False, True]
     assert not _cell("slalom", "noise", "car", "x", driven._replace(faults=0.01)).success
+    # Half a wheelbase, or where it started and a tenth of a metre more.
+    beside = next(name for name, each in SCENARIOS.items() if each.start_offset)
+    for scenario, largest, is_success in (
+        ("slalom", 1.34, True),
+        ("slalom", 1.36, False),
+        (beside, 2.09, True),
+        (beside, 2.11, False),
+    ):
+        metrics: Any = SimpleNamespace(
+            finished=True,
+            rear_axle_mean_abs_cross_track_error=0.1,
+            rear_axle_max_abs_cross_track_error=largest,
+        )
+        cell = _cell(scenario, "noise", "car", "x", driven._replace(metrics=metrics))
+        assert cell.success == is_success, (scenario, largest)
 
 
 def test_ties_are_told_from_leads() -> None:

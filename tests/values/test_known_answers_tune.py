@@ -426,3 +426,13 @@ def test_whole_numbers_of_a_tuning_stay_whole_and_the_others_as_they_are() -> No
         found: Any = base.changed({"buffer_length": drawn, "kp": 0.01 * drawn})
         assert (found.buffer_length, found.kp) == (whole, 0.01 * drawn)
         assert isinstance(found.buffer_length, int)
+
+
+def test_trial_at_the_limit_of_the_effort_is_within_it_and_the_first_of_equals_best() -> None:
+    trials = [
+        Trial(k, {}, error, 1.0, error, error, ratio)
+        for k, (error, ratio) in enumerate([(0.1, 1.2), (0.3, 1.0), (0.2, 1.1), (0.2, 1.1)])
+    ]
+    assert study._best_within(trials, 1.1) is trials[2]
+    assert study._best_within(trials, 1.0) is trials[1]
+    assert study._best_within(trials, 0.9) is None

@@ -163,8 +163,7 @@ def run(
     if trials is None or len(_complete(study)) < trials:
         _optimize(study, objective, seconds, stop, storage)
     tried = _tried(study)
-    within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
-    chosen = min(within, key=lambda each: (each.error, each.number), default=None)
+    chosen = _best_within([each for each in tried if each.error < usual.error], effort_limit)
     return Tuned(problem, usual, tried, chosen, effort_limit)
 
 
@@ -203,14 +202,18 @@ def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
     ]
 
 
+def _best_within(tried: Sequence[Trial], effort_limit: float) -> Trial | None:
+    within = (each for each in tried if each.ratio <= effort_limit)
+    return min(within, key=lambda each: (each.error, each.number), default=None)
+
+
 def _near_the_best(
     problem: Problem, tried: Sequence[Trial], effort_limit: float
 ) -> dict[str, float] | None:
     """In two of three trials give something near the best, where the front meets the limit."""
-    within = [each for each in tried if each.ratio <= effort_limit]
-    if len(tried) < _STARTUP or len(tried) % 3 == 0 or not within:
+    best = _best_within(tried, effort_limit)
+    if len(tried) < _STARTUP or len(tried) % 3 == 0 or best is None:
         return None
-    best = min(within, key=lambda each: (each.error, each.number))
     random = np.random.default_rng([problem.seed, len(tried)])
     # Steps of all sizes, as the distance to better ones is not known.
     step = math.exp(random.uniform(math.log(0.01), math.log(0.5)))
