@@ -27,7 +27,8 @@ WHOLE: dict[str, Any] = {
         wheel=0.1,
         yaw=0.2,
         turned=State(over=0.01, under=0.0),
-        rate=0.3,
+        rates=(0.2, 0.3),
+        later=0.1,
         known=((1.1, 0.1), (0.01, 0.02)),
         yaw_rate=0.2,
         noise=State(variance=1e-6, last=0.01, time=1.0),
@@ -124,7 +125,8 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"monitor.{name}", low, high, "monitor")
         for name, low, high in (
             *(("wheel", -QUARTER, QUARTER), ("yaw", -1e6, 1e6)),
-            *(("rate", -1e100, 1e100), ("yaw_rate", -1e100, 1e100)),
+            *(("rates.0", -1e100, 1e100), ("rates.1", -1e100, 1e100)),
+            *(("later", 0.0, 1e100), ("yaw_rate", -1e100, 1e100)),
             *(("known.0.0", 0.0, 2.5), ("known.0.1", 0.0, 1e100)),
             *(("known.1.0", -1.0, 1.0), ("known.1.1", 0.0, 1e100)),
             ("alarm", 0.0, 2.0),

@@ -138,7 +138,8 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
             over: symmetric(bytes, 0.1, most).abs(),
             under: symmetric(bytes, 0.1, most).abs(),
         },
-        rate: symmetric(bytes, 0.5, most),
+        rates: (symmetric(bytes, 0.5, most), symmetric(bytes, 0.5, most)),
+        later: symmetric(bytes, 0.1, most).abs(),
         known: [
             (
                 bytes.within(0.0, Estimator::MAX_GAIN),

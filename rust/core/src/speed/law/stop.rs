@@ -85,11 +85,7 @@ impl SpeedLaw {
             measured
         };
         let same = state.stop.is_some_and(|(known, _, _)| known == waypoint);
-        let steady = steady(
-            measured,
-            expected.filter(|_| same),
-            self.jump(noise),
-        );
+        let steady = steady(measured, expected.filter(|_| same), self.jump(noise));
         let place = path.waypoint(waypoint);
         state.stop = Some((waypoint, (place.x, place.y), steady));
         (measured, steady)

@@ -162,7 +162,7 @@ impl Monitor {
                 monitored.observe_gain(turn, expected);
             }
         } else {
-            monitored.rate = rate;
+            monitored.rates = (rate, rate);
         }
         monitored.yaw = Some(now.vehicle.yaw);
         monitored.alarm > 0.0

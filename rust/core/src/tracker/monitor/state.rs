@@ -20,8 +20,11 @@ pub struct MonitorState {
     pub yaw: Option<f64>,
     /// The turns beyond what is explained [rad].
     pub turned: Cusum,
-    /// The turning rate of a slower response [rad/s].
-    pub rate: f64,
+    /// The least and the largest turning rate of slower responses [rad/s]: play delays wheels that go to
+    /// and fro by more or less of what is estimated as a longer dead time.
+    pub rates: (f64, f64),
+    /// By how much a longer dead time is believed [s].
+    pub later: f64,
     /// Gain and steering offset [rad] that are believed, each with what is not known of it. The
     /// estimates follow what the wheels do now, which stuck ones would explain by themselves.
     pub known: [(f64, f64); 2],
@@ -57,6 +60,9 @@ impl MonitorState {
     /// Time in which an estimated gain or offset comes to be believed [s]. Shorter: stuck wheels pass
     /// as another gain or offset; longer: one that is found passes as stuck wheels.
     const BELIEF_TIME: f64 = 1.5;
+    /// The same of a longer dead time [s]. Shorter: wheels that stick pass as late ones; longer: wheels with
+    /// play that go to and fro pass as stuck.
+    const LATER_TIME: f64 = 9.0;
     /// How far the gain of a turn may be from that, as a share of it: tyres and speed.
     const GAIN_SPREAD: f64 = 0.15;
     /// The turning rate by an offset before the motion has shown it [rad/s]: a car whose offset turns
@@ -90,7 +96,8 @@ impl MonitorState {
             wheel,
             yaw: None,
             turned: Cusum::default(),
-            rate: 0.0,
+            rates: (0.0, 0.0),
+            later: 0.0,
             known: Estimator::default().known_turning(),
             yaw_rate: 0.0,
             noise: Noise::new(Self::NOISE),
@@ -140,7 +147,14 @@ impl MonitorState {
         let Expected { rate, share, dt } = expected;
         self.noise.observe(turn - rate * dt, dt);
         self.yaw_rate += (turn - self.yaw_rate * dt) / (Self::YAW_RATE_TIME + dt);
-        self.rate += (rate - self.rate) * (dt / (Self::SLOWER + dt));
+        let later = estimator.map_or(0.0, |known| known.estimate.longer_dead_time);
+        self.later += (later.abs() - self.later) * (dt / (Self::LATER_TIME + dt));
+        let time = Self::SLOWER + self.later;
+        let after = |rates: f64| rates + (rate - rates) * (dt / (time + dt));
+        self.rates = (
+            smaller(rate, after(self.rates.0)),
+            larger(rate, after(self.rates.1)),
+        );
         let (least, most) = self.explained(rate, share, estimator);
         if let Some(estimator) = estimator {
             let followed = dt / (Self::BELIEF_TIME + dt);
@@ -183,12 +197,11 @@ impl MonitorState {
         } else {
             (right * share, left * share)
         };
-        // A dead time may be as told, too.
-        let (early, late) = (larger(later, 0.0), larger(-later, 0.0));
-        let apart = (rate - self.rate) / Self::SLOWER;
-        let quicker = rate + apart * (Self::QUICKER * Self::SLOWER + early);
-        let slower = rate - apart * (Self::SLOWER + late);
-        let (least, most) = (smaller(quicker, slower), larger(quicker, slower));
+        // A dead time that is found to be longer may be as told, too.
+        let early = larger(later, 0.0);
+        let ahead = (Self::QUICKER * Self::SLOWER + early) / (Self::SLOWER + self.later);
+        let (least, most) = self.rates;
+        let (least, most) = (least - ahead * (most - rate), most + ahead * (rate - least));
         (
             least_turn(least, least_aside, low, high),
             -least_turn(-most, -most_aside, low, high),
@@ -223,7 +236,9 @@ impl MonitorState {
         for (value, low, high) in [
             (self.wheel, -right, right),
             (self.yaw.unwrap_or(0.0), -MAX_YAW, MAX_YAW),
-            (self.rate, -Self::MAX, Self::MAX),
+            (self.rates.0, -Self::MAX, Self::MAX),
+            (self.rates.1, -Self::MAX, Self::MAX),
+            (self.later, 0.0, Self::MAX),
             (self.known[0].0, 0.0, Estimator::MAX_GAIN),
             (self.known[0].1, 0.0, Self::MAX),
             (self.known[1].0, -1.0, 1.0),

@@ -73,14 +73,14 @@ fn check_explained(state: &MonitorState, rate: f64, estimator: Option<&Estimator
     assert!(close(found, to), "{found:?}, not {to:?}");
     let [gain, (offset, doubt)] = state.known;
     let mirrored = MonitorState {
-        rate: -state.rate,
+        rates: (-state.rates.1, -state.rates.0),
         known: [gain, (-offset, doubt)],
         ..*state
     };
     let found = mirrored.explained(-rate, SHARE, estimator);
     assert!(close(found, (-to.1, -to.0)), "mirrored: {found:?}");
     let backwards = MonitorState {
-        rate: -state.rate,
+        rates: (-state.rates.1, -state.rates.0),
         ..*state
     };
     let found = backwards.explained(-rate, -SHARE, estimator);
@@ -94,7 +94,7 @@ fn test_what_nobody_estimates_is_explained_by_all_gains_and_a_lasting_offset() {
     let aside = 0.035 * SHARE;
     let (rate, slow) = (0.3, 0.2);
     let state = MonitorState {
-        rate: slow,
+        rates: (slow, rate),
         ..MonitorState::settled(0.0)
     };
     let quicker = rate + 0.3 * (rate - slow);
@@ -106,7 +106,7 @@ fn test_what_nobody_estimates_is_explained_by_all_gains_and_a_lasting_offset() {
     );
     // An offset acts alone against a turn that it outweighs: its gain is in it.
     let state = MonitorState {
-        rate: 0.02,
+        rates: (0.02, 0.02),
         ..state
     };
     check_explained(&state, 0.02, None, (0.02 - aside, 2.5 * 0.02 + aside));
@@ -116,7 +116,7 @@ fn test_what_nobody_estimates_is_explained_by_all_gains_and_a_lasting_offset() {
 fn test_what_is_estimated_is_explained_by_that_its_doubt_play_and_what_was_told() {
     let estimator = Estimator::default();
     let state = MonitorState {
-        rate: 0.3,
+        rates: (0.3, 0.3),
         known: [(1.2, 0.06), (0.02, 0.01)],
         ..MonitorState::settled(0.0)
     };
@@ -141,16 +141,38 @@ fn test_what_is_estimated_is_explained_by_that_its_doubt_play_and_what_was_told(
 #[test]
 fn test_a_found_dead_time_may_be_the_one_told() {
     let mut estimator = Estimator::default();
-    let state = MonitorState {
-        rate: 0.2,
-        known: [(1.0, 0.0), (0.0, 0.0)],
-        ..MonitorState::settled(0.0)
-    };
     let aside = 0.012 * SHARE;
-    for (later, slower, quicker) in [(0.0, 0.2, 0.33), (0.1, 0.2, 0.43), (-0.05, 0.15, 0.33)] {
+    for (later, slower, quicker) in [(0.0, 0.2, 0.33), (0.1, 0.1, 0.43), (-0.05, 0.15, 0.33)] {
         estimator.estimate.longer_dead_time = later;
+        let state = MonitorState {
+            rates: (slower, 0.3),
+            later: f64::abs(later),
+            known: [(1.0, 0.0), (0.0, 0.0)],
+            ..MonitorState::settled(0.0)
+        };
         let to = (0.85 * (slower - aside), 1.15 * quicker + aside);
         check_explained(&state, 0.3, Some(&estimator), to);
+    }
+}
+
+/// Play turns wheels that go to and fro later, or not: whatever the period, a turn of which the rate was
+/// expected within the believed dead time is explained.
+#[test]
+fn test_turns_to_and_fro_are_explained_within_the_believed_dead_time() {
+    let mut estimator = Estimator::default();
+    estimator.estimate.longer_dead_time = 0.2;
+    for period in [0.3, 0.5, 0.9] {
+        let rate = |k: u32| 1.5 * sin(core::f64::consts::TAU * f64::from(k) * DT / period);
+        for late in 0..=4 {
+            let mut state = MonitorState::settled(0.0);
+            let mut found = 0;
+            for k in 0..400 {
+                let turn = DT * rate(k + 4 - late);
+                let alarm = state.observe(turn, at(rate(k + 4), SHARE), 0.01, Some(&estimator));
+                found += u32::from(alarm && k > 200);
+            }
+            assert_eq!(found, 0, "{period} {late}");
+        }
     }
 }
 
@@ -180,7 +202,11 @@ fn test_turning_rates_are_means_over_their_times() {
         state.observe(0.02, at(0.3, SHARE), 0.01, None);
     }
     assert!((state.yaw_rate - 0.4).abs() < 1e-9, "{state:?}");
-    assert!((state.rate - 0.3).abs() < 1e-9, "{state:?}");
+    let (least, most) = state.rates;
+    assert!(
+        (least - 0.3).abs() < 1e-9 && (most - 0.3).abs() < 1e-9,
+        "{state:?}"
+    );
     assert!(state.noise.deviation() < 1e-9, "{state:?}");
 }
 
