@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "licences.md"
 # The crates whose code is in the wheel, in the C library, or in both.
 SHIPPED = ("--package", "popsteer-py", "--package", "popsteer-c", "--edges", "normal")
-ALL = ("--workspace", "--edges", "normal,build,dev")
+ALL = ("--workspace", "--features", "popsteer-bench/criterion", "--edges", "normal,build,dev")
 
 
 def _said(*command: str) -> str:
