@@ -10,8 +10,8 @@ Examples
 <BLANKLINE>
 # Distance of the axles L [m]; the default lengths of all parameters scale with it.
 wheelbase = 2.7
-# Width over all [m], by which it is measured what is too far beside a path; absent if it is two
-# thirds of the wheelbase, as of a car.
+# Width over all [m]: how far beside its path is too far scales with it. Absent if it is two thirds
+# of the wheelbase, as of a car.
 # width =
 # How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear axle's,
 # negative where it is of a point ahead of that.

@@ -502,8 +502,8 @@ typedef struct popsteer_vehicle {
      */
     double wheelbase;
     /**
-     * Width over all [m], by which it is measured what is too far beside a path; absent if it
-     * is two thirds of the wheelbase, as of a car. NAN: absent, in [0.001, 100.0].
+     * Width over all [m]: how far beside its path is too far scales with it. Absent if it is
+     * two thirds of the wheelbase, as of a car. NAN: absent, in [0.001, 100.0].
      */
     double width;
     /**
