@@ -98,7 +98,7 @@ impl SpeedLaw {
         };
         state.acceleration = self.limited(state.acceleration, command, &now, held || halted, dt);
         let before = state.overruns || state.reverse.is_none();
-        state.overruns = self.overruns(&planned, &now, sensed.noise, state.standing);
+        state.overruns = self.overruns(&planned, &now, sensed.noise, state);
         state.reverse = Some(at.reverse);
         let standing = held && !halted || halted && now.speed.abs() < REST;
         let wanted = Wanted {
@@ -201,7 +201,7 @@ impl SpeedLaw {
         planned: &Planned<'_, '_>,
         now: &Situation,
         noise: f64,
-        stands: bool,
+        state: &SpeedState,
     ) -> bool {
         let (_, distance) = now.stop;
         if distance == f64::INFINITY {
@@ -210,9 +210,9 @@ impl SpeedLaw {
         let beyond = self.overrun() + stop::STEADY_NOISE * noise;
         let needed = now.deceleration(beyond);
         let (_, _, grade) = planned.at(planned.path.arc(planned.segment) + larger(distance, 0.0));
-        let slips = now.stops && gravity_along(grade).abs() > self.brakes;
+        let slips = state.stopping && gravity_along(grade).abs() > self.brakes;
         let moves = now.speed > REST && now.z > 0.0 && needed > self.brakes - now.push;
-        moves || slips || (stands && distance < -beyond)
+        moves || slips || (state.standing && distance < -beyond)
     }
 
     /// Whether `state` is one that this law could have on `path`.

@@ -28,8 +28,6 @@ pub(super) struct Situation {
     /// `z*` [m/s] and its change in time [m/s²].
     pub target: f64,
     pub change: f64,
-    /// Whether the stop binds, not the plan.
-    pub stops: bool,
     /// `sqrt(w(s))`, at least the creeping speed [m/s].
     pub reference: f64,
 }
@@ -103,8 +101,8 @@ impl SpeedLaw {
         } else {
             0.0
         };
-        let (target, change, stops) = self.target(planned, arc + ahead, (y, near), z, dt);
-        state.stopping = stops;
+        let (target, change, stopping) = self.target(planned, arc + ahead, (y, near), z, dt);
+        state.stopping = stopping;
         let creep = CREEP * car.wheelbase;
         Situation {
             speed,
@@ -115,7 +113,6 @@ impl SpeedLaw {
             z,
             target,
             change,
-            stops,
             reference: larger(sqrt(squared), smaller(creep, self.curve(stop.1, dt).0)),
         }
     }

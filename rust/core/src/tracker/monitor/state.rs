@@ -149,7 +149,7 @@ impl MonitorState {
         self.yaw_rate += (turn - self.yaw_rate * dt) / (Self::YAW_RATE_TIME + dt);
         let later = estimator.map_or(0.0, |known| known.estimate.longer_dead_time);
         self.later += (later.abs() - self.later) * (dt / (Self::LATER_TIME + dt));
-        let time = Self::SLOWER + self.later;
+        let time = self.slowest();
         let after = |rates: f64| rates + (rate - rates) * (dt / (time + dt));
         self.rates = (
             smaller(rate, after(self.rates.0)),
@@ -170,6 +170,12 @@ impl MonitorState {
             self.turned = Cusum::default();
         }
         alarms
+    }
+
+    /// By how much the slowest response lags that is explained [s].
+    #[inline]
+    fn slowest(&self) -> f64 {
+        Self::SLOWER + self.later
     }
 
     /// The least and the largest turning rate [rad/s] that commands explain by which a vehicle turns
@@ -199,7 +205,7 @@ impl MonitorState {
         };
         // A dead time that is found to be longer may be as told, too.
         let early = larger(later, 0.0);
-        let ahead = (Self::QUICKER * Self::SLOWER + early) / (Self::SLOWER + self.later);
+        let ahead = (Self::QUICKER * Self::SLOWER + early) / self.slowest();
         let (least, most) = self.rates;
         let (least, most) = (least - ahead * (most - rate), most + ahead * (rate - least));
         (
