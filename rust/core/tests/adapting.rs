@@ -62,8 +62,8 @@ fn drive<L: LateralLaw>(
     (tracker.estimate(&state), sum / count)
 }
 
-fn preview(vehicle: Vehicle) -> Tracker<PreviewPop> {
-    Tracker::of(PreviewPop::new(vehicle, PreviewPopParams::DEFAULT).unwrap())
+fn preview(vehicle: &Vehicle) -> Tracker<PreviewPop> {
+    Tracker::of(PreviewPop::new(*vehicle, PreviewPopParams::DEFAULT).unwrap())
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn test_turning_is_estimated_alike_forwards_and_backwards() {
         ..given
     };
     for reverse in [false, true] {
-        let (known, error) = drive(&preview(given), &real, reverse, 1200);
+        let (known, error) = drive(&preview(&given), &real, reverse, 1200);
         assert!(
             (known.gain - 3.0 / 3.3).abs() < 0.02,
             "{reverse}: {known:?}"
@@ -101,7 +101,7 @@ fn test_slip_is_estimated_alike_forwards_and_backwards() {
         ..given
     };
     for reverse in [false, true] {
-        let (known, error) = drive(&preview(given), &real, reverse, 1200);
+        let (known, error) = drive(&preview(&given), &real, reverse, 1200);
         assert!(
             (known.slip_length + 0.5).abs() < 0.1,
             "{reverse}: {known:?}"
@@ -164,7 +164,7 @@ fn test_nothing_is_estimated_across_a_cusp() {
 #[test]
 fn test_nothing_is_estimated_from_the_motion_through_held_input() {
     let path = bends(false);
-    let tracker = preview(Vehicle::PAPER);
+    let tracker = preview(&Vehicle::PAPER);
     let mut state = tracker.initial_state();
     let at = |x: f64| VehicleState {
         x,
@@ -230,7 +230,7 @@ fn test_a_vehicle_taken_over_in_a_bend_is_known_to_turn() {
 fn test_motion_of_a_period_counts_up_to_a_second() {
     for (dt, counts) in [(0.25, true), (0.99, true), (1.01, false)] {
         let path = bends(false);
-        let tracker = preview(Vehicle::PAPER);
+        let tracker = preview(&Vehicle::PAPER);
         let mut state = tracker.initial_state();
         for (x, speed) in [(5.0, 8.0), (7.0, 9.0)] {
             let vehicle = VehicleState {

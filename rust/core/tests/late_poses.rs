@@ -25,9 +25,9 @@ struct Truth {
 
 impl Truth {
     /// One that has driven for a second under the command 0, and now is at `now`.
-    fn new(car: Vehicle, now: VehicleState) -> Self {
+    fn new(car: &Vehicle, now: VehicleState) -> Self {
         let mut truth = Self {
-            car,
+            car: *car,
             slip: 0.0,
             acceleration: 0.0,
             commands: Vec::new(),
@@ -146,7 +146,7 @@ fn test_late_pose_is_rolled_to_the_present_and_on_to_where_the_vehicle_will_be()
             yaw: YAW - 0.1,
             speed: 8.0,
         };
-        let mut truth = Truth::new(car, start);
+        let mut truth = Truth::new(&car, start);
         let mut expected = Vec::new();
         let mut intended = [Predicted::DEFAULT; 10];
         let mut applied = None;
@@ -220,7 +220,7 @@ fn test_poses_of_a_quick_vehicle_are_believed_in_long_periods() {
                 speed: 1.0,
                 ..VehicleState::ORIGIN
             };
-            let mut truth = Truth::new(car, start);
+            let mut truth = Truth::new(&car, start);
             let mut applied = 0.0;
             for k in 0..200 / periods {
                 let reported = Reported {
@@ -276,7 +276,7 @@ fn test_late_poses_show_the_vehicle_as_fresh_ones_do() {
             yaw: 0.37,
             speed: 8.0,
         };
-        let mut truth = Truth::new(real, start);
+        let mut truth = Truth::new(&real, start);
         truth.slip = 0.02;
         truth.acceleration = 0.03;
         for &age in ages.iter().cycle().take(1200) {

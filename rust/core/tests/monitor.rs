@@ -13,17 +13,17 @@ fn straight(yaw: f64) -> Path {
     Path::new(&x, &y, None, false).unwrap()
 }
 
-fn tracker(car: Vehicle, params: MonitorParams) -> Tracker<Stanley> {
-    let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+fn tracker(car: &Vehicle, params: MonitorParams) -> Tracker<Stanley> {
+    let law = Stanley::new(*car, StanleyParams::DEFAULT).unwrap();
     Tracker::of(law).monitored(Some(params)).unwrap()
 }
 
 /// Whether it deviates, at each of these distances to the left of its path.
 fn deviates(params: MonitorParams, places: &[f64]) -> Vec<bool> {
-    deviates_in(Vehicle::PAPER, params, places)
+    deviates_in(&Vehicle::PAPER, params, places)
 }
 
-fn deviates_in(car: Vehicle, params: MonitorParams, places: &[f64]) -> Vec<bool> {
+fn deviates_in(car: &Vehicle, params: MonitorParams, places: &[f64]) -> Vec<bool> {
     let tracker = tracker(car, params);
     let path = straight(0.0);
     let mut state = tracker.initial_state();
@@ -53,7 +53,7 @@ fn test_vehicle_deviates_beyond_the_limit_once_it_was_within() {
         width: Some(1.2),
         ..Vehicle::PAPER
     };
-    let by_width = deviates_in(wide, MonitorParams::DEFAULT, &[0.85, 0.95, 0.85]);
+    let by_width = deviates_in(&wide, MonitorParams::DEFAULT, &[0.85, 0.95, 0.85]);
     assert_eq!(by_width, [false, true, false]);
     let narrow = MonitorParams {
         deviation_limit: Some(0.2),
@@ -71,7 +71,7 @@ fn test_vehicle_deviates_beyond_the_limit_once_it_was_within() {
 
 /// Which of the steps are implausible, of a vehicle that drives straight on, `left` of its path.
 fn implausible(yaw: f64, left: f64, dt: f64, steps: u32, alarm: Option<f64>) -> Vec<bool> {
-    let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
+    let tracker = tracker(&Vehicle::PAPER, MonitorParams::DEFAULT);
     let path = straight(yaw);
     let mut state = tracker.initial_state();
     let mut all = Vec::new();
@@ -131,7 +131,7 @@ fn test_modelled_wheels_begin_where_they_stand_at_the_command_0() {
         steer_lag: 10.0,
         ..Vehicle::PAPER
     };
-    let tracker = tracker(car, MonitorParams::DEFAULT);
+    let tracker = tracker(&car, MonitorParams::DEFAULT);
     let mut state = tracker.initial_state();
     let vehicle = VehicleState {
         x: 0.0,
@@ -170,7 +170,7 @@ fn test_vehicle_that_deviates_at_a_cusp_deviates_after_it() {
         (-1.8, [false, true, true, true, true]),
         (1.2, [false; 5]),
     ] {
-        let tracker = tracker(car, MonitorParams::DEFAULT);
+        let tracker = tracker(&car, MonitorParams::DEFAULT);
         let path = shuttle(0.01);
         let mut state = tracker.initial_state();
         let places = [
@@ -247,7 +247,7 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
 /// A sixth of the mean square of how residuals change, over the time measured so far.
 #[test]
 fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
-    let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
+    let tracker = tracker(&Vehicle::PAPER, MonitorParams::DEFAULT);
     let path = straight(0.0);
     let mut state = tracker.initial_state();
     for k in 0..60_u32 {
@@ -286,7 +286,7 @@ fn test_thresholds_of_the_monitor_are_those_given() {
         turn_tolerance: 0.03,
         ..MonitorParams::DEFAULT
     };
-    assert_eq!(tracker(Vehicle::PAPER, params).monitor(), Some(&params));
+    assert_eq!(tracker(&Vehicle::PAPER, params).monitor(), Some(&params));
 }
 
 /// A vehicle that is elsewhere when its direction changes has a new task there.
@@ -296,7 +296,7 @@ fn test_vehicle_that_turns_round_beyond_the_limit_does_not_deviate() {
         rear_axle: 0.0,
         ..Vehicle::PAPER
     };
-    let tracker = tracker(car, MonitorParams::DEFAULT);
+    let tracker = tracker(&car, MonitorParams::DEFAULT);
     let path = shuttle(0.01);
     for left in [-2.0, 2.0] {
         let mut state = tracker.initial_state();
@@ -320,7 +320,7 @@ fn test_vehicle_that_turns_round_beyond_the_limit_does_not_deviate() {
 #[test]
 fn test_turn_of_a_period_counts_up_to_seven_tenths_of_a_second() {
     for (dt, counts) in [(0.7, true), (0.71, false)] {
-        let tracker = tracker(Vehicle::PAPER, MonitorParams::DEFAULT);
+        let tracker = tracker(&Vehicle::PAPER, MonitorParams::DEFAULT);
         let path = straight(0.0);
         let mut state = tracker.initial_state();
         for k in 0..3 {
@@ -356,7 +356,7 @@ fn straight_on_by(dt: f64, said: f64, late: impl Fn(u32) -> (f64, f64)) -> Vec<(
         speed_time: 0.0,
         ..AdaptParams::DEFAULT
     };
-    let tracker = Tracker::new(*tracker(car, MonitorParams::DEFAULT).law(), Some(adapt)).unwrap();
+    let tracker = Tracker::new(*tracker(&car, MonitorParams::DEFAULT).law(), Some(adapt)).unwrap();
     let path = straight(0.0);
     let mut state = tracker.initial_state();
     let step = |k: u32| {
@@ -472,7 +472,7 @@ fn test_poses_after_one_out_of_order_are_believed() {
 
 #[test]
 fn test_pose_that_stands_still_while_the_vehicle_drives_is_stale_in_periods_of_any_length() {
-    let tracker = tracker(Vehicle::DEFAULT, MonitorParams::DEFAULT);
+    let tracker = tracker(&Vehicle::DEFAULT, MonitorParams::DEFAULT);
     let path = straight(0.0);
     for dt in [0.1, 0.05, 0.01, 0.001] {
         for (speed, is_old) in [(2.5, true), (0.2, true), (0.02, false)] {

@@ -120,10 +120,10 @@ struct Parked {
     arrived: bool,
 }
 
-fn park(vehicle: Vehicle, bay: &Bay, seed: u64) -> Parked {
+fn park(vehicle: &Vehicle, bay: &Bay, seed: u64) -> Parked {
     let view = bay.path.view();
-    let steering = Tracker::of(PreviewPop::new(vehicle, PreviewPopParams::DEFAULT).unwrap());
-    let pace = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
+    let steering = Tracker::of(PreviewPop::new(*vehicle, PreviewPopParams::DEFAULT).unwrap());
+    let pace = SpeedTracker::new(*vehicle, SpeedTrackerParams::DEFAULT).unwrap();
     let plan = pace.plan(&view).unwrap();
     let (mut steered, mut paced) = (steering.initial_state(), SpeedTrackerState::default());
     let (mut plant, mut noise) = (Plant::default(), Noise(seed));
@@ -206,7 +206,7 @@ fn test_bays_are_parked_in_on_defaults() {
             ]);
         }
         for (place, pieces) in bays.iter().enumerate() {
-            let parked = park(CAR, &bay(pieces), (17 * k + place) as u64);
+            let parked = park(&CAR, &bay(pieces), (17 * k + place) as u64);
             let most = if radius > 5.0 { 0.15 } else { 0.3 };
             // Known: with bends of 5 m the slip that is learnt while parking costs place and heading.
             let (behind, askew) = if radius > 5.0 {

@@ -93,10 +93,10 @@ fn car(comfort: f64, lag: f64) -> Vehicle {
     }
 }
 
-fn drive(vehicle: Vehicle, path: &Path, mut car: Car, time: f64) -> Driven {
+fn drive(vehicle: &Vehicle, path: &Path, mut car: Car, time: f64) -> Driven {
     let vehicle = Vehicle {
         drive_delay: vehicle.drive_delay + from_count(car.flight.len()) * DT,
-        ..vehicle
+        ..*vehicle
     };
     let tracker = SpeedTracker::new(vehicle, SpeedTrackerParams::DEFAULT).unwrap();
     let plan = tracker.plan(&path.view()).unwrap();
@@ -146,7 +146,7 @@ fn test_speed_tracker_stops_on_slopes_told_and_untold() {
                 let path = straight(200, 12.0, if grade_told { grade } else { 0.0 });
                 let vehicle = car(comfort, if lag_told { 0.3 } else { 0.0 });
                 let car = Car::new(12.0, 0.3, grade).after(delay);
-                let driven = drive(vehicle, &path, car, 50.0);
+                let driven = drive(&vehicle, &path, car, 50.0);
                 let most = if grade_told { 0.1 } else { 0.3 };
                 let fine = driven.past.abs() <= most
                     && driven.rms <= 0.3
@@ -233,7 +233,7 @@ fn test_vehicle_stands_through_noise_and_leaves_when_the_path_goes_on() {
 fn test_vehicle_that_cannot_stop_brakes_with_all_it_has_and_says_so_at_once() {
     for (length, cannot) in [(10, true), (18, false)] {
         let path = straight(length, 12.0, 0.0);
-        let driven = drive(car(1.5, 0.05), &path, Car::new(12.0, 0.05, 0.0), 20.0);
+        let driven = drive(&car(1.5, 0.05), &path, Car::new(12.0, 0.05, 0.0), 20.0);
         assert!(driven.standing, "{driven:?}");
         if cannot {
             assert!(driven.warned == Some(0.0), "{driven:?}");

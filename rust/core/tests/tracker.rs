@@ -22,14 +22,14 @@ fn beside() -> VehicleState {
     }
 }
 
-fn stanley(vehicle: Vehicle) -> Tracker<Stanley> {
-    Tracker::of(Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap())
+fn stanley(vehicle: &Vehicle) -> Tracker<Stanley> {
+    Tracker::of(Stanley::new(*vehicle, StanleyParams::DEFAULT).unwrap())
 }
 
 #[test]
 fn test_handover_starts_from_the_angle_and_fades() {
     let path = straight();
-    let tracker = stanley(Vehicle::PAPER);
+    let tracker = stanley(&Vehicle::PAPER);
     let mut bare = tracker.initial_state();
     let wanted = tracker
         .steer(&path.view(), &mut bare, beside(), 0.1, Reported::NOTHING)
@@ -94,7 +94,7 @@ fn test_limits_of_the_vehicle_are_kept_and_said() {
     };
     let lateral_limit = -popsteer_core::math::atan(0.5 * 3.0 / 25.0);
     for (vehicle, limit) in [(rate, -0.2 * 0.05), (lateral, lateral_limit)] {
-        let tracker = stanley(vehicle);
+        let tracker = stanley(&vehicle);
         let mut state = tracker.initial_state();
         let command = tracker
             .step(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING)
@@ -107,7 +107,7 @@ fn test_limits_of_the_vehicle_are_kept_and_said() {
 #[test]
 fn test_conditions_stand_side_by_side_in_a_status() {
     let path = straight();
-    let tracker = stanley(Vehicle::PAPER);
+    let tracker = stanley(&Vehicle::PAPER);
     let mut state = tracker.initial_state();
     let lost = VehicleState {
         x: 140.0,
@@ -135,7 +135,7 @@ fn test_told_steering_offset_is_taken_off_the_command() {
         ..Vehicle::PAPER
     };
     let step = |vehicle| {
-        let tracker = stanley(vehicle);
+        let tracker = stanley(&vehicle);
         let mut state = tracker.initial_state();
         let command = tracker.step(&path.view(), &mut state, beside(), 0.05, Reported::NOTHING);
         command.unwrap().steer
@@ -207,7 +207,7 @@ fn test_any_point_of_the_vehicle_gives_the_same_angles() {
 #[test]
 fn test_errors_are_those_of_the_measured_vehicle() {
     let path = straight();
-    let tracker = stanley(Vehicle {
+    let tracker = stanley(&Vehicle {
         dead_time: 0.5,
         ..Vehicle::PAPER
     });
@@ -248,7 +248,7 @@ fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
 fn test_check_state_refuses_commands_in_flight_to_another_vehicle() {
     let path = straight();
     let dead = |dead_time| {
-        stanley(Vehicle {
+        stanley(&Vehicle {
             dead_time,
             ..Vehicle::PAPER
         })
@@ -268,7 +268,7 @@ fn test_check_state_refuses_commands_in_flight_to_another_vehicle() {
 #[test]
 fn test_handover_across_the_largest_angle_and_an_offset_is_a_state() {
     let path = straight();
-    let tracker = stanley(Vehicle {
+    let tracker = stanley(&Vehicle {
         max_steer: 0.3,
         steer_offset: 0.5,
         ..Vehicle::PAPER
@@ -289,11 +289,11 @@ fn test_handover_across_the_largest_angle_and_an_offset_is_a_state() {
 fn test_estimate_of_another_vehicle_does_not_count_where_nothing_is_modelled() {
     let path = straight();
     for most in [None, Some(100.0)] {
-        let tracker = stanley(Vehicle {
+        let tracker = stanley(&Vehicle {
             max_lateral_acceleration: most,
             ..Vehicle::PAPER
         });
-        let late = stanley(Vehicle {
+        let late = stanley(&Vehicle {
             dead_time: 0.2,
             ..Vehicle::PAPER
         });
@@ -312,7 +312,7 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
     let x = [0.0, 50.0, 100.0];
     let path = Path::new(&x, &[0.0; 3], None, false).unwrap();
     let path = path.with_reverse(&[true; 3]).unwrap();
-    let tracker = stanley(Vehicle::DEFAULT);
+    let tracker = stanley(&Vehicle::DEFAULT);
     let mut state = tracker.initial_state();
     let backing = VehicleState {
         yaw: PI,

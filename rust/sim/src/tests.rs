@@ -280,7 +280,7 @@ fn test_throttle_that_lags_less_than_a_step_is_the_pedal() {
 }
 
 /// A bicycle of `vehicle` after `time` [s] from 8 m/s, with its wheels commanded to 0.3 rad.
-fn driven(vehicle: Vehicle, time: f64) -> PlantState {
+fn driven(vehicle: &Vehicle, time: f64) -> PlantState {
     let start = VehicleState {
         x: 0.0,
         y: 0.0,
@@ -288,11 +288,11 @@ fn driven(vehicle: Vehicle, time: f64) -> PlantState {
         speed: 8.0,
     };
     let plant = KinematicBicycle {
-        vehicle,
+        vehicle: *vehicle,
         drag: 0.0,
         ..KinematicBicycle::DEFAULT
     };
-    let mut state = PlantState::settled(&vehicle, start);
+    let mut state = PlantState::settled(vehicle, start);
     let control = Control {
         steer: 0.3,
         throttle: 0.5,
@@ -307,7 +307,7 @@ fn driven(vehicle: Vehicle, time: f64) -> PlantState {
 fn test_bicycle_steers_as_its_vehicle_says() {
     let car = KinematicBicycle::VEHICLE;
     let lagging = driven(
-        Vehicle {
+        &Vehicle {
             steer_lag: 0.2,
             ..car
         },
@@ -318,25 +318,25 @@ fn test_bicycle_steers_as_its_vehicle_says() {
         max_steer_rate: Some(0.4),
         ..car
     };
-    assert!((driven(slow, 0.5).wheel - 0.2).abs() < 1e-9);
+    assert!((driven(&slow, 0.5).wheel - 0.2).abs() < 1e-9);
     let narrow = Vehicle {
         max_steer: 0.1,
         ..car
     };
-    assert!((driven(narrow, 0.5).wheel - 0.1).abs() <= 0.0);
+    assert!((driven(&narrow, 0.5).wheel - 0.1).abs() <= 0.0);
     let heavy = Vehicle {
         understeer: 0.05,
         ..car
     };
     let curvature = |state: PlantState| state.yaw_rate / state.vehicle.speed;
-    let speed = driven(heavy, 1.0).vehicle.speed;
+    let speed = driven(&heavy, 1.0).vehicle.speed;
     let expected = 0.3_f64.tan() / (3.0 + 0.05 * speed * speed);
-    assert!((curvature(driven(heavy, 1.0)) - expected).abs() < 1e-4);
+    assert!((curvature(driven(&heavy, 1.0)) - expected).abs() < 1e-4);
     let longer = Vehicle {
         turning_wheelbase: Some(4.0),
         ..car
     };
-    assert!((curvature(driven(longer, 1.0)) - 0.3_f64.tan() / 4.0).abs() < 1e-4);
+    assert!((curvature(driven(&longer, 1.0)) - 0.3_f64.tan() / 4.0).abs() < 1e-4);
 }
 
 #[test]
@@ -346,9 +346,9 @@ fn test_bicycle_moves_as_its_vehicle_says() {
         max_speed: Some(9.0),
         ..car
     };
-    assert!((driven(governed, 1.0).vehicle.speed - 9.0).abs() <= 0.0);
+    assert!((driven(&governed, 1.0).vehicle.speed - 9.0).abs() <= 0.0);
     let late = driven(
-        Vehicle {
+        &Vehicle {
             drive_lag: 0.5,
             ..car
         },
@@ -357,13 +357,13 @@ fn test_bicycle_moves_as_its_vehicle_says() {
     assert!((late.throttle - 0.5 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
     // The point that does not slip moves where the vehicle looks, here 1 m behind the pose's.
     let behind = driven(
-        Vehicle {
+        &Vehicle {
             rear_axle: -1.0,
             ..car
         },
         1.0,
     );
-    let rear = driven(car, 1.0).vehicle;
+    let rear = driven(&car, 1.0).vehicle;
     let point = rear.ahead(1.0);
     assert!((behind.vehicle.yaw - rear.yaw).abs() < 1e-12);
     // The runs start 1 m apart along x.

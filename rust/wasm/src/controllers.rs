@@ -20,21 +20,21 @@ pub(crate) const NAMES: [&str; 6] = [
 ];
 
 /// The controller of that name with its default tuning, for a vehicle as it is `believed`.
-pub(crate) fn make(name: &str, believed: Vehicle) -> Result<Option<Tracker<Law>>, ConfigError> {
+pub(crate) fn make(name: &str, believed: &Vehicle) -> Result<Option<Tracker<Law>>, ConfigError> {
     let unlimited = Vehicle {
         max_steer_rate: None,
         max_lateral_acceleration: None,
-        ..believed
+        ..*believed
     };
     Ok(Some(Tracker::of(match name {
-        "pop" => Law::from(Pop::new(believed, PopParams::DEFAULT)?),
-        "preview-pop" => Law::from(PreviewPop::new(believed, PreviewPopParams::DEFAULT)?),
+        "pop" => Law::from(Pop::new(*believed, PopParams::DEFAULT)?),
+        "preview-pop" => Law::from(PreviewPop::new(*believed, PreviewPopParams::DEFAULT)?),
         "preview-pop-unlimited" => {
             Law::from(PreviewPop::new(unlimited, PreviewPopParams::DEFAULT)?)
         }
-        "pure-pursuit" => Law::from(PurePursuit::new(believed, PurePursuitParams::DEFAULT)?),
-        "stanley" => Law::from(Stanley::new(believed, StanleyParams::DEFAULT)?),
-        "pid" => Law::from(Pid::new(believed, PidParams::DEFAULT)?),
+        "pure-pursuit" => Law::from(PurePursuit::new(*believed, PurePursuitParams::DEFAULT)?),
+        "stanley" => Law::from(Stanley::new(*believed, StanleyParams::DEFAULT)?),
+        "pid" => Law::from(Pid::new(*believed, PidParams::DEFAULT)?),
         _ => return Ok(None),
     })))
 }

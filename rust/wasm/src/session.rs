@@ -138,7 +138,7 @@ impl Session {
         let track = self.path.as_ref().ok_or("there is no track yet")?;
         let settings = Settings::of(&self.room)?;
         let name = controllers::NAMES.get(controller).copied().unwrap_or("");
-        let law = controllers::make(name, settings.believed)?
+        let law = controllers::make(name, &settings.believed)?
             .ok_or_else(|| format!("there is no controller {controller}"))?;
         drive(track, &law, &settings)
     }

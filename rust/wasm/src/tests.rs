@@ -309,12 +309,12 @@ fn test_drawn_scribble_makes_a_track_or_is_refused() {
 #[test]
 fn test_controllers_each_name_makes_one() {
     for name in CONTROLLERS {
-        assert!(make(name, Vehicle::DEFAULT).unwrap().is_some(), "{name}");
+        assert!(make(name, &Vehicle::DEFAULT).unwrap().is_some(), "{name}");
     }
-    assert!(make("mpc", Vehicle::DEFAULT).unwrap().is_none());
+    assert!(make("mpc", &Vehicle::DEFAULT).unwrap().is_none());
     let bad = Vehicle {
         wheelbase: 0.0,
         ..Vehicle::DEFAULT
     };
-    assert_eq!(make("pop", bad).unwrap_err().field, "wheelbase");
+    assert_eq!(make("pop", &bad).unwrap_err().field, "wheelbase");
 }

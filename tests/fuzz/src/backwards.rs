@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Without a dead time and an estimate, which round: the rest is the same, but for the last bits of
 /// the angle past an end.
 pub(crate) fn check_backwards<L: Subject>(
-    car: Vehicle,
+    car: &Vehicle,
     params: L::Params,
     path: &Path,
     bytes: &mut Bytes,
@@ -22,7 +22,7 @@ pub(crate) fn check_backwards<L: Subject>(
         dead_time: 0.0,
         // Beside a heading that is turned round it is rounded otherwise.
         antenna_left: 0.0,
-        ..car
+        ..*car
     };
     let mirrored = Vehicle {
         rear_axle: -car.rear_axle,
@@ -30,13 +30,13 @@ pub(crate) fn check_backwards<L: Subject>(
         steer_offset: -car.steer_offset,
         ..car
     };
-    let tracker = |car| {
+    let tracker = |car: &Vehicle| {
         let law = L::make(car, params).expect("it was made before");
         let tracker = Tracker::new(law, None).expect("nothing to adapt by");
         // Rolled forward, a pose is rounded otherwise than its mirror image.
         tracker.monitored(None).expect("no thresholds")
     };
-    let (backing, driving) = (tracker(car), tracker(mirrored));
+    let (backing, driving) = (tracker(&car), tracker(&mirrored));
     let view = path.view();
     let all = vec![true; view.len()];
     let turned = path.clone().with_reverse(&all);

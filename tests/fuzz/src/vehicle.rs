@@ -20,16 +20,16 @@ pub fn check(data: &[u8]) {
         Ok(car) => car,
         Err(error) => {
             assert!(!error.to_string().is_empty() && !valid(&drawn));
-            return check_refused(drawn);
+            return check_refused(&drawn);
         }
     };
     assert!(valid(&drawn) && car == drawn);
-    check_made(car);
+    check_made(&car);
     let adapt = adapt(&mut bytes).checked().unwrap_or(AdaptParams::DEFAULT);
     let start = angle(&mut bytes, &car);
     let mut life = Life {
         in_flight: InFlight::settled(&car, start),
-        plain: Plain::new(car, start),
+        plain: Plain::new(&car, start),
         estimator: Estimator::default(),
         car,
         adapt,
@@ -74,18 +74,18 @@ fn valid(car: &Vehicle) -> bool {
 }
 
 /// No controller takes what is no vehicle.
-fn check_refused(car: Vehicle) {
-    assert!(Pop::new(car, PopParams::DEFAULT).is_err());
-    assert!(PreviewPop::new(car, PreviewPopParams::DEFAULT).is_err());
+fn check_refused(car: &Vehicle) {
+    assert!(Pop::new(*car, PopParams::DEFAULT).is_err());
+    assert!(PreviewPop::new(*car, PreviewPopParams::DEFAULT).is_err());
 }
 
 /// Every controller does with its defaults, which scale with the vehicle.
-fn check_made(car: Vehicle) {
-    assert!(Pop::new(car, PopParams::DEFAULT).is_ok());
-    assert!(PreviewPop::new(car, PreviewPopParams::DEFAULT).is_ok());
-    assert!(PurePursuit::new(car, PurePursuitParams::DEFAULT).is_ok());
-    assert!(Stanley::new(car, StanleyParams::DEFAULT).is_ok());
-    assert!(Pid::new(car, PidParams::DEFAULT).is_ok());
+fn check_made(car: &Vehicle) {
+    assert!(Pop::new(*car, PopParams::DEFAULT).is_ok());
+    assert!(PreviewPop::new(*car, PreviewPopParams::DEFAULT).is_ok());
+    assert!(PurePursuit::new(*car, PurePursuitParams::DEFAULT).is_ok());
+    assert!(Stanley::new(*car, StanleyParams::DEFAULT).is_ok());
+    assert!(Pid::new(*car, PidParams::DEFAULT).is_ok());
     assert!(car.front_axle() >= car.rear_axle && car.no_slip().is_finite());
     for speed in [0.0, 30.0, -MAX_SPEED] {
         let length = car.turning_length(speed);
@@ -330,7 +330,7 @@ struct Plain {
 }
 
 impl Plain {
-    fn new(car: Vehicle, steer: f64) -> Self {
+    fn new(car: &Vehicle, steer: f64) -> Self {
         let list = if car.dead_time > 0.0 {
             vec![(steer, car.dead_time)]
         } else {
@@ -338,7 +338,7 @@ impl Plain {
         };
         Self {
             wheel: car.at_wheels(steer + car.steer_offset),
-            car,
+            car: *car,
             list,
             joins: false,
             shifts: false,

@@ -124,7 +124,7 @@ pub(crate) enum Tracked {
 
 impl Tracked {
     /// How this point of a checked `vehicle` follows the path, with checked distances.
-    pub(crate) fn of(self, vehicle: Vehicle, search_distance: f64, lost_distance: f64) -> Steered {
+    pub(crate) fn of(self, vehicle: &Vehicle, search_distance: f64, lost_distance: f64) -> Steered {
         let wheelbase = vehicle.wheelbase;
         let (base, reference_offset) = match self {
             Self::FrontAxle => (vehicle.rear_axle, wheelbase),
@@ -134,9 +134,12 @@ impl Tracked {
         let follow = Follow {
             search_distance,
             lost_distance,
-            ..Follow::of(&vehicle, base, reference_offset)
+            ..Follow::of(vehicle, base, reference_offset)
         };
-        Steered { vehicle, follow }
+        Steered {
+            vehicle: *vehicle,
+            follow,
+        }
     }
 }
 

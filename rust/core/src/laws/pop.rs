@@ -74,7 +74,7 @@ impl Pop {
             half,
             step,
             steps_per_rad: 1.0 / step,
-            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
+            steered: Tracked::FrontAxle.of(&vehicle, params.search_distance, params.lost_distance),
         })
     }
 

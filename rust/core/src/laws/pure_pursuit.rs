@@ -62,7 +62,7 @@ impl PurePursuit {
         Ok(Self {
             search: search_of!(params),
             alpha_by_arccos: params.alpha_by_arccos,
-            steered: Tracked::RearAxle.of(vehicle, params.search_distance, params.lost_distance),
+            steered: Tracked::RearAxle.of(&vehicle, params.search_distance, params.lost_distance),
         })
     }
 }

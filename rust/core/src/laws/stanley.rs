@@ -57,7 +57,7 @@ impl Stanley {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle).checked()?;
         Ok(Self {
-            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
+            steered: Tracked::FrontAxle.of(&vehicle, params.search_distance, params.lost_distance),
             params,
         })
     }

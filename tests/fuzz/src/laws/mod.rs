@@ -55,7 +55,7 @@ fn tracker<L: Subject>(bytes: &mut Bytes, law: L) -> Result<Tracker<L>, ConfigEr
 
 fn live<L: Subject>(bytes: &mut Bytes) {
     let (car, params) = (car(bytes), L::draw(bytes));
-    let law = match L::make(car, params) {
+    let law = match L::make(&car, params) {
         Ok(law) => law,
         Err(error) => return check_refusal(&error),
     };
@@ -67,7 +67,7 @@ fn live<L: Subject>(bytes: &mut Bytes) {
         return;
     };
     if bytes.byte() < 40 && path.view().reverse().is_none() {
-        return check_backwards::<L>(car, params, &path, bytes);
+        return check_backwards::<L>(&car, params, &path, bytes);
     }
     let mut life = Life::new(tracker, path);
     for _ in 0..12 {

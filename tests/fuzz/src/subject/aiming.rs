@@ -58,8 +58,8 @@ impl Subject for Pop {
         }
     }
 
-    fn make(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
+    fn make(vehicle: &Vehicle, params: PopParams) -> Result<Self, ConfigError> {
+        Self::new(*vehicle, params)
     }
 
     fn previous_steer(state: &PopState) -> Option<f64> {
@@ -91,8 +91,8 @@ impl Subject for PurePursuit {
         }
     }
 
-    fn make(vehicle: Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
+    fn make(vehicle: &Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
+        Self::new(*vehicle, params)
     }
 
     fn draw_state(bytes: &mut Bytes) -> Option<PurePursuitState> {

@@ -22,8 +22,8 @@ impl Subject for Stanley {
         }
     }
 
-    fn make(vehicle: Vehicle, params: StanleyParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
+    fn make(vehicle: &Vehicle, params: StanleyParams) -> Result<Self, ConfigError> {
+        Self::new(*vehicle, params)
     }
 
     fn draw_state(_bytes: &mut Bytes) -> Option<StanleyState> {
@@ -63,8 +63,8 @@ impl Subject for Pid {
         }
     }
 
-    fn make(vehicle: Vehicle, params: PidParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
+    fn make(vehicle: &Vehicle, params: PidParams) -> Result<Self, ConfigError> {
+        Self::new(*vehicle, params)
     }
 
     fn draw_state(bytes: &mut Bytes) -> Option<PidState> {

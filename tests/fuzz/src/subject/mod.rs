@@ -19,7 +19,7 @@ pub(crate) trait Subject: LateralLaw + Sized {
     fn draw(bytes: &mut Bytes) -> Self::Params;
 
     /// The law with these parameters, for a vehicle.
-    fn make(vehicle: Vehicle, params: Self::Params) -> Result<Self, ConfigError>;
+    fn make(vehicle: &Vehicle, params: Self::Params) -> Result<Self, ConfigError>;
 
     /// A state that the law may or may not have.
     fn draw_state(bytes: &mut Bytes) -> Option<Self::State>;

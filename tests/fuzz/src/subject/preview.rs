@@ -28,8 +28,8 @@ impl Subject for PreviewPop {
         params
     }
 
-    fn make(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
+    fn make(vehicle: &Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
+        Self::new(*vehicle, params)
     }
 
     fn previous_steer(state: &PreviewPopState) -> Option<f64> {

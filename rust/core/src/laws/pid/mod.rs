@@ -83,7 +83,7 @@ impl Pid {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle).checked()?;
         Ok(Self {
-            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
+            steered: Tracked::FrontAxle.of(&vehicle, params.search_distance, params.lost_distance),
             params,
         })
     }

@@ -151,7 +151,11 @@ impl PreviewPop {
                 angle: params.approach_angle,
                 min_speed: params.min_speed,
             },
-            steered: Tracked::NoSlipPoint.of(vehicle, params.search_distance, params.lost_distance),
+            steered: Tracked::NoSlipPoint.of(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            ),
             params,
         })
     }

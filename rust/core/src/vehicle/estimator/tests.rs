@@ -14,23 +14,20 @@ fn car(wheelbase: f64, dead_time: f64, steer_offset: f64) -> Vehicle {
 
 /// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
 /// 0.1 s in 60 s of bends at 10 m/s and more, where `given` is believed.
-fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+fn estimated(given: &Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
     estimated_in(&[0.05], given, steer_offset, acceleration, jump)
 }
 
 /// The same in periods that take turns.
 fn estimated_in(
     periods: &[f64],
-    given: Vehicle,
+    given: &Vehicle,
     steer_offset: f64,
     acceleration: f64,
     jump: f64,
 ) -> Estimator {
     let real = car(3.0, 0.2, steer_offset);
-    let (mut there, mut known) = (
-        InFlight::settled(&real, 0.0),
-        InFlight::settled(&given, 0.0),
-    );
+    let (mut there, mut known) = (InFlight::settled(&real, 0.0), InFlight::settled(given, 0.0));
     let mut estimator = Estimator::default();
     let mut vehicle = VehicleState {
         x: 0.0,
@@ -56,12 +53,12 @@ fn estimated_in(
             vehicle.yaw += jump;
             jumps = false;
         }
-        let reached = known.wheel_integrals(&given, command, dt);
+        let reached = known.wheel_integrals(given, command, dt);
         let before = estimator.estimate.longer_dead_time;
-        estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, dt);
+        estimator.observe_turn(&AdaptParams::DEFAULT, given, vehicle, reached, dt);
         let longer = estimator.estimate.longer_dead_time - before;
         estimator.last_measured = Some(vehicle);
-        known.elapse(&given, command, dt, longer);
+        known.elapse(given, command, dt, longer);
     }
     estimator
 }
@@ -90,7 +87,7 @@ fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
 fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
     for (wheelbase, dead_time) in [(3.0, 0.2), (2.55, 0.2), (3.45, 0.15), (3.0, 0.25)] {
         for offset in [0.0, 0.0175] {
-            let found = estimated(car(wheelbase, dead_time, 0.0), offset, 0.2, 0.0).estimate;
+            let found = estimated(&car(wheelbase, dead_time, 0.0), offset, 0.2, 0.0).estimate;
             assert!((found.gain - wheelbase / 3.0).abs() < 0.012, "{found:?}");
             assert!((found.steer_offset - offset).abs() < 0.0006, "{found:?}");
             let known = dead_time + found.longer_dead_time;
@@ -104,7 +101,7 @@ fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
 fn test_estimator_learns_the_same_in_unequal_periods_and_at_every_rate() {
     // A dead time that is not given at all is a longer one too.
     for given in [car(2.7, 0.12, 0.0), car(2.7, 0.0, 0.0)] {
-        let equal = estimated(given, 0.02, 0.0, 0.0).estimate;
+        let equal = estimated(&given, 0.02, 0.0, 0.0).estimate;
         assert!((given.dead_time + equal.longer_dead_time - 0.2).abs() < 0.02);
         for periods in [
             &[0.02, 0.03][..],
@@ -116,7 +113,7 @@ fn test_estimator_learns_the_same_in_unequal_periods_and_at_every_rate() {
             &[0.01],
             &[0.005],
         ] {
-            let found = estimated_in(periods, given, 0.02, 0.0, 0.0).estimate;
+            let found = estimated_in(periods, &given, 0.02, 0.0, 0.0).estimate;
             let apart = found.longer_dead_time - equal.longer_dead_time;
             assert!(apart.abs() < 6e-3, "{periods:?} {found:?} {equal:?}");
             assert!(
@@ -159,8 +156,8 @@ fn test_estimator_takes_no_offset_for_a_gain_on_a_straight() {
 #[test]
 fn test_estimator_takes_little_of_a_jump_of_the_heading() {
     let given = car(2.55, 0.25, 0.0);
-    let calm = estimated(given, 0.0, 0.0, 0.0).estimate;
-    let jumped = estimated(given, 0.0, 0.0, 2.0).estimate;
+    let calm = estimated(&given, 0.0, 0.0, 0.0).estimate;
+    let jumped = estimated(&given, 0.0, 0.0, 2.0).estimate;
     assert!((calm.gain - jumped.gain).abs() < 0.03, "{jumped:?}");
     assert!(
         (calm.steer_offset - jumped.steer_offset).abs() < 0.003,
@@ -172,15 +169,15 @@ fn test_estimator_takes_little_of_a_jump_of_the_heading() {
 #[test]
 fn test_estimator_keeps_within_its_bounds() {
     assert_eq!(
-        estimated(car(9.0, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+        estimated(&car(9.0, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
         2.5
     );
     assert_eq!(
-        estimated(car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+        estimated(&car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
         0.4
     );
     let given = car(3.0, 0.1, 0.0);
-    let found = estimated(given, 0.0, 0.0, 0.0);
+    let found = estimated(&given, 0.0, 0.0, 0.0);
     assert!((found.estimate.longer_dead_time - 0.1).abs() < 4e-3);
     assert!(found.checked(&given).is_ok());
     let mut shorter = found;
@@ -241,7 +238,7 @@ fn test_speed_after_braking_stops() {
 #[test]
 fn test_estimates_outlast_a_stop_and_an_unmeasured_acceleration_does_not() {
     let given = car(2.7, 0.12, 0.0);
-    let mut estimator = estimated(given, 0.02, 0.5, 0.0);
+    let mut estimator = estimated(&given, 0.02, 0.5, 0.0);
     let before = estimator.estimate;
     assert!(before.acceleration > 0.4, "{before:?}");
     let standing = VehicleState::ORIGIN;
