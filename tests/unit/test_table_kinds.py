@@ -225,6 +225,14 @@ READ: dict[str, tuple[str, str]] = {
         "x,y,vx,vy\n" + _rows((X, Y, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
         "v",
     ),
+    "velocity over ground beside a yaw": (
+        "x,y,psi_rad,vx,vy\n" + _rows((X, Y, YAW, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
+        "vy",
+    ),
+    "velocity of the vehicle": (
+        "x,y,psi_rad,vx,vy\n" + _rows((X, Y, YAW, SPEED, 0.01 * SIN)),
+        "vy",
+    ),
 }
 
 
@@ -344,6 +352,26 @@ def test_slow_speed_that_leads_nowhere_is_no_driving_backwards(tmp_path: Any) ->
         speed = np.concatenate((SPEED[:20], np.full(3, back), SPEED[23:]))
         path = Path.from_csv(_write(tmp_path, "x,y,vx\n" + _rows((X, Y, speed))))
         assert "6.12 % of the length is driven backwards" in str(path.source)
+
+
+def test_velocity_over_ground_along_x_is_told_from_driving_backwards(tmp_path: Any) -> None:
+    west = 900.0 - 0.8 * np.arange(14.0)
+
+    def read(head: str, *columns: Any) -> tuple[Path, bool]:
+        path = Path.from_csv(_write(tmp_path, head + "\n" + _rows((west, 0.01 * west, *columns))))
+        return path, "backwards" in str(path.source)
+
+    vx, vy = np.full(14, -8.0), np.full(14, -0.08)
+    for head, more in (("x,y,vx,vy", ()), ("x,y,vx,vy,psi", (np.full(14, -3.13),))):
+        path, backwards = read(head, vx, vy, *more)
+        assert not backwards
+        assert path.speed == pytest.approx(np.hypot(vx, vy))
+        assert "speed (of vx and vy)" in str(path.source)
+    # It looks to the east, or drives to and fro.
+    assert read("x,y,vx,vy,psi", vx, vy, np.full(14, 0.01))[1]
+    west = np.concatenate((west, west[-2:5:-1]))
+    ways = np.repeat((8.0, -8.0), (14, 7))
+    assert read("x,y,vx,vy", ways, 0.01 * ways)[1]
 
 
 def test_curvature_that_contradicts_the_waypoints_is_left_out_and_said(tmp_path: Any) -> None:

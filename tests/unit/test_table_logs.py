@@ -111,6 +111,14 @@ READ: dict[str, str] = {
     "km/h without a unit": HEAD + _rows(T, X, Y, YAW, 3.6 * SPEED, STEER),
     "mph without a unit": HEAD + _rows(T, X, Y, YAW, SPEED / 0.44704, STEER),
     "degrees without a unit": HEAD + _rows(T, X, Y, np.degrees(YAW), SPEED, STEER),
+    "velocity over ground": "t,x,y,yaw,vx,vy,steer\n"
+    + _rows(T, X, Y, YAW, SPEED * np.cos(YAW), SPEED * np.sin(YAW), STEER),
+    "velocity of the car": "t,x,y,yaw,vx,vy,steer\n"
+    + _rows(T, X, Y, YAW, SPEED, 0.01 * STEER, STEER),
+    "velocity over ground in km/h": "t,x,y,yaw_deg,vx_kmh,vy_kmh,steer\n"
+    + _rows(
+        T, X, Y, *(np.degrees(YAW), 3.6 * SPEED * np.cos(YAW), 3.6 * SPEED * np.sin(YAW)), STEER
+    ),
     "compass": HEAD + _rows(T, X, Y, np.degrees(np.pi / 2 - YAW) % 360.0, SPEED, STEER),
 }
 

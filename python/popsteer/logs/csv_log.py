@@ -94,7 +94,7 @@ def paths(
     return [file] if isinstance(file, (str, os.PathLike)) else list(file)
 
 
-_KNOWN = (*COLUMNS, *SIGNALS, "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
+_KNOWN = (*COLUMNS, *SIGNALS, "speed_y", "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
 
 
 def _read(
@@ -164,6 +164,7 @@ def _log(
         if empty and key not in ("x", "y"):
             merged.append(key)
         columns[key] = _on_clock(key, each, base.t) if empty else each.values
+    notes += _of_the_plane(columns, series, base.t)
     rows = here if merged else np.ones(len(base.t), dtype=np.bool_)
     columns = {
         key: converted(key, units[key], values[rows]) if key in units else values[rows]
@@ -189,6 +190,22 @@ def _log(
         signals={key: columns[key] for key in SIGNALS if key in columns},
         shown=shown_units,
     )
+
+
+def _of_the_plane(
+    columns: dict[str, Floats], series: Mapping[str, _Series], t: Floats
+) -> list[str]:
+    """Make a speed of a velocity in the plane, and say it."""
+    if "speed_y" not in series:
+        return []
+    other = _on_clock("speed_y", series["speed_y"], t)
+    parts = np.column_stack([columns[key] for key in ("x", "y", "speed", "yaw")] + [other])
+    known = np.flatnonzero(np.isfinite(parts).all(axis=1))
+    x, y, vx, yaw, vy = parts[known[:: max(1, len(known) // _ENOUGH)]].T
+    if len(x) < 2 or not vy.any() or not shown.is_velocity(np.column_stack((x, y)), vx, vy, yaw):
+        return []
+    columns["speed"] = np.hypot(columns["speed"], other)
+    return [f"speed is of it and {series['speed_y'].said}"]
 
 
 def _share(flags: NDArray[np.bool_]) -> float:

@@ -105,6 +105,24 @@ def heading(
     return next((each for each in found if each is not None), None)
 
 
+def is_velocity(xy: Floats, vx: Floats, vy: Floats, yaw: Floats | None = None) -> bool:
+    """Whether two columns are the velocity in the waypoints' plane, rather than the vehicle's own.
+
+    It points where the waypoints go, and would not if it were measured from a `yaw` [rad]. Along x
+    both would, and to and fro there it is the vehicle's own, which may be driven backwards.
+    """
+    reach = float(np.hypot(*np.ptp(xy, axis=0)))
+    for way in (along(xy, share * reach) for share in (0.0, 0.01, 0.03)):
+        pointed = np.arctan2(vy, vx)[way.moves]
+        frames = (0.0 * pointed, *(() if yaw is None else (yaw[way.moves],)))
+        off = [np.quantile(np.abs(_wrapped(pointed + k - way.heading)), _AGREE) for k in frames]
+        if off[0] <= _HEADING and len(way.moves) >= _LEAST:
+            to_and_fro = float(np.quantile(np.abs(np.sin(way.heading)), _AGREE)) <= _HEADING
+            to_and_fro &= bool((vx > 0.0).any() and (vx < 0.0).any())
+            return not (to_and_fro or any(each <= _HEADING for each in off[1:]))
+    return False
+
+
 def is_near_heading(xy: Floats, values: Floats) -> bool:
     """Whether a column is a heading, although farther from the waypoints' than one to drive by."""
     return along(xy).turn >= np.pi and heading(xy, values, most=_NEAR) is not None

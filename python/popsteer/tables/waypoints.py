@@ -367,7 +367,7 @@ def _add_speed(
     speed, said = columns["speed"], _said("speed", places["speed"])
     if "speed_y" in columns and np.any(columns["speed_y"] != 0.0):
         other = columns["speed_y"]
-        if shown.heading(found.xy, np.arctan2(other, speed), ("rad",)) is not None:
+        if shown.is_velocity(found.xy, speed, other, found.more.get("yaw")):
             said = f"speed (of {places['speed']} and {places['speed_y']})"
             speed = np.hypot(speed, other)
     if (speed < 0.0).any():
