@@ -220,6 +220,10 @@ READ: dict[str, tuple[str, str]] = {
         "vy",
     ),
     "phi alone": ("x(m),y(m),vx(m/s),phi(rad)\n" + _rows((X, Y, SPEED, WRAPPED)), "vy"),
+    "an index that pandas called so": (
+        "Unnamed: 0,X,Y,v\n" + _rows((np.arange(N), X, Y, SPEED)),
+        "v",
+    ),
     "axes": ("X-axis,Y-axis\n" + _rows((X, Y)), ""),
     "velocity over ground": (
         "x,y,vx,vy\n" + _rows((X, Y, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
@@ -287,6 +291,10 @@ def test_path_of_each_kind_is_never_misread_between_other_separators(
         ("<?xml version='1.0'?>\n<kml/>", "is KML"),
         ("<?xml version='1.0'?>\n<OpenDRIVE/>", "is OpenDRIVE"),
         ("waypoints:\n  - x: 1\n", "is YAML"),
+        ("- [1, 2]\n- [3, 4]\n", "is YAML"),
+        ("<!DOCTYPE html>\n<html><body>404</body></html>", "is HTML"),
+        ('WKT,id\n"POINT (11 48)",1\n', "has its positions as WKT"),
+        ("version https://git-lfs.github.com/spec/v1\noid sha256:1f\nsize 9\n", "is a pointer"),
         ("\x80\x04\x95", "is a pickle"),
         ("PK\x03\x04", "is a zip"),
     ],
@@ -296,8 +304,16 @@ def test_file_that_is_no_table_is_named_and_told_what_to_export(
 ) -> None:
     file = tmp_path / "path.csv"
     file.write_bytes(text.encode("latin-1"))
-    with pytest.raises(PathError, match=f"{said}.*: export it|unpack"):
+    with pytest.raises(PathError, match=f"{said}.*(: export it|unpack|git lfs pull)"):
         Path.from_csv(file)
+
+
+def test_text_of_an_older_program_is_read(tmp_path: Any) -> None:
+    file = tmp_path / "path.csv"
+    rows = _rows((X, Y, np.degrees(YAW), 3.6 * SPEED), ";").replace(".", ",")
+    head = "x [m];y [m];Yaw [°];v [km/h];Höhe über dem Fluß\n"
+    file.write_bytes((head + rows.replace("\n", ";1\n")).encode("latin-1"))
+    _agrees(Path.from_csv(file), "vy")
 
 
 def test_origin_of_a_file_in_metres_is_refused(tmp_path: Any) -> None:

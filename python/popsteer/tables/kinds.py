@@ -19,8 +19,18 @@ _MAGIC = (
     (b"%PDF", "PDF", _CSV),
     (b"\x89PNG", "picture", _CSV),
 )
-_XML = (("<kml", "KML"), ("<osm", "OSM or lanelet2"), ("<OpenDRIVE", "OpenDRIVE"), ("<gpx", "GPX"))
-_YAML = re.compile(r"(?:\s*(?:#.*)?\n)*(?:---|\s*(?:- )?[A-Za-z_][\w ]*:(?:\s|$))")
+_XML = (
+    ("<html", "HTML"),
+    ("<kml", "KML"),
+    ("<osm", "OSM or lanelet2"),
+    ("<OpenDRIVE", "OpenDRIVE"),
+    ("<gpx", "GPX"),
+)
+# But pandas calls an index "Unnamed: 0".
+_YAML = re.compile(
+    r"(?:\s*(?:#.*)?\n)*(?:---|\s*- [\[{]|\s*(?:- )?(?!Unnamed: \d)[A-Za-z_][\w ]*:(?:\s|$))"
+)
+_WKT = re.compile(r'[^\n]*\n[^\n]*"?(?:POINT|(?:MULTI)?LINESTRING)\b[ ZM]*\(')
 
 
 def is_json(text: str) -> bool:
@@ -37,12 +47,16 @@ def refusal(data: bytes) -> str | None:
 
 
 def text_refusal(text: str) -> str | None:
-    """Say the same of a text: of JSON, XML and YAML."""
+    """Say the same of a text: of JSON, XML, YAML and what only holds or names a table."""
     if is_json(text):
         return f"is JSON, no table: {_CSV}, or as GeoJSON with a LineString"
     if text.lstrip().startswith("<"):
         kind = next((kind for mark, kind in _XML if mark in text[:5000]), "XML")
         return f"is {kind}, no table: {_CSV}, or as GPX"
+    if text.startswith("version https://git-lfs"):
+        return "is a pointer to a file of Git LFS, no table: 'git lfs pull' fetches that"
+    if _WKT.match(text[:5000]):
+        return "has its positions as WKT: export it as CSV with GEOMETRY=AS_XY, or as GeoJSON"
     if _YAML.match(text[:5000]):
         return f"is YAML, no table: {_CSV}"
     return None

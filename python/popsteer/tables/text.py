@@ -41,6 +41,7 @@ _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {""}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
+_WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
 _SECTION = re.compile(r"\[([A-Za-z ]+)\]$")
 
 
@@ -59,8 +60,10 @@ def read_text(file: str | os.PathLike[str]) -> tuple[str, str]:
     try:
         text = data.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise PathError(f"{name}, line {line}: is not text in UTF-8") from error
+        text = data.decode("latin-1")
+        if wide or not _WESTERN.fullmatch(text):
+            line = data.count(b"\n", 0, error.start) + 1
+            raise PathError(f"{name}, line {line}: is not text in UTF-8") from error
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise PathError(f"{name}, line {line}: holds a null character, is not text")
