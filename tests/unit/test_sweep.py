@@ -329,6 +329,7 @@ def test_draw_out_of_range_is_refused_before_anything_is_driven(tmp_path: Path) 
     vary = {"steer_lag": distribution("steer_lag", "normal(0.1,0.2)")}
     with pytest.raises(ConfigError, match=r"run \d+: steer_lag must be in"):
         sweep.run(_job(50, vary=vary), tmp_path / "sweep.csv")
+    assert list(tmp_path.iterdir()) == []  # a journal of it would refuse the sweep that is meant
 
 
 def test_wilson_interval_is_the_published_one() -> None:

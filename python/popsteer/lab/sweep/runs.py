@@ -306,11 +306,16 @@ def run(
     """
     if workers is not None:
         check_count("--workers", workers, 1, _MAX_WORKERS)
-    if out is None:
-        return _driven(job, {}, dask, workers, progress, lambda _: None)
-    part = journal_of(out)
-    if out.exists():
+    part = None if out is None else journal_of(out)
+    if out is not None and out.exists():
         return read_rows(out, job)
+    # Ranges have no gaps, so that of plants in Python, which take longer to make, the least and the
+    # greatest draws tell.
+    ends = {int(end) for each in job.draws.values() for end in (each.argmin(), each.argmax())}
+    for k in range(job.runs) if job.is_of_core else sorted(ends):
+        job.made(k)
+    if out is None or part is None:
+        return _driven(job, {}, dask, workers, progress, lambda _: None)
     with Journal(part, job) as journal:
         rows = _driven(job, journal.rows, dask, workers, progress, journal.add)
         write(out, job, rows)
@@ -335,11 +340,6 @@ def _driven(
         if progress is not None:
             progress(f"{int(before + done)} of {job.runs} runs", (before + done) / job.runs)
 
-    # Refuses a draw that is out of range before anything is driven. Ranges have no gaps, so that
-    # of plants in Python, which take longer to make, the least and the greatest draws tell.
-    ends = {int(end) for each in job.draws.values() for end in (each.argmin(), each.argmax())}
-    for k in remaining if job.is_of_core else sorted(ends.intersection(remaining)):
-        job.made(k)
     if remaining:
         on_own = on_core if job.is_of_core else on_processes
         with closing(  # an interrupt of what keeps the rows ends the processes, too
