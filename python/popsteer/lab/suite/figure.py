@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
 
 _LOW, _HIGH = 1e-3, 1.0  # of the colours [m]
+_LEAST_EFFORT = 1e-3  # of the logarithmic axis, which has no place for wheels that stand [rad/s]
 _GOOD, _FAIR, _BAD = "#2a9d8f", "#e9c46a", "#c8553d"  # told apart by colour-blind readers too
 
 
@@ -57,7 +58,8 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     points: dict[str, tuple[float, float]] = {}
     for name in names:
         own = [each for each in found.cells if each.controller == name]
-        points[name] = (float(np.mean([each.steer_rate for each in own])), mean_error(own))
+        effort = float(np.mean([each.steer_rate for each in own]))
+        points[name] = (max(effort, _LEAST_EFFORT), mean_error(own))
     for (name, (effort, error)), title in zip(points.items(), titles, strict=True):
         scatter.plot(effort, error, "o", color=shades[name], markersize=8)
         # Below where another point, as high, is just to the right, whose own is above.
@@ -66,7 +68,7 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
         scatter.annotate(title, (effort, error), xytext=at, textcoords="offset points", fontsize=8)
     logarithmic(scatter, "xy")
     scatter.margins(0.25)
-    scatter.set_xlabel("rate of the command, rms [rad/s]")
+    scatter.set_xlabel(f"rate of the command, rms [rad/s], from {_LEAST_EFFORT:g} on")
     scatter.set_ylabel("mean |cross-track error| [m]")
     scatter.set_title("error over steering effort, all runs", fontsize=10.5)
     figure.suptitle(
