@@ -16,7 +16,7 @@ from rich.progress import Progress as Bar
 from rich.progress import TimeRemainingColumn
 
 import popsteer
-from popsteer import tracks
+from popsteer import controllers, tracks
 from popsteer.cli import params
 from popsteer.cli.app import made
 from popsteer.cli.outputs import Progress
@@ -100,6 +100,14 @@ def test_params_lists_each_parameter_with_a_number_for_its_default(
                 r"[\d.e+-]+\*?|none|true|false", listed[field]
             )
         assert not re.search(r"unwrap_or|\bPI\b|\{|wheelbase \*|\* wheelbase", said)
+        sets = "--set also takes those of adapt and monitor" in said
+        assert sets == (name in controllers.names())
+    pedals = command.call(capsys, "params", "commonroad-mb-2").out
+    assert "Acceleration at full throttle [m/s^2].\n" in re.sub(r" +\n", "\n", pedals)
+    assert "heading error squared" in command.call(capsys, "params", "mpc").out
+    (tmp_path / "own.py").write_text("def plain(path, vehicle): ...\n")
+    own = f"{tmp_path / 'own.py'}:plain"
+    assert command.call(capsys, "params", own).out == f"{own} has no parameters\n"
     usual = command.call(capsys, "params", "pop").out
     assert re.search(r"^min_lookahead +6\* +0 to 10000 ", usual, re.MULTILINE)
     popsteer.Vehicle(wheelbase=0.33).save(tmp_path / "car.toml")

@@ -124,8 +124,8 @@ def described(kind: type[object]) -> dict[str, tuple[str, str]]:
     for entry in re.split(r"\n(?=\S)", entries):
         name, _, text = entry.partition("\n")
         text = re.sub(r" [Bb]y default `[^`]*`\.", "", " ".join(text.split()))
-        text, _, ends = text.removesuffix("].").partition(" In [")
-        low_high = " to ".join(map(_end, ends.split(","))) if ends else ""
+        text, _, ends = text.partition(" In [")
+        low_high = " to ".join(map(_end, ends.removesuffix("].").split(","))) if ends else ""
         found[name.partition(" : ")[0]] = text, low_high
     return found
 

@@ -70,7 +70,7 @@ def _kinds() -> dict[str, _Kind]:
     loop = "; --set also takes those of adapt and monitor"
     fields = "; --set-plant also takes the fields of vehicle"
     return {
-        **{name: _Kind(params, "--set", loop) for name, params in laws},
+        **{k: _Kind(kind, "--set", loop if k in controllers.names() else "") for k, kind in laws},
         "adapt": _Kind(AdaptParams, "--set"),
         "monitor": _Kind(MonitorParams, "--set"),
         "vehicle": _Kind(Vehicle, "--set-vehicle"),
@@ -102,7 +102,11 @@ def params(
     car = inputs.believed(vehicle, None)
     kind = _kind(name)
     rows = list(_rows(kind.params, car))
-    head = f"{name}, set by {kind.option} NAME=VALUE{kind.also}"
+    head = (
+        f"{name}, set by {kind.option} NAME=VALUE{kind.also}"
+        if rows
+        else f"{name} has no parameters"
+    )
     scaled = f"* scales with the vehicle, here {vehicle or 'one'} of {car.wheelbase:g} m wheelbase"
     notes = [scaled] if any("*" in default for _, default, _, _ in rows) else []
     outputs.show(head, [_table(rows)] if rows else [], notes)

@@ -31,7 +31,15 @@ _SPEED, _GAIN = 0.005, 0.02
 
 @dataclass(frozen=True)
 class Weights(lqr.Weights):
-    """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage."""
+    """Weights of the cost e² (3 / L)² + heading ψ² + change Δδ², per stage.
+
+    Parameters
+    ----------
+    heading : float, default 10.0
+        Cost of the heading error squared, beside that of (3 e / L)²; L is the wheelbase.
+    change : float, default 0.1
+        Cost of the change of the angle squared, per stage of 50 ms; more: calmer wheels.
+    """
 
     heading: float = 10.0
     change: float = 0.1
