@@ -29,7 +29,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import ConfigError, PopsteerError, printable
 from popsteer.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -252,7 +252,8 @@ def raised(error: BaseException) -> str:
     ours = (_PACKAGE, "<frozen importlib", importlib.__file__)
     while here is not None and here.tb_frame.f_code.co_filename.startswith(ours):
         here = here.tb_next
-    return "".join(traceback.format_exception(type(error), error, here or first))
+    lines = "".join(traceback.format_exception(type(error), error, here or first)).split("\n")
+    return "\n".join(map(printable, lines))
 
 
 def _file(place: str) -> Path | None:

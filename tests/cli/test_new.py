@@ -44,6 +44,14 @@ def test_project_drives_to_its_end(project: Path) -> None:
     assert float(settled[1]) < 0.1
 
 
+def test_names_of_folders_are_quoted_and_escaped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = command.call(capsys, "new", str(tmp_path / "my \x1b[31mcar"))
+    assert f"Next: cd '{tmp_path}/my \\x1b[31mcar' && python drive.py\n" in done.out
+    assert "\x1b" not in done.out
+
+
 def test_tests_of_the_project_pass(project: Path) -> None:
     ran = _python(project, "test_drive.py")
     assert (ran.returncode, ran.stderr) == (0, "")

@@ -34,7 +34,7 @@ class Tired:
     def step(self, x, y, yaw, speed, dt):
         self.steps += 1
         if self.steps > 20:
-            raise RuntimeError("tired of steering")
+            raise RuntimeError("tired of \\033[31msteering")
         return 0.0
 
 class Unborn:
@@ -147,8 +147,11 @@ def test_what_raises_is_shown_with_its_traceback_and_the_others_drive(
     line = "compare --controllers broken.py:Tired,pop,broken.py:Unborn --track broken.py:road"
     done = call(capsys, *line.split(), "--constant-speed", "5", "--step-time", "--out", "out")
     assert done.status == 0
-    assert "Tired came to an end after 1.0 s: raised RuntimeError: tired of steering" in done.out
-    assert 'raise RuntimeError("tired of steering")' in done.err
+    assert (
+        "Tired came to an end after 1.0 s: raised RuntimeError: tired of \\x1b[31msteering"
+        in done.out
+    )
+    assert "\nRuntimeError: tired of \\x1b[31msteering\n" in done.err
     assert 'raise LookupError("no such matrix")' in done.err
     assert "popsteer/" not in done.err
     found = json.loads(Path("out/metrics.json").read_text())["controllers"]
@@ -199,7 +202,7 @@ def test_replay_lets_an_own_controller_watch_and_wrapped_one_answers(
     line = "replay drive.csv --controllers broken.py:Tired --track straight"
     done = call(capsys, *line.split())
     assert done.status == 2
-    assert 'raise RuntimeError("tired of steering")' in done.err
+    assert "\nRuntimeError: tired of \\x1b[31msteering\n" in done.err
 
 
 def test_names_that_stand_for_nothing_are_refused_in_one_line(
@@ -246,8 +249,8 @@ def test_run_of_the_library_raises_unless_asked_to_keep_going(here: Path) -> Non
     with pytest.raises(RuntimeError, match="tired"):
         sim.run(tired, path=path)
     run = sim.run(own.load("controller", "broken.py:Tired")(None, None), path=path, keep_going=True)
-    assert run.ending == "raised RuntimeError: tired of steering"
-    assert run.traceback.splitlines()[-1] == "RuntimeError: tired of steering"
+    assert run.ending == "raised RuntimeError: tired of \x1b[31msteering"
+    assert run.traceback.splitlines()[-1] == "RuntimeError: tired of \\x1b[31msteering"
     assert len(run.records["x"]) == run.metrics.steps == 20
 
 

@@ -24,6 +24,7 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = tmp_path / "new" / "sweep.csv"
+    escaped = tmp_path / "\x1b[31m.csv"
     outcome = command.call(capsys, "sweep", *SHORT, "--out", str(out))
     assert (outcome.status, outcome.err) == (0, "")
     names = {f"sweep{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")}
@@ -42,6 +43,10 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert f"Run 17 of {out} is to the last bit what its row says" in replay.out
     (driven,) = json.loads((drawn / "metrics.json").read_text())["controllers"].values()
     assert (driven["tuning"], driven["errors_at"]) == ("run 17 of sweep.csv", "front")
+    out.rename(escaped)
+    replay = command.call(capsys, "sweep", "--run", f"{escaped}:17")
+    assert "run 17 of \\x1b[31m.csv" in replay.out
+    assert "\x1b" not in replay.out
 
 
 @pytest.mark.usefixtures("_blank_figures")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +13,7 @@ from typing import Annotated
 import typer
 
 from popsteer._core import Vehicle
-from popsteer.errors import ConfigError
+from popsteer.errors import ConfigError, printable
 
 HELP = """\
 Write a project to begin from: a vehicle, a path, a control loop that follows it, and a test.
@@ -64,8 +65,8 @@ def new(
             folder.rmdir()  # empty, and Windows renames onto no folder
         part.rename(place)
     written = ", ".join(sorted(each.name for each in folder.iterdir()))
-    print(f"Written to {folder}{os.sep}: {written}")
-    print(f"Next: cd {folder} && python drive.py")
+    print(f"Written to {printable(str(folder))}{os.sep}: {written}")
+    print(f"Next: cd {printable(shlex.quote(str(folder)))} && python drive.py")
 
 
 def _check(folder: Path) -> None:

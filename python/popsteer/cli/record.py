@@ -9,6 +9,7 @@ import typer
 
 from popsteer.cli import ros2_options
 from popsteer.cli.options import optional
+from popsteer.errors import printable
 
 HELP = """\
 Record the topics of "popsteer ros2" as MCAP, without ROS: odometry, path, commands, the intended
@@ -60,4 +61,4 @@ def record(
         )
     for name, count in counts.items():
         print(f"{count:7d}  {name}")
-    print(f"Written to {file}")
+    print(f"Written to {printable(str(file))}")

@@ -172,7 +172,7 @@ def _again(
         drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
         comparison = lab.compare.Comparison(
             {job.controller: found},
-            {job.controller: f"run {run} of {Path(file).name}"},
+            {job.controller: f"run {run} of {printable(Path(file).name)}"},
             plant=job.label,
             track=job.course,
         )

@@ -10,6 +10,7 @@ import typer
 from popsteer import tracks
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional
+from popsteer.errors import printable
 
 _HELP = """\
 List the tracks that come with popsteer, or write them as files.
@@ -76,4 +77,4 @@ def export(
     """Write one track as a CSV file."""
     track = tracks.get(name)
     track.to_csv(file)
-    print(f"{name}: {len(track.xy)} waypoints written to {file}")
+    print(f"{name}: {len(track.xy)} waypoints written to {printable(str(file))}")
