@@ -10,6 +10,7 @@ import errno
 import os
 import select
 import stat
+import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -104,7 +105,7 @@ def write_files_atomic(files: Mapping[Path, bytes]) -> None:
     for path, target in targets.items():
         if target is None:
             with _naming(path):
-                path.write_bytes(files[path])
+                _pour(path, files[path])
 
 
 @contextmanager
@@ -126,6 +127,27 @@ def _target(named: Path) -> Path | None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     # Path.resolve would raise a RuntimeError at a loop of links; stat has refused that above.
     return Path(os.path.realpath(named)) if stat.S_ISREG(mode) else None
+
+
+def _pour(path: Path, data: bytes) -> None:
+    """Write into a device or a pipe; OSError where nobody opens that pipe to read it."""
+    # With O_NONBLOCK opening a pipe does not wait for a reader, and fails without one.
+    flags = os.O_WRONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    until = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            descriptor = os.open(path, flags)
+            break
+        except OSError as error:
+            if error.errno != errno.ENXIO:
+                raise
+        if time.monotonic() > until:
+            raise OSError(errno.ETIMEDOUT, f"nobody reads it for {_PATIENCE:g} s")
+        time.sleep(0.05)
+    if os.name != "nt":
+        os.set_blocking(descriptor, True)
+    with os.fdopen(descriptor, "wb") as stream:
+        stream.write(data)
 
 
 def _piped(descriptor: int) -> bytes:

@@ -172,6 +172,18 @@ def test_pipe_is_read_to_its_end_and_not_waited_for_without_one(
         done = call(capsys, *(word.replace("FILE", str(other)) for word in words))
         assert done.status == 2
         assert done.err.startswith(f"popsteer: {other}: ")
+    # Nor for one that nobody reads.
+    (tmp_path / "path.csv").write_text("x,y\n0,0\n10,0\n20,0\n")
+    done = call(capsys, "plan", str(tmp_path / "path.csv"), "--out", str(pipe))
+    assert done.status == 2
+    assert done.err == f"popsteer: {pipe}: nobody reads it for 0.1 s\n"
+    monkeypatch.setattr(files, "_PATIENCE", 30.0)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    files.write_text_atomic(pipe, text)
+    reader.join()
+    assert read == [text]
     monkeypatch.setattr(files, "_MOST_PIPED", 50_000)
     threading.Thread(target=lambda: _try(lambda: pipe.write_text(text))).start()
     with pytest.raises(OSError, match=r"writes more than 50,000 bytes"):
