@@ -243,6 +243,13 @@ def test_stability_sets_controllers_beside_speeds() -> None:
     assert own.margins["pop"][2].dead_time > result.margins["pop"][1].dead_time
     late = stability.run(["pop"], Vehicle(dead_time=0.1), [10.0], believed=Vehicle())
     assert late.believed == Vehicle()
+    # By default no speed that the vehicle does not reach.
+    for top, speeds in (
+        (3.0, (2.0, 3.0)),
+        (1.0, (1.0,)),
+        (None, (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)),
+    ):
+        assert stability.run(["stanley"], Vehicle(max_speed=top)).speeds == speeds
     assert late.margins["pop"][0].dead_time < result.margins["pop"][1].dead_time
 
 

@@ -11,10 +11,8 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
-from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
 _CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
-_SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
 # The map is drawn of controllers with a lookahead alone.
 _FIGURES = ("stability-margins", "stability-loops", "stability-map")
 _FILES = ["stability.json", *(f"{name}{dark}.png" for name in _FIGURES for dark in ("", "-dark"))]
@@ -43,7 +41,9 @@ def stability(
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,
-    speeds: Annotated[str, valued("M/S", "Speeds, separated by commas.")] = _SPEEDS,
+    speeds: Annotated[
+        str | None, optional("M/S", "By commas; else 2 to 25, up to the vehicle's top speed.")
+    ] = None,
     vehicle: Annotated[
         str, valued("NAME|FILE", "What the controllers know: a vehicle *.toml.")
     ] = "paper",
@@ -72,7 +72,7 @@ def stability(
         own_too=False,
         in_loop=False,
     )
-    at = _speeds(speeds)
+    at = None if speeds is None else _speeds(speeds)
     outputs.check_folder(out, _FILES, report)
     with Progress() as progress:
         result = lab.stability.run(

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from popsteer.controllers import Params
 
-DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
-"""Speeds that are looked at by default [m/s]."""
+_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)  # that are looked at by default [m/s]
 
 _LONGEST = 20.0  # dead time beyond which the margin counts as infinite [s]
 
@@ -158,7 +157,7 @@ def margins(
 def run(
     names: Iterable[str] | Mapping[str, Params] = controllers.names(),
     vehicle: Vehicle | None = None,
-    speeds: Iterable[float] = DEFAULT_SPEEDS,
+    speeds: Iterable[float] | None = None,
     *,
     believed: Vehicle | None = None,
     preset: str = "default",
@@ -173,8 +172,8 @@ def run(
         `preset` then only says what that is called.
     vehicle : Vehicle, optional
         The vehicle as it is; ``Vehicle()`` by default.
-    speeds : iterable of float
-        Speeds [m/s], positive.
+    speeds : iterable of float, optional
+        Speeds [m/s], positive; by default 2 to 25 m/s, as far as the vehicle's top speed.
     believed : Vehicle, optional
         The vehicle that the controllers are given; `vehicle` by default.
     preset : str, default "default"
@@ -202,6 +201,9 @@ def run(
     believed = vehicle if believed is None else believed
     if not isinstance(names, Mapping):
         names = {name: presets.get(name, preset) for name in names}
+    if speeds is None:
+        top = min(_SPEEDS[-1], math.inf if vehicle.max_speed is None else vehicle.max_speed)
+        speeds = (*(speed for speed in _SPEEDS if speed < top), top)
     speeds = tuple(speeds)
     return Stability(
         params=dict(names),
