@@ -19,6 +19,7 @@ from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.compare.effort import effort_figure
+from popsteer.lab.compare.table import notes
 from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command
 from tests.helpers import looped
@@ -201,6 +202,18 @@ def test_several_tracks_are_begun_as_far_to_the_left_as_it_is_told(
         left = (ahead_x - x) * (start["y"] - y) - (ahead_y - y) * (start["x"] - x)
         assert left / along == pytest.approx(1.5)
         assert math.hypot(start["x"] - x, start["y"] - y) == pytest.approx(1.5)
+
+
+def test_several_that_begin_otherwise_say_which_does() -> None:
+    fast = popsteer.Path([(float(x), 0.0) for x in range(81)], speed=[6.0] * 81)
+    slow = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    found = lab.compare.run_each({"fast": fast, "slow": slow}, ["pop"], ["kinematic-bicycle"])
+    starts = [note for note in notes(*found) if "tarts with" in note]
+    assert [note.partition(" with ")[0] for note in starts] == [
+        "On kinematic-bicycle, fast: starts",
+        "On kinematic-bicycle, slow: starts",
+    ]
+    assert len([note for note in notes(found[0], found[0]) if note.startswith("Starts ")]) == 1
 
 
 def test_several_begin_by_default_where_one_does() -> None:

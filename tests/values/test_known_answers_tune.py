@@ -116,15 +116,15 @@ def test_losses_of_mean_worst_and_steering_are_told_each_from_its_own_share_on()
         return report.losses([Judged(base, old, new, True)])
 
     none = (
-        "On none of these tracks is mean error more than 2 %, worst error more than 5 % or steering"
-        " more than 10 % above before."
+        "On none of these tracks is mean error more than 2 % and 0.001 m, worst error more than 5 %"
+        " and 0.001 m or steering more than 10 % above before."
     )
     assert told(0.2039, 0.419, 0.219) == [none]
     assert told(0.2041, 0.4, 0.2) == [
-        "Mean error more than 2 % above before: straight 0.2000 → 0.2041 m."
+        "Mean error more than 2 % and 0.001 m above before: straight 0.2000 → 0.2041 m."
     ]
     assert told(0.19, 0.421, 0.2) == [
-        "Worst error more than 5 % above before: straight 0.4000 → 0.4210 m."
+        "Worst error more than 5 % and 0.001 m above before: straight 0.4000 → 0.4210 m."
     ]
     assert told(0.19, 0.4, 0.221) == [
         "Steering more than 10 % above before: straight 0.200 → 0.221 rad/s."
@@ -139,12 +139,23 @@ def test_losses_of_mean_worst_and_steering_are_told_each_from_its_own_share_on()
 
 def test_starts_of_the_cars_that_differ_are_told_as_they_are_drawn() -> None:
     drawn = {"start_offset": distribution("start_offset", "uniform(-1,1)")}
-    itself, others = problem(vary=drawn).beginnings()
+    ((_, itself, others),) = problem(vary=drawn).beginnings()
     assert itself.startswith("Starts with the front axle on the path, at ")
-    begun = "The cars that differ: starts with the front axle left of the path by start_offset "
-    assert others.startswith(f"{begun}uniform(-1.0,1.0) m, ")
+    begun = "Starts with the front axle left of the path by start_offset uniform(-1.0,1.0) m, "
+    assert others.startswith(begun)
+    found = Tuned(problem(vary=drawn), USUAL, [], None, 1.1)
+    assert f"The cars that differ: s{others[1:]}" in report.notes(found, [])
     for same in (problem(vary=drawn, cars=0), problem()):
-        assert list(same.beginnings()) == [itself]
+        assert same.beginnings() == [("straight", itself, "")]
+    # What starts otherwise is told by its track.
+    back = popsteer.Path([(float(-x), 0.0) for x in range(81)], speed=[-3.0] * 81)
+    two = problem(paths={"straight": STRAIGHT, "back": back})
+    found = Tuned(two, USUAL, [], None, 1.1)
+    starts = [note for note in report.notes(found, []) if "tarts" in note]
+    assert [note.partition(" with ")[0] for note in starts] == [
+        "On straight: starts",
+        "On back: starts",
+    ]
 
 
 def test_end_of_the_search_is_told_at_either_end() -> None:

@@ -41,6 +41,27 @@ def differences(believed: Vehicle, vehicle: Vehicle) -> str:
     return f", believed {' and '.join(different)}" if different else ""
 
 
+def where_they_differ(said: Iterable[tuple[str, str]]) -> list[str]:
+    """Give the sentences of several places, each once; with its places where not all say the same.
+
+    Examples
+    --------
+    >>> where_they_differ([("slalom", "Starts at rest."), ("circle", "Starts at rest.")])
+    ['Starts at rest.']
+    >>> where_they_differ([("slalom", "Starts at rest."), ("circle", "Starts at 3 m/s.")])
+    ['On slalom: starts at rest.', 'On circle: starts at 3 m/s.']
+    """
+    places: dict[str, list[str]] = {}
+    for place, sentence in said:
+        places.setdefault(sentence, []).append(place)
+    if len(places) < 2:
+        return list(places)
+    return [
+        f"On {'; '.join(own)}: {sentence[0].lower()}{sentence[1:]}"
+        for sentence, own in places.items()
+    ]
+
+
 def counted(number: int, what: str) -> str:
     """Say how many there are of something."""
     return f"{number} {what}{'' if number == 1 else 's'}"

@@ -17,7 +17,7 @@ from popsteer.lab.common.layout import (
     fits,
     outcome,
 )
-from popsteer.lab.common.names import counted, differences, title_of
+from popsteer.lab.common.names import counted, differences, title_of, where_they_differ
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:
@@ -79,7 +79,8 @@ def notes(*comparisons: Comparison) -> list[str]:
         for title, where, run in runs
         if run.metrics.faults
     ]
-    said += [*dict.fromkeys(each.begins for each in comparisons if each.begins), WHERE]
+    begun = ((f"{each.plant}, {each.track}", each.begins) for each in comparisons if each.begins)
+    said += [*where_they_differ(begun), WHERE]
     first = comparisons[0]
     if first.joined:
         settling = first.first.settings.settling_time

@@ -21,7 +21,7 @@ from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.ranges import check_count, check_known
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Mapping
 
     from popsteer.controllers import Params
     from popsteer.lab.common.longitudinal import LongitudinalParams
@@ -163,14 +163,14 @@ class Problem(Experiment):
                 found.append((name, road, made, run_seed(self.seed, car)))
         return found
 
-    def beginnings(self) -> Iterator[str]:
+    def beginnings(self) -> list[tuple[str, str, str]]:
         """Say where the runs on each track start: the vehicle itself, and cars that differ."""
-        for _, road, made, _ in self.scenarios[:: self.cars + 1]:
+        found = []
+        for name, road, made, _ in self.scenarios[:: self.cars + 1]:
             itself = self.begins(road, made.plant, {})
             others = self.begins(road, made.plant, self.vary if self.cars else {})
-            yield itself
-            if others != itself:
-                yield f"The cars that differ: s{others[1:]}"
+            found.append((name, itself, others if others != itself else ""))
+        return found
 
     def changed(self, values: Mapping[str, float]) -> Params:
         """Give the tuning with other values of what is searched; whole numbers stay whole."""

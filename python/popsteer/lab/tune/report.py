@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from popsteer import tracks
 from popsteer._core import Path, SpeedPidParams
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table
+from popsteer.lab.common.names import where_they_differ
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -109,7 +110,8 @@ def losses(judged: list[Judged]) -> list[str]:
     """Say where the tuning that was chosen is worse than the one that it began with."""
     said, limits = [], []
     for loss in _LOSSES:
-        limits.append(f"{loss.what} more than {100.0 * loss.share:g} %")
+        least = f" and {loss.least:g} {loss.unit}" if loss.least else ""
+        limits.append(f"{loss.what} more than {100.0 * loss.share:g} %{least}")
         found = []
         for part in judged:
             for name in part.problem.paths:
@@ -140,13 +142,15 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
             f" most {tuned.effort_limit:g} times the steering rate."
         ),
     ]
-    said += dict.fromkeys(tuned.problem.beginnings())
+    begun = tuned.problem.beginnings()
+    said += where_they_differ((name, itself) for name, itself, _ in begun)
+    differ = where_they_differ((name, others) for name, _, others in begun if others)
+    said += [f"The cars that differ: {each[0].lower()}{each[1:]}" for each in differ]
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():
             value = tuned.chosen.values[name]
-            low, high = each.bounds
-            lower = value - low < 0.02 * (high - low) and low != 0.0  # below 0 there is nothing
-            if lower or high - value < 0.02 * (high - low):
+            lower = value < each.quantile(0.02) and each.bounds[0] != 0.0  # below 0 is nothing
+            if lower or value > each.quantile(0.98):
                 said.append(f"{name} is at an end of {each}: search farther.")
     return said + losses(judged)
 
