@@ -90,7 +90,7 @@ def test_factor_of_a_unit_is_its_size(column: str, unit: str, expected: float) -
 
 @looped("unit", ["furlong", "", "deg/0", "nan", "0", "deg/x"])
 def test_factor_of_an_unknown_unit_is_refused(unit: str) -> None:
-    with pytest.raises(LogError, match="unit of steer must be rad, deg, a number"):
+    with pytest.raises(LogError, match="unit of steer must be rad, deg, mrad, a number"):
         factor("steer", unit)
 
 

@@ -13,15 +13,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
-_ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0)
+_ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0) | {"mrad": 1e-3}
 _LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
 _LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048}
 _SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "m/sec"), 1.0)
 _SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph", "km/hr"), 1.0 / 3.6)
-_SPEED |= {"cm/s": 1e-2, "mm/s": 1e-3, "mph": 0.44704, "ft/s": 0.3048}
+_SPEED |= {"cm/s": 1e-2, "cmps": 1e-2, "mm/s": 1e-3, "mmps": 1e-3, "mph": 0.44704, "ft/s": 0.3048}
 _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _TIME |= {"ns": 1e-9, "nsec": 1e-9, "nanosec": 1e-9, "min": 60.0}
+_TIME |= dict.fromkeys(("h", "hr", "hours"), 3600.0)
 _CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "m-1"), 1.0)
 _NONE = {"": 1.0, "-": 1.0}
 _SHARE = {"1": 1.0, "%": 1e-2, "percent": 1e-2}
@@ -59,11 +60,11 @@ _NAMES = {
     " utc utc_time time_utc gps_time datetime date_time",
     "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
-    "x": "x tx posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
+    "x": "x tx p_x posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
     " coord_x x_coord point_x location_x x_axis"
     " translation_x easting east utm_x utm_easting utm_east utm_e x_utm positions_x xpos x_raceline"
     " loc_x cx",
-    "y": "y ty posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
+    "y": "y ty p_y posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
     " coord_y y_coord point_y location_y y_axis"
     " translation_y northing north utm_y utm_northing utm_north utm_n y_utm positions_y ypos"
     " y_raceline loc_y cy",
@@ -75,10 +76,10 @@ _NAMES = {
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
     " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed"
-    " sog v_long vlong long_vel vel_long",
+    " spd sog v_long vlong long_vel vel_long",
     "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
-    " steer_angle wheel_angle steering_tire_angle"
+    " steer_angle steered_angle wheel_angle steering_tire_angle"
     " drive_steering_angle front_wheel_angle",
     "curvature": "curvature kappa curv kappa_racetraj ck",
     "grade": "grade slope gradient incline",
@@ -152,7 +153,8 @@ def _known(words: list[str]) -> Meaning | None:
     if _HAND_WHEEL.search("_".join(words)):
         return None
     plain = [word for word in words if word not in _SOURCES]
-    for sourced, each in enumerate((words, plain, words[-2:] if len(plain) > 2 else plain)):
+    last = (plain[k:] for k in range(1, len(plain) - 1))
+    for sourced, each in enumerate((words, plain, *last, words[-2:] if len(plain) > 2 else plain)):
         if (name := "_".join(each)) in _PLAIN:
             return Meaning(_PLAIN[name], None, (sourced > 0, _PLACES[name]))
     return None
@@ -208,7 +210,7 @@ def spelled(quantity: str) -> list[str]:
     Examples
     --------
     >>> spelled("yaw")
-    ['rad', 'deg', 'rad-north', 'deg-north']
+    ['rad', 'deg', 'mrad', 'rad-north', 'deg-north']
     """
     known = UNITS[quantity]
     return [unit for unit in known if next(u for u in known if known[u] == known[unit]) == unit]
