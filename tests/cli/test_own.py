@@ -67,6 +67,8 @@ class Car:
 def road():
     return [(float(x), 0.0) for x in range(61)]
 
+sign = "to the bridge"
+
 def fallen():
     raise ArithmeticError("bridge out")
 """
@@ -217,9 +219,11 @@ def test_names_that_stand_for_nothing_are_refused_in_one_line(
         (("--controllers", "no_such_module:f"), "raised ModuleNotFoundError"),
         (("--plant", "mine.py:Gains"), "a plant, which has name"),
         (("--track", "broken.py:fallen"), "broken.py:fallen raised ArithmeticError: bridge out"),
+        (("--track", "broken.py:sign"), "popsteer: broken.py:sign: xy must be an array of numbers"),
     ):
         done = call(capsys, "compare", *arguments)
         assert (done.status, said in done.err) == (2, True), done.err
+    assert done.err.count("\n") == 1  # the last is code that did not raise
 
 
 def test_entry_points_of_an_installed_package_are_known(

@@ -93,6 +93,10 @@ def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     outcome = command.call(capsys, "stability", *other)
     assert "axles at 1.06 and -1.94 m" in outcome.out
     assert "believed rear_axle 0 and no_slip_point none" in outcome.out
+    # As in the other commands, the controllers know the plant where nothing else is said.
+    same = ("--plant", "carla-identified", "--set-plant", "dead_time=0.2", "--speeds", "10")
+    outcome = command.call(capsys, "stability", *same)
+    assert "dead time 0.2 s, believed dead_time 0, preset" in outcome.out
 
 
 def test_stability_of_a_named_vehicle_begins_with_its_figures(

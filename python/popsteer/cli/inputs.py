@@ -12,7 +12,7 @@ from popsteer import controllers as own_controllers
 from popsteer import own, plants, sim, toml_file, tracks, vehicle_file, vehicles
 from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
-from popsteer.errors import ConfigError, printable
+from popsteer.errors import ConfigError, PopsteerError, printable
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
@@ -117,13 +117,16 @@ def _own_path(name: str) -> Path:
     made = own.load("track", name)
     try:
         found = made() if callable(made) else made
-        if isinstance(found, Path):
-            return found
-        if isinstance(found, tracks.Track):
-            return Path(found.xy, speed=found.speed, closed=found.closed)
-        return Path(found)
     except Exception as error:
         raise own.OwnCodeError(name, error) from error
+    if isinstance(found, Path):
+        return found
+    if isinstance(found, tracks.Track):
+        return Path(found.xy, speed=found.speed, closed=found.closed)
+    try:
+        return Path(found)
+    except PopsteerError as error:
+        raise PopsteerError(f"{name}: {error}") from None
 
 
 def courses(

@@ -8,7 +8,7 @@ import typer
 
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs
-from popsteer.cli.options import optional, valued
+from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError
 
@@ -45,8 +45,8 @@ def stability(
         str | None, optional("M/S", "By commas; else 2 to 25, up to the vehicle's top speed.")
     ] = None,
     vehicle: Annotated[
-        str, valued("NAME|FILE", "What the controllers know: a vehicle *.toml.")
-    ] = "paper",
+        str | None, optional("NAME|FILE", "What controllers know; else that of --plant, or paper.")
+    ] = None,
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
         str | None, optional("NAME|FILE", "The real vehicle; by default the same.")
@@ -61,7 +61,7 @@ def stability(
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
-    given = inputs.believed(vehicle, set_vehicle)
+    given = inputs.believed(vehicle or plant or "paper", set_vehicle)
     itself = inputs.believed(plant, set_plant, given)
     tuning = inputs.tuned(
         names,
