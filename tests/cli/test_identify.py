@@ -88,7 +88,7 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
     [
         (["--columns", "steer=delta"], "no column 'delta'; there are: t, x, y, yaw, speed, steer"),
         (["--columns", "stear=delta"], "columns must be one of t, x, y"),
-        (["--unit", "steer=furlong"], "unit of steer must be rad, deg, a number"),
+        (["--unit", "steer=furlong"], "unit of steer must be rad, deg, mrad, a number"),
         (["--unit", "steer=-1"], "turns right where steer says left"),
         (["--topic", "steer=/drive"], "topics are of bags; a table has columns"),
         (["--unit", "speed=0.001"], "move 1000 times as far as speed says: x and y are in mm"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -110,6 +111,8 @@ READ: dict[str, str] = {
     + _rows(T, 100 * X, 100 * Y, np.degrees(YAW), 3.6 * SPEED, np.degrees(STEER)),
     "km/h without a unit": HEAD + _rows(T, X, Y, YAW, 3.6 * SPEED, STEER),
     "mph without a unit": HEAD + _rows(T, X, Y, YAW, SPEED / 0.44704, STEER),
+    "hours without a unit": HEAD
+    + _rows([f"{t / 3600.0:.12f}" for t in T], X, Y, YAW, SPEED, STEER),
     "degrees without a unit": HEAD + _rows(T, X, Y, np.degrees(YAW), SPEED, STEER),
     "velocity over ground": "t,x,y,yaw,vx,vy,steer\n"
     + _rows(T, X, Y, YAW, SPEED * np.cos(YAW), SPEED * np.sin(YAW), STEER),
@@ -203,6 +206,28 @@ def test_values_that_never_change_are_said(tmp_path: Any) -> None:
         assert log.remarks == said
     log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
     assert log.remarks == ("the position never changes",)
+
+
+def test_unit_of_speed_is_found_on_laps_shorter_than_a_stretch_of_the_log(tmp_path: Any) -> None:
+    t = 0.02 * np.arange(60_000)  # laps of 5.2 s, for 20 min
+    yaw = 1.2 * t
+    noise = np.random.default_rng(5).normal(0.0, 0.02, (2, len(t)))
+    xy = 5.0 * np.array((np.sin(yaw), -np.cos(yaw))) + noise
+    for speed, unit in ((6.0, {}), (21.6, {"speed": "km/h"})):
+        text = _rows(t, *xy, yaw, speed + 0.0 * t, 0.5 + 0.0 * t)
+        log = logs.read(_write(tmp_path, HEAD + text))
+        assert log.shown == unit
+        assert log.speed == pytest.approx(6.0 + 0.0 * t)
+
+
+def test_speed_that_is_turns_of_the_motor_is_refused_with_its_scale(tmp_path: Any) -> None:
+    file = _write(tmp_path, HEAD + _rows(T, X, Y, YAW, 4600.0 * SPEED, STEER))
+    with pytest.raises(
+        LogError, match=r"speed says 46\d\d times as far .* --unit speed=(\S+) scales"
+    ) as e:
+        logs.read(file)
+    scale = re.findall(r"speed=(\S+)", str(e.value))
+    assert logs.read(file, units={"speed": scale[0]}).speed == pytest.approx(SPEED, rel=0.01)
 
 
 def test_some_rows_of_many_show_what_the_heading_is(

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
 _RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "cm/s": 100.0, "mm/s": 1000.0}
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
+_TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
+_APART = 2.0  # times speed and positions may differ: more is another unit, or no speed
 _COMPASS = ("", "from north, clockwise")
 _ENOUGH = 20_000  # rows that show what a heading is
 _LONGEST_WHEELBASE = 20.0  # m; a hand wheel's angle makes a car look longer
@@ -246,31 +248,7 @@ def _settle(
     if whole.sum() < 20:
         return {}, []
     t, x, y, yaw, speed, steer = (columns[key][whole] for key in COLUMNS)
-    found: dict[str, str] = {}
-    notes = []
-    step = max(1, len(t) // 200)  # over some rows: the noise of a position hides a row's motion
-    gone, passed = np.hypot(np.diff(x[::step]), np.diff(y[::step])), np.diff(t[::step])
-    fast = np.abs(speed[::step])
-    fast = 0.5 * (fast[1:] + fast[:-1])
-    usual = float(np.median(fast))
-    moving = (fast > 0.3 * usual) & (passed > 0.0)
-    if usual > 0.0 and moving.sum() >= 5:
-        ratio = float(np.median(fast[moving] * passed[moving] / gone[moving].clip(1e-12)))
-        for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
-            if "t" not in told and abs(ratio / size - 1.0) < 3.0 * _FITS:
-                columns["t"], ratio = columns["t"] / size, ratio / size
-                notes.append(f"t is in {unit}, as speed and positions show")
-        fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
-        if fits and "speed" not in told:
-            columns["speed"] = columns["speed"] * factor("speed", fits[0])
-            found["speed"] = fits[0]
-            notes.append(f"speed is in {fits[0]}, as the positions show")
-        for unit, size in (("cm", 0.01), ("mm", 0.001)):
-            if "x" not in told and abs(ratio / size - 1.0) < _FITS:
-                raise LogError(
-                    f"{name}: the positions move {1.0 / ratio:.4g} times as far as speed says: x"
-                    f" and y are in {unit} (--unit x={unit} --unit y={unit})"
-                )
+    found, notes = _settle_motion(name, columns, told, units, _ratio(t, x, y, speed))
     units_of_yaw = ("rad",) if "yaw" in told else ("rad", "deg")
     some = slice(None, None, max(1, len(t) // _ENOUGH))
     here = np.column_stack((x[some], y[some]))
@@ -284,6 +262,71 @@ def _settle(
             notes.append(f"yaw is in {turned}, as the positions show")
     _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer, told.get("steer"))
     return found, notes
+
+
+def _settle_motion(
+    name: str,
+    columns: dict[str, Floats],
+    told: Mapping[str, str],
+    units: Mapping[str, str],
+    ratio: float | None,
+) -> tuple[dict[str, str], list[str]]:
+    """Do so for time and speed, by how many times as far one says as the positions move."""
+    found: dict[str, str] = {}
+    notes: list[str] = []
+    if ratio is None:
+        return found, notes
+    for unit, size in _TIMES.items():
+        if "t" not in told and abs(ratio / size - 1.0) < 3.0 * _FITS:
+            columns["t"], ratio = columns["t"] / size, ratio / size
+            notes.append(f"t is in {unit}, as speed and positions show")
+    fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
+    if fits and "speed" not in told:
+        columns["speed"] = columns["speed"] * factor("speed", fits[0])
+        found["speed"], ratio = fits[0], 1.0
+        notes.append(f"speed is in {fits[0]}, as the positions show")
+    for unit, size in (("cm", 0.01), ("mm", 0.001)):
+        if "x" not in told and abs(ratio / size - 1.0) < _FITS:
+            raise LogError(
+                f"{name}: the positions move {1.0 / size:.0f} times as far as speed says: x"
+                f" and y are in {unit} (--unit x={unit} --unit y={unit})"
+            )
+    # Where a row takes more than 1 s, the unit of time is asked for.
+    is_second = float(np.nanmedian(np.diff(columns["t"]))) <= 1.0
+    if is_second and not {"t", "speed"} & units.keys() and not 1.0 / _APART < ratio < _APART:
+        raise LogError(
+            f"{name}: speed says {ratio:.4g} times as far as the positions move, which is no unit"
+            f" of it: --unit speed={1.0 / ratio:.6g} scales it"
+        )
+    return found, notes
+
+
+def _ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
+    """Give how many times as far speed says as positions move; None where nothing shows it.
+
+    It is the median over stretches that are straight, of the longest before they bend: noise hides
+    the motion over short ones.
+    """
+    fast = np.abs(speed)
+    said = np.concatenate(([0.0], np.cumsum(0.5 * (fast[1:] + fast[:-1]) * np.diff(t))))
+    found, half = None, 1
+    while 10 * half < len(t):
+        ends = np.arange(0, len(t) - 2 * half, 2 * half)
+        first, second = (
+            np.hypot(*(each[ends + k * half] - each[ends + (k - 1) * half] for each in (x, y)))
+            for k in (1, 2)
+        )
+        whole = np.hypot(x[ends + 2 * half] - x[ends], y[ends + 2 * half] - y[ends])
+        gone = said[ends + 2 * half] - said[ends]
+        moving = (whole > 0.0) & (gone > 0.3 * np.median(gone))
+        straight = moving & (whole >= 0.97 * (first + second))
+        if moving.sum() >= 5 and straight.sum() >= 0.8 * moving.sum():
+            arcs = (4.0 * (first + second) - whole) / 3.0  # of chords, by extrapolation
+            found = float(np.median(gone[straight] / arcs[straight]))
+        elif found is not None:
+            break
+        half *= 2
+    return found
 
 
 def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | None) -> None:
