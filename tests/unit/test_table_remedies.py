@@ -93,6 +93,12 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "x,y,-,-",
         "",
     ),
+    "notes in empty columns behind a time": (
+        _rows((1.7e9 + S, X, Y, YAW, *([""] * N,) * 2, ["", "slow"] * (N // 2))),
+        "column 7 is text",
+        "-,x,y,-,-,-,-",
+        "",
+    ),
     "one side's cones": (
         _rows((X, Y, ["blue"] * N)),
         "column 3 is text .'blue'.",

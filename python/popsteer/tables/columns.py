@@ -89,7 +89,8 @@ def named(
         head = wanted
     if head is not wanted and (more := table.columns - len(head)) > 0 < len(head):
         read = [meaning(name).quantity or LEFT_OUT for name in head]
-        ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
+        ways = [",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read])]
+        ways = ways if {*read} - {LEFT_OUT} else ["NAME,NAME,..."]  # prose has such lines, too
         raise PathError(
             f"{where}: {len(head)} names above {table.columns} columns (--columns"
             f" {' or --columns '.join(ways)} says which is which)"
@@ -195,11 +196,7 @@ def explained(
             f"{name}: columns 1 and 2 are degrees rather than metres: say which is which, by"
             f" --columns lat,lon{rest} or --columns lon,lat{rest}"
         )
-    far = np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST) if count > 2 else ()
-    left = {*texts, *far}
-    pairs = _pairs(values) if count <= _MANY else []
-    tried = [_explain(values, x, y, texts) for x, y in pairs if not {x, y} & left]
-    possible = [known for known in tried if _is_possible(values, known, texts)]
+    tried, possible = _explanations(values, texts)
     if not possible:
         known = next(iter(tried), {0: "x", 1: "y"})
         both = ",".join(
@@ -211,7 +208,8 @@ def explained(
         )
     known = max(possible, key=len)  # of several the first
     if len(known) < count:
-        whole = (each for each in tried if len(each) == count)  # such as a count before x and y
+        # Such as a count before x and y, which they do not prove.
+        whole = (each for each in tried if len(each) == count and _before(each) <= _BEFORE)
         others = [
             ",".join(_READ.get(each[k].split()[0], "-") for k in range(count)) for each in whole
         ]
@@ -226,6 +224,31 @@ def explained(
     return found, notes
 
 
+def _explanations(
+    values: Floats, texts: Mapping[int, str]
+) -> tuple[list[dict[int, str]], list[dict[int, str]]]:
+    """Say what all columns are for each two that may be x and y; and what of it is possible."""
+    count = values.shape[1]
+    far = np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST) if count > 2 else ()
+    left = {*texts, *far}
+    pairs = _pairs(values) if count <= _MANY else []
+    tried = [_explain(values, x, y, texts) for x, y in pairs if not {x, y} & left]
+    return tried, [known for known in tried if _is_possible(values, known, texts)]
+
+
+@np.errstate(all="ignore")
+def likeliest(values: Floats) -> tuple[int, int]:
+    """Give the two columns that are x and y, if any are; the first two where none show it."""
+    tried, possible = _explanations(values, {})
+    x, y, *_ = max(possible or tried, key=len, default={0: "x", 1: "y"})
+    return x, y
+
+
+def _before(known: Mapping[int, str]) -> set[str]:
+    """Give what stands before x."""
+    return {known.get(k, "?").split()[0] for k in range(next(iter(known)))}
+
+
 def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, str]) -> bool:
     """Whether x and y may stand behind other columns: those are a count, a time or an arc length.
 
@@ -234,13 +257,12 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
     """
     x = next(iter(known))
     found = {known.get(k, "?").split()[0] for k in range(values.shape[1])}
-    before = {known.get(k, "?").split()[0] for k in range(x)}
     is_proved = (
         set(range(x)) <= set(texts)
         or _TIMED in known.values()
         or found & {"yaw", "curvature", "s", "normal"}
     )
-    return before <= _BEFORE and bool(x == 0 or is_proved or values[0, :x].max() > 1e9)
+    return _before(known) <= _BEFORE and bool(x == 0 or is_proved or values[0, :x].max() > 1e9)
 
 
 def _pairs(values: Floats) -> list[tuple[int, int]]:

@@ -13,12 +13,14 @@ import numpy as np
 from popsteer.errors import ConfigError, PathError
 from popsteer.tables import geo, shown
 from popsteer.tables.columns import (
+    LEFT_OUT,
     Column,
     Columns,
     asked_for,
     check_there,
     check_units,
     explained,
+    likeliest,
     named,
     option,
 )
@@ -235,9 +237,11 @@ def _texts(table: Table) -> dict[int, str]:
     varied = [k for k, each in told if len(set(each)) > 1]
     told_more = UNITS["speed"].keys() | _SIDES
     for k in varied or [k for k in texts if told_more & {first[k], *first[k].lower().split("_")}]:
-        rest = iter(("x", "y"))
-        shown_as = ["-" if each in texts else next(rest, "-") for each in range(table.columns)]
-        if first[k] in UNITS["speed"] and k - 1 not in texts and shown_as[k - 1] == "-":
+        rest = [each for each in range(table.columns) if each not in texts]
+        x, y = likeliest(np.nan_to_num(table.numbers(rest, blank=True)))
+        shown_as = [LEFT_OUT] * table.columns
+        shown_as[rest[x]], shown_as[rest[y]] = "x", "y"
+        if first[k] in UNITS["speed"] and k - 1 not in texts and shown_as[k - 1] == LEFT_OUT:
             shown_as[k - 1] = f"speed [{first[k]}]"
         raise PathError(
             f"{table.name}: column {k + 1} is text ({first[k][:40]!r}) without a name (--columns"
