@@ -102,6 +102,15 @@ def test_ways_of_a_map_that_follow_one_another_are_one_path(geo: None, tmp_path:
             Path.from_csv(_write(tmp_path, _ways(*parts)))
 
 
+def test_metres_in_geojson_are_refused_with_what_to_export(tmp_path: Any) -> None:
+    pytest.importorskip("pyproj")
+    line = {"type": "LineString", "coordinates": [[690123.0, 5330456.0], [690125.0, 5330456.5]]}
+    file = tmp_path / "path.geojson"
+    file.write_text(json.dumps(line), encoding="utf-8")
+    with pytest.raises(PathError, match="which is no degrees: export it in WGS 84"):
+        Path.from_csv(file)
+
+
 @looped(
     ("head", "columns"),
     [("X,Y,id\n", "lon=X,lat=Y"), ("", "lon,lat")],

@@ -343,6 +343,33 @@ def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> N
     assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
 
 
+def test_directions_in_words_are_read(tmp_path: Any) -> None:
+    x = np.concatenate((np.arange(0.0, 20.0), np.arange(18.0, 9.0, -1.0)))
+    back = np.arange(29) >= 20
+    for name, ahead, behind in (("gear", "D", "R"), ("reverse", "False", "True")):
+        words = np.where(back, behind, ahead).tolist()
+        file = _write(tmp_path, f"x,y,{name}\n" + _rows((x, 0.0 * x, words)))
+        assert np.asarray(Path.from_csv(file).reverse).tolist() == back.tolist()
+    file = _write(tmp_path, "x,y,gear\n" + _rows((x, 0.0 * x, ["D"] * 28 + ["back"])))
+    with pytest.raises(PathError, match=r"line 30, column 3: 'back' is none of d, drive, f"):
+        Path.from_csv(file)
+
+
+def test_rows_of_several_vehicles_are_refused(tmp_path: Any) -> None:
+    for name in ("track_id", "agentId", "Vehicle ID"):
+        head, rows = f"{name},x,y\n", (["7"] * 25 + ["8"] * 25, X, Y)
+        with pytest.raises(PathError, match="ays 7, 8: rows of 2 vehicles: keep those of one"):
+            Path.from_csv(_write(tmp_path, head + _rows(rows)))
+        _agrees(Path.from_csv(_write(tmp_path, head + _rows((["7"] * 50, X, Y)))), "")
+
+
+def test_a_height_beside_waypoints_is_left_out(tmp_path: Any) -> None:
+    for z in (HEIGHT, 0.3 * X):
+        _agrees(Path.from_csv(_write(tmp_path, "x,y,z\n" + _rows((X, Y, z)))), "")
+    flat = Path.from_csv(_write(tmp_path, "x,y,z\n" + _rows((S, NONE, HEIGHT))))
+    assert np.asarray(flat.y) == pytest.approx(NONE)
+
+
 def test_yaw_in_a_frame_of_its_own_against_all_the_waypoints_shows_nothing(tmp_path: Any) -> None:
     for yaw, reverse in ((YAW + np.pi, True), (YAW + np.pi / 2, False)):
         path = Path.from_csv(_write(tmp_path, "x,y,psi\n" + _rows((X, Y, yaw))))

@@ -177,6 +177,12 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
         "-,-,x,y",
         "",
     ),
+    "a height that is called y": (
+        "pos_x,pos_y,pos_z,speed\n" + _rows((X, HEIGHT, Y, SPEED)),
+        "pos_y may be the height, as pos_z climbs steeper",
+        "x=pos_x,y=pos_z",
+        "v",
+    ),
     "another name": ("abscissa,y\n" + _rows((X, Y)), "no column is named x", "x=abscissa", ""),
 }
 

@@ -14,7 +14,15 @@ from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import factor
 from popsteer.tables import geo, shown
-from popsteer.tables.columns import Column, Columns, asked_for, check_there, check_units, named
+from popsteer.tables.columns import (
+    Column,
+    Columns,
+    asked_for,
+    check_one,
+    check_there,
+    check_units,
+    named,
+)
 from popsteer.tables.poses import yaw_of
 from popsteer.tables.quantities import converted
 from popsteer.tables.text import Table, read_table
@@ -113,6 +121,8 @@ def _read(
     if not alone and isinstance(wanted, dict):
         wanted = {key: name for key, name in wanted.items() if name in (table.head or [])}
     places = named(table, wanted, _KNOWN)
+    if not wanted:
+        check_one(table)
     clock.find(table, places)
     needed = COLUMNS if alone else ("t",)
     check_there(table, {*places, *(key for key in needed if _has_other(key, places))}, needed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,9 @@ _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
+
+
+_WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car")}
 
 
 @dataclass(frozen=True)
@@ -159,6 +163,19 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
             f"{where}: no column is named {' or '.join(missing)}; there are: {table.listed()}"
             f" (--columns {','.join(f'{key}=NAME' for key in missing)} says which)"
         )
+
+
+def check_one(table: Table) -> None:
+    """Refuse by PathError a table of several vehicles, as recordings of traffic are."""
+    for k, name in enumerate(table.head or []):
+        if re.sub("[^a-z]", "", name.lower()) not in _WHOSE:
+            continue
+        said = list(dict.fromkeys(row[k] for _, row in table.rows() if len(row) > k))
+        if len(said) > 1:
+            raise PathError(
+                f"{table.name}: {Column(k, name)} says {', '.join(said[:3])[:60]}"
+                f"{', ...' * (len(said) > 3)}: rows of {len(said)} vehicles: keep those of one"
+            )
 
 
 def check_units(table: Table, columns: Mapping[str, Column]) -> None:

@@ -36,7 +36,11 @@ def local(
         if wrong.size:
             said = "latitude" if what == 0 else "longitude"
             value = values[wrong[0], what]
-            raise PathError(f"{name}: {said} of waypoint {wrong[0]} is {value:g}", int(wrong[0]))
+            raise PathError(
+                f"{name}: {said} of waypoint {wrong[0]} is {value:g}, which is no degrees:"
+                " export it in WGS 84 (EPSG:4326), or as CSV with x and y",
+                int(wrong[0]),
+            )
     if origin is None:
         origin = round(float(degrees[0, 0]), 9), round(float(degrees[0, 1]), 9)
     plane = f"+proj=tmerc +lat_0={origin[0]!r} +lon_0={origin[1]!r} +k=1 +ellps=WGS84 +units=m"

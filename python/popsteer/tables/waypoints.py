@@ -17,6 +17,7 @@ from popsteer.tables.columns import (
     Column,
     Columns,
     asked_for,
+    check_one,
     check_there,
     check_units,
     explained,
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 _AT_REST = 0.1  # m/s: a negative speed nearer to 0 may be noise
 _SIDES = {"left", "right", "inner", "outer", "blue", "yellow", "orange", "big", "small", "cone"}
 _LAP = ": a lap with --closed"
+_WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "true": 1.0}
+_WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
+_WAYS |= {"backward": -1.0, "backwards": -1.0}
 _FEW = 20  # waypoints that no one recorded
 _RADIANS: tuple[str, ...] = ("rad",)
 _OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
@@ -204,15 +208,23 @@ def _read_table(
         }
         _check_position(table, places)
         if not wanted:
+            check_one(table)
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
         check_units(table, places)
-        values = table.numbers([column.place for column in places.values()])
+        words = {
+            key for key, each in places.items() if key == "direction" and table.is_text(each.place)
+        }
+        numbers = {key: each for key, each in places.items() if key not in words}
+        values = table.numbers([column.place for column in numbers.values()])
         _check_count(table.name, len(values))
-        read = zip(places.items(), values.T, strict=True)
+        read = zip(numbers.items(), values.T, strict=True)
         columns = {key: converted(key, column.unit, each) for (key, column), each in read}
+        columns |= {key: _directions(table, places[key].place) for key in words}
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
+        if not wanted:
+            _refuse_steep(found, table, places)
         head = table.head or []
         used = {column.place for column in places.values()}
         ignored = [str(Column(k, name)) for k, name in enumerate(head) if k not in used and name]
@@ -272,6 +284,36 @@ def _refuse_velocity(table: Table, places: Mapping[str, Column]) -> None:
             f"{table.name}: {speed} beside change_flag is km/h as Autoware writes it: {by[0]}, or"
             f" {by[1]}"
         )
+
+
+def _refuse_steep(found: Waypoints, table: Table, places: Mapping[str, Column]) -> None:
+    """Refuse a z that no vehicle climbs, where y may be the height, as Unity has it."""
+    head = table.head or []
+    names = [places[key].name if key in places else "" for key in ("x", "y")]
+    upward = re.sub("y([^y]*)$", r"z\1", names[1].replace("Y", "y"))
+    z = next((k for k, name in enumerate(head) if name.replace("Z", "z") == upward), None)
+    if z is None or "" in names or table.is_text(z):
+        return
+    move = np.abs(np.diff((*found.xy.T, table.numbers([z], blank=True)[:, 0])))
+    steep = move[2] > 0.7 * np.hypot(move[0], move[1])
+    flat = move[1] <= 0.35 * np.hypot(move[0], move[2])
+    if steep.mean() > 0.1 and flat.mean() > 0.9:
+        by = option(head, {"x": places["x"].place, "y": z})
+        raise PathError(
+            f"{found.name}: {names[1]} may be the height, as {head[z]} climbs steeper than any"
+            f" vehicle: {by} reads it so, y={names[1]} as it is named"
+        )
+
+
+def _directions(table: Table, place: int) -> Floats:
+    """Read gears and directions in words."""
+    found = []
+    for index, line, (entry,) in table.entries([place]):
+        if (value := _WAYS.get(entry.lower())) is None:
+            known = ", ".join(_WAYS)
+            raise PathError(f"{table.at(line, place)}: {entry[:40]!r} is none of {known}", index)
+        found.append(value)
+    return np.array(found)
 
 
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
