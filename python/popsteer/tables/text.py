@@ -190,13 +190,13 @@ def table_of(name: str, text: str) -> Table:
     if refused := kinds.text_refusal(text):
         raise PathError(f"{name}: {refused}")
     separator = _separator([content for _, content in sample[-20:]])
+    if separator in (",", _BOTH) and _is_comma_spaced([content for _, content in sample[1:]]):
+        separator = None
     marks = {match[1] for _, content in sample if (match := _SECTION.match(content))}
     rows = [
         (line, split(content, separator)) for line, content in sample if not _SECTION.match(content)
     ]
-    comma = separator in (";", "\t") and any(
-        _COMMA.match(entry) for _, row in rows for entry in row
-    )
+    comma = any(_COMMA.match(entry) for _, row in rows for entry in row)
     found = Table(name, text, separator, comma, 0)
     begun = rows[0][1] if rows else []
     has_index = begun == ["", *map(str, range(len(begun) - 1))]
@@ -245,7 +245,7 @@ _VBOX |= {"heading": "heading [deg]", "time": "time [hhmmss]"}
 def split(content: str, separator: str | None) -> list[str]:
     """Split a line into its entries, without quotes and surrounding white space."""
     if separator is None:
-        return [entry.strip('"') for entry in content.split()]
+        return [entry.strip('",') for entry in content.split()]
     if '"' in content:
         reader = csv.reader((content,), delimiter=separator, skipinitialspace=True)
         return [entry.strip() for entry in next(reader)]
@@ -281,6 +281,17 @@ def _separator(lines: list[str]) -> str | None:
         if most and (mark != "\t" or min(counts) > 0):
             return _BOTH if mark == "," and all(map(_is_spaced, lines)) else mark
     return None
+
+
+def _is_comma_spaced(lines: list[str]) -> bool:
+    """Whether commas are decimal ones between white space: some number is else none, as 0,05 is."""
+    rows = [[entry.rstrip(",") for entry in line.split()] for line in lines]
+    every = [entry for row in rows for entry in row]
+    return (
+        len({len(row) for row in rows}) == 1 < len(rows[0])
+        and all(_COMMA.match(entry) or entry.lstrip("+-").isdecimal() for entry in every)
+        and any(re.search(r",0\d", entry) for entry in every)
+    )
 
 
 def _is_spaced(line: str) -> bool:
