@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from operator import attrgetter
 from pathlib import Path as File
 from typing import Any
 
@@ -20,11 +21,13 @@ from popsteer.lab.opponents.ahead import Ahead
 from popsteer.lab.suite import Cell, Suite
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.scenarios import SCENARIOS
-from popsteer.lab.suite.table import losses, sentences, suite_lines, worded
+from popsteer.lab.suite.table import sentences, suite_lines, worded
 from studies.layout import ROOT, line, write_blocks
 
 OURS = "preview-pop"
 ON_CURVE = (OURS, "studies.suite:OnCurve", opponents.names()[0])
+# A row is a loss where the error is more than so many times the least.
+LOSS = 1.1
 FIGURES = ("suite.png", "suite-dark.png")
 
 
@@ -33,6 +36,23 @@ def read(folder: File) -> Suite:
     document = json.loads((folder / "suite.json").read_text(encoding="utf-8"))
     cells = [Cell(**each) for each in document["cells"]]
     return Suite(document["suite"], cells, document["step_times"], [])
+
+
+def losses(found: Suite, name: str, more: float = 0.001) -> list[tuple[Cell, Cell]]:
+    """Give the cells where a controller loses by so much [m] to the best, with that one's."""
+    lost = []
+    places: dict[tuple[str, str, str], list[Cell]] = {}
+    for each in found.cells:
+        places.setdefault((each.scenario, each.condition, each.plant), []).append(each)
+    for cells in places.values():
+        succeeded = (each for each in cells if each.success)
+        best = min(succeeded, key=attrgetter("mean_error"), default=None)
+        for each in cells:
+            if best is None or each.controller != name:
+                continue
+            if each.mean_error > max(LOSS * best.mean_error, best.mean_error + more):
+                lost.append((each, best))
+    return lost
 
 
 def loss_lines(found: Suite) -> list[str]:

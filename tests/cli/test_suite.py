@@ -20,7 +20,8 @@ from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, drive
 from popsteer.lab.suite.runs import Cell, _cell, leaders, mean_error, rows
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
-from popsteer.lab.suite.table import losses, sentences, suite_lines, worded
+from popsteer.lab.suite.table import sentences, suite_lines, worded
+from studies.suite import losses
 from tests.cli import command
 from tests.helpers import ROOT, looped
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import asdict, fields
 from functools import partial
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
@@ -34,8 +33,6 @@ FILES = ("suite.csv", "suite.md", "suite.json", *figure_names("suite"))
 """The names of the files that `suite_files` gives."""
 SCHEMA = "popsteer-suite/1"
 """What the document says it is."""
-# A row is a loss where the error is more than so many times the least.
-LOSS = 1.1
 
 
 def worded(cells: Sequence[Cell]) -> str:
@@ -50,23 +47,6 @@ def _marked(cells: dict[str, list[Cell]], bold: str = "") -> dict[str, str]:
     for name in first:
         words[name] = f"{bold}{words[name]}{bold}" if len(first) == 1 else f"= {words[name]}"
     return words
-
-
-def losses(found: Suite, name: str, more: float = 0.001) -> list[tuple[Cell, Cell]]:
-    """Give the cells where a controller loses by so much [m] to the best, with that one's."""
-    lost = []
-    places: dict[tuple[str, str, str], list[Cell]] = {}
-    for each in found.cells:
-        places.setdefault((each.scenario, each.condition, each.plant), []).append(each)
-    for cells in places.values():
-        succeeded = (each for each in cells if each.success)
-        best = min(succeeded, key=attrgetter("mean_error"), default=None)
-        for each in cells:
-            if best is None or each.controller != name:
-                continue
-            if each.mean_error > max(LOSS * best.mean_error, best.mean_error + more):
-                lost.append((each, best))
-    return lost
 
 
 _OTHERS: tuple[tuple[str, Callable[[Cell], float], str], ...] = (
