@@ -210,8 +210,8 @@ def test_several_that_begin_otherwise_say_which_does() -> None:
     found = lab.compare.run_each({"fast": fast, "slow": slow}, ["pop"], ["kinematic-bicycle"])
     starts = [note for note in notes(*found) if "tarts with" in note]
     assert [note.partition(" with ")[0] for note in starts] == [
-        "On kinematic-bicycle, fast: starts",
-        "On kinematic-bicycle, slow: starts",
+        "On fast: starts",
+        "On slow: starts",
     ]
     assert len([note for note in notes(found[0], found[0]) if note.startswith("Starts ")]) == 1
 

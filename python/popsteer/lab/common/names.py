@@ -41,21 +41,29 @@ def differences(believed: Vehicle, vehicle: Vehicle) -> str:
     return f", believed {' and '.join(different)}" if different else ""
 
 
-def where_they_differ(said: Iterable[tuple[str, str]]) -> list[str]:
+def where_they_differ(said: Iterable[tuple[tuple[str, ...], str]]) -> list[str]:
     """Give the sentences of several places, each once; with its places where not all say the same.
+
+    A place has parts, such as plant and track; one part is named where it tells the sentence alone.
 
     Examples
     --------
-    >>> where_they_differ([("slalom", "Starts at rest."), ("circle", "Starts at rest.")])
+    >>> where_they_differ([(("slalom",), "Starts at rest."), (("circle",), "Starts at rest.")])
     ['Starts at rest.']
-    >>> where_they_differ([("slalom", "Starts at rest."), ("circle", "Starts at 3 m/s.")])
-    ['On slalom: starts at rest.', 'On circle: starts at 3 m/s.']
+    >>> where_they_differ([(("car", "slalom"), "At 2 m/s."), (("car", "circle"), "At 3 m/s.")])
+    ['On slalom: at 2 m/s.', 'On circle: at 3 m/s.']
     """
+    rows = list(said)
+    whole = tuple(range(max((len(place) for place, _ in rows), default=0)))
+    for parts in ((), *((part,) for part in whole), whole):
+        told = dict.fromkeys((", ".join(place[k] for k in parts), each) for place, each in rows)
+        if len({place for place, _ in told}) == len(told):
+            break
+    if not parts:
+        return [sentence for _, sentence in told]
     places: dict[str, list[str]] = {}
-    for place, sentence in said:
+    for place, sentence in told:
         places.setdefault(sentence, []).append(place)
-    if len(places) < 2:
-        return list(places)
     return [
         f"On {'; '.join(own)}: {sentence[0].lower()}{sentence[1:]}"
         for sentence, own in places.items()

@@ -79,7 +79,7 @@ def notes(*comparisons: Comparison) -> list[str]:
         for title, where, run in runs
         if run.metrics.faults
     ]
-    begun = ((f"{each.plant}, {each.track}", each.begins) for each in comparisons if each.begins)
+    begun = (((each.plant, each.track), each.begins) for each in comparisons if each.begins)
     said += [*where_they_differ(begun), WHERE]
     first = comparisons[0]
     if first.joined:

@@ -143,8 +143,8 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
         ),
     ]
     begun = tuned.problem.beginnings()
-    said += where_they_differ((name, itself) for name, itself, _ in begun)
-    differ = where_they_differ((name, others) for name, _, others in begun if others)
+    said += where_they_differ(((name,), itself) for name, itself, _ in begun)
+    differ = where_they_differ(((name,), others) for name, _, others in begun if others)
     said += [f"The cars that differ: {each[0].lower()}{each[1:]}" for each in differ]
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():
