@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -95,19 +96,35 @@ JOINED = 10.0
 _JOINING = 30.0  # s, at most
 
 
-class Experiment:
-    """One controller, and a plant that varies: the fields of a sweep's Job and tune's Problem."""
+class _Driven:
+    """What is a field of each experiment, in its own place among the others."""
 
     controller: str
     plant: Any
-    vehicle: Vehicle | None
-    adapt: AdaptParams | Literal["auto"] | None
-    monitor: MonitorParams | Literal["auto"] | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Experiment(_Driven):
+    """One controller, and a plant that varies: what a sweep's Job and tune's Problem share."""
+
+    vehicle: Vehicle | None = None
+    """What the controller is given, in all runs; by default what the plant is before it varies."""
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+    """How the controller adapts; None: not at all."""
+    monitor: MonitorParams | Literal["auto"] | None = "auto"
+    """How it watches for faults, likewise."""
     speed: float | None = None
-    constant_speed: float | None
-    longitudinal: LongitudinalParams | None
-    settings: Settings | None
+    """Speed at the start, as `popsteer.sim.run` has it; left out where the draws have it."""
+    constant_speed: float | None = None
+    """Speed to be kept throughout, as `popsteer.sim.run` has it."""
+    longitudinal: LongitudinalParams | None = None
+    """Parameters of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the
+    paper's by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant
+    before it varies."""
+    settings: Settings | None = None
+    """Control period, limits and the like."""
     joined: bool = False
+    """Whether the settling time is that of `joining`, which reports then say."""
 
     @cached_property
     def whole(self) -> Any:  # noqa: ANN401 - any kind of plant

@@ -189,16 +189,11 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     )
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class _Joining(Experiment):
     """What finds out when a plant has joined a path."""
 
     plant: Any
-    vehicle: Vehicle | None
-    longitudinal: LongitudinalParams | None
-    speed: float | None = None
-    constant_speed: float | None = None
-    settings: Settings | None = None
 
 
 def _check_some(**given: Collection[Any]) -> None:
@@ -213,8 +208,8 @@ def _joined(
     longitudinal: LongitudinalParams | None,
     how: Mapping[str, Any],
 ) -> Settings:
-    alike = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
-    each = [_Joining(mover, None, longitudinal, **alike) for mover in movers.values()]
+    alike: dict[str, Any] = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
+    each = [_Joining(mover, longitudinal=longitudinal, **alike) for mover in movers.values()]
     found = [joining.joining(paths.values()) for joining in each]
     return max(found, key=lambda settings: settings.settling_time)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from popsteer import controllers, own, sim
 from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from popsteer.controllers import Params
     from popsteer.lab.common.experiment import Road
-    from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.own import What
     from popsteer.parameters import Parameters
     from popsteer.sim import Plant, Run
@@ -43,45 +42,8 @@ class Job(Experiment):
     """A sweep: one controller, one plant and one path, and what varies from run to run.
 
     Run k is the same wherever and whenever it is driven: its draw is row k of a Latin hypercube of
-    all runs, its noise comes from a seed of its own.
-
-    Parameters
-    ----------
-    path : Path
-        What is followed.
-    controller : str
-        Name of the controller; of your own as `popsteer.own` has it.
-    params : parameters of that controller
-        Its tuning.
-    plant : str or plant
-        What moves where nothing varies.
-    vary : mapping of str to Distribution
-        What varies, of `popsteer.lab.common.varied.varying`.
-    runs : int
-        How many runs.
-    seed : int, default 0
-        Where all draws come from.
-    vehicle : Vehicle, optional
-        What the controller is given, in all runs; by default what the plant is before it varies.
-    adapt : AdaptParams or None, optional
-        How the controller adapts; None: not at all. Left out: as it does by default.
-    monitor : MonitorParams or None, optional
-        How it watches for faults, likewise.
-    deviation : float, default 0.5
-        A run succeeds where its cross-track error after settling stays within this [m].
-    start_offset, speed, constant_speed : float, optional
-        Start, on the path by default, and speed, as `popsteer.sim.run` has them; left out where
-        the draws have them.
-    longitudinal : parameters, optional
-        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
-        by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant
-        before it varies.
-    settings : Settings, optional
-        Control period, limits and the like.
-    joined : bool, default False
-        Whether its settling time is that of `joining`, which reports then say.
-    course, label : str, optional
-        What to call the path and the plant.
+    all runs, its noise comes from a seed of its own. What it shares with a search, vehicle, pedals
+    and settings, are the fields of `popsteer.lab.common.experiment.Experiment`.
 
     Raises
     ------
@@ -99,34 +61,37 @@ class Job(Experiment):
     """
 
     path: Path
+    """What is followed."""
     controller: str
+    """Name of the controller; of your own as `popsteer.own` has it."""
     params: Params | Parameters
+    """Tuning of the controller."""
     plant: Plant
+    """What moves where nothing varies."""
     vary: Mapping[str, Distribution]
+    """What varies, of `popsteer.lab.common.varied.varying`."""
     runs: int
+    """How many runs."""
     seed: int = 0
-    vehicle: Vehicle | None = None
-    adapt: AdaptParams | Literal["auto"] | None = "auto"
-    monitor: MonitorParams | Literal["auto"] | None = "auto"
-    deviation: float = 0.5
-    start_offset: float | None = None
-    speed: float | None = None
-    constant_speed: float | None = None
-    longitudinal: LongitudinalParams | None = None
-    settings: Settings | None = None
-    joined: bool = False
-    course: str = ""
-    label: str = ""
+    """Where all draws come from."""
+    deviation: float = field(default=0.5, kw_only=True)
+    """A run succeeds where its cross-track error after settling stays within this [m]."""
+    start_offset: float | None = field(default=None, kw_only=True)
+    """Start to the left of the path [m], on it by default; left out where the draws have it."""
+    course: str = field(default="", kw_only=True)
+    """What to call the path."""
+    label: str = field(default="", kw_only=True)
+    """What to call the plant."""
 
     def __post_init__(self) -> None:
         check_count("runs", self.runs, 1, _MAX_RUNS)
         check_in_range("deviation", self.deviation, 0.0, 1e3, above=True)
         sim.closed_loop.check_seed(self.seed)
-        for field, name in (("start_offset", "start_offset"), ("speed", "start_speed")):
-            given = getattr(self, field)
+        for option, name in (("start_offset", "start_offset"), ("speed", "start_speed")):
+            given = getattr(self, option)
             if given is not None and name in self.vary:
                 said = f"left out where {name} is drawn (--vary {name}=none)"
-                raise ConfigError(field, given, said)
+                raise ConfigError(option, given, said)
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
         _ = self.road  # refuses pedals that do not fit

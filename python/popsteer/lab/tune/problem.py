@@ -7,12 +7,12 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
+from popsteer._core import Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from popsteer.controllers import Params
-    from popsteer.lab.common.longitudinal import LongitudinalParams
 
 SCHEMA = "popsteer-tune/3"
 """What a study says it is."""
@@ -80,38 +79,8 @@ class Score(NamedTuple):
 class Problem(Experiment):
     """A controller, its vehicle, tracks, cars that differ from it, and what is searched.
 
-    Parameters
-    ----------
-    paths : mapping of str to Path
-        The tracks, by name.
-    controller : str
-        Name of the controller; of your own as `popsteer.own` has it.
-    base : parameters of that controller
-        The tuning to begin with; what is not searched stays.
-    search : mapping of str to Distribution
-        The parameters that are searched, ``uniform`` or ``loguniform`` each.
-    plant : plant
-        What moves.
-    vary : mapping of str to Distribution
-        What varies from car to car, of `popsteer.lab.common.varied.varying`.
-    cars : int, default 7
-        How many cars that differ, beside the one that does not.
-    seed : int, default 0
-        Where the cars come from.
-    vehicle : Vehicle, optional
-        What the controller is given; by default what the plant is before it varies.
-    adapt : AdaptParams or None, optional
-        How the controller adapts; None: not at all. Left out: as it does by default.
-    monitor : MonitorParams or None, optional
-        How it watches for faults, likewise.
-    constant_speed : float, optional
-        As `popsteer.sim.run` has it.
-    longitudinal : parameters, optional
-        Those of the controller of the pedals, as `popsteer.lab.sweep.Job` has them.
-    settings : Settings, optional
-        Control period, limits and the like.
-    joined : bool, default False
-        Whether its settling time is that of `joining`, which reports then say.
+    What it shares with a sweep, vehicle, pedals and settings, are the fields of
+    `popsteer.lab.common.experiment.Experiment`.
 
     Raises
     ------
@@ -120,20 +89,21 @@ class Problem(Experiment):
     """
 
     paths: Mapping[str, Path]
+    """The tracks, by name."""
     controller: str
+    """Name of the controller; of your own as `popsteer.own` has it."""
     base: Params
+    """The tuning to begin with; what is not searched stays."""
     search: Mapping[str, Distribution]
+    """The parameters that are searched, ``uniform`` or ``loguniform`` each."""
     plant: Any
+    """What moves."""
     vary: Mapping[str, Distribution]
+    """What varies from car to car, of `popsteer.lab.common.varied.varying`."""
     cars: int = 7
+    """How many cars that differ, beside the one that does not."""
     seed: int = 0
-    vehicle: Vehicle | None = None
-    adapt: AdaptParams | Literal["auto"] | None = "auto"
-    monitor: MonitorParams | Literal["auto"] | None = "auto"
-    constant_speed: float | None = None
-    longitudinal: LongitudinalParams | None = None
-    settings: Settings | None = None
-    joined: bool = False
+    """Where the cars come from."""
 
     def __post_init__(self) -> None:
         if not own.is_named("controller", self.controller):
