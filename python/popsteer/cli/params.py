@@ -63,14 +63,13 @@ class _Kind(NamedTuple):
 
 def _kinds() -> dict[str, _Kind]:
     """Give all that has parameters, by name."""
-    laws: Any = [
-        *((name, controllers.get(name).params) for name in controllers.names()),
-        *((name, baselines.get(name).params) for name in baselines.names()),
-    ]
     loop = "; --set also takes those of adapt and monitor"
     fields = "; --set-plant also takes the fields of vehicle"
     return {
-        **{k: _Kind(kind, "--set", loop if k in controllers.names() else "") for k, kind in laws},
+        **{
+            name: _Kind(law_of(name).params, "--set", loop if name in controllers.names() else "")
+            for name in controller_names()
+        },
         "adapt": _Kind(AdaptParams, "--set"),
         "monitor": _Kind(MonitorParams, "--set"),
         "vehicle": _Kind(Vehicle, "--set-vehicle"),

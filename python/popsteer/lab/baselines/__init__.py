@@ -13,6 +13,6 @@ Examples
 'MPC'
 """
 
-from popsteer.lab.baselines.registry import Baseline, get, is_known, names
+from popsteer.lab.baselines.registry import Baseline, get, names
 
-__all__ = ["Baseline", "get", "is_known", "names"]
+__all__ = ["Baseline", "get", "names"]

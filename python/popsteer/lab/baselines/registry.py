@@ -65,11 +65,6 @@ def names() -> tuple[str, ...]:
     return tuple(_BASELINES)
 
 
-def is_known(name: str) -> bool:
-    """Whether `get` knows a name: one of `names`, or that of a controller of your own."""
-    return name in names() or own.is_named("controller", name)
-
-
 def get(name: str) -> Baseline:
     """Give a baseline by its name: its title, its parameters, and what makes it.
 

@@ -20,9 +20,9 @@ from popsteer._core import (
     SpeedTrackerParams,
     Vehicle,
 )
-from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
+from popsteer.lab.common.names import law_of
 from popsteer.lab.common.varied import START, Varied, varied
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
@@ -84,11 +84,10 @@ def controller(
     >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
     0.0
     """
-    # The registries pair each controller with its parameters.
-    known: Any = params
-    if name in controllers.names():
-        return controllers.get(name).controller(path, vehicle, known, adapt=adapt, monitor=monitor)
-    return baselines.get(name).controller(path, vehicle, known)
+    make: Any = law_of(name).controller  # the registries pair each with its parameters
+    how = {"adapt": adapt, "monitor": monitor} if name in controllers.names() else {}
+    found: Controller | OwnSimpleController = make(path, vehicle, params, **how)
+    return found
 
 
 JOINED = 10.0

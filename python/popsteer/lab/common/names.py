@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from popsteer import controllers, own
 from popsteer.lab import baselines
+from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -18,13 +19,21 @@ def controller_names() -> tuple[str, ...]:
     return (*controllers.names(), *baselines.names())
 
 
+def law_of(name: str) -> controllers.Law | baselines.Baseline:
+    """Give a controller of popsteer, a baseline or one of your own; ConfigError for no other."""
+    if name in controllers.names():
+        return controllers.get(name)
+    if not own.is_named("controller", name):
+        check_known("controller", name, controller_names())
+    return baselines.get(name)
+
+
 def title_of(law: str, among: Iterable[str] = ()) -> str:
     """Name of a controller as a person reads it; of one's own that of its class, if it is free.
 
     It is not where a shipped one has it, or another of those `among` which it is shown.
     """
-    shipped = {name: controllers.get(name).title for name in controllers.names()}
-    shipped |= {name: baselines.get(name).title for name in baselines.names()}
+    shipped = {name: law_of(name).title for name in controller_names()}
     title = own.title(law)
     taken = {*shipped.values(), *(own.title(each) for each in among if each != law)}
     return shipped.get(law, law if title in taken else title)

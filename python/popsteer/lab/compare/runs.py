@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError
-from popsteer.lab import baselines
 from popsteer.lab.common.experiment import Experiment, controller
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning, made, usual
-from popsteer.lab.common.names import controller_names
+from popsteer.lab.common.names import law_of
 from popsteer.lab.compare.comparison import Comparison
 from popsteer.lab.compare.steps import nothing, time_steps
 from popsteer.sim import Plant, Run, plant_name, vehicle_of
@@ -59,17 +58,14 @@ def parameters(
     """
     if not isinstance(preset, str):
         raise ConfigError("preset", preset, "the name of one where no parameters are given")
-    if preset != "default" and names and all(map(baselines.is_known, names)):
+    known = controllers.names()
+    chosen = {
+        name: presets.get(name, preset) if name in known else law_of(name).params()
+        for name in names
+    }
+    if preset != "default" and names and not set(names) & set(known):
         requirement = f"left out, as it changes nothing about {', '.join(names)}"
         raise ConfigError("preset", preset, requirement)
-    chosen: dict[str, Params | Parameters] = {}
-    for name in names:
-        if name in controllers.names():
-            chosen[name] = presets.get(name, preset)
-        elif baselines.is_known(name):
-            chosen[name] = baselines.get(name).params()
-        else:
-            raise ConfigError.unknown("controller", name, controller_names())
     return chosen
 
 

@@ -11,12 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from popsteer import controllers
 from popsteer._core import AdaptParams, KinematicBicycle, MonitorParams
 from popsteer.errors import ConfigError
-from popsteer.lab import baselines
 from popsteer.lab.common.experiment import controller
-from popsteer.lab.common.names import controller_names
+from popsteer.lab.common.names import law_of
 from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, Driven, drive, seed_of
 from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
@@ -117,7 +115,7 @@ def run(
     """
     roads = _chosen("scenario", scenarios, SCENARIOS)
     under = _chosen("condition", conditions, CONDITIONS)
-    kinds: dict[str, Any] = {name: _known(name) for name in names}  # with its own parameters
+    kinds: dict[str, Any] = {name: law_of(name) for name in names}  # with its own parameters
     given = names if isinstance(names, Mapping) else {k: kind.params() for k, kind in kinds.items()}
     movers = dict(plants) if isinstance(plants, Mapping) else {name: name for name in plants}
     parts = {"controllers": kinds, "plants": movers, "scenarios": roads, "conditions": under}
@@ -162,15 +160,6 @@ def _chosen(what: str, wanted: Sequence[str] | None, known: Mapping[str, Any]) -
     for name in wanted or ():
         check_known(what, name, known)
     return list(known if wanted is None else wanted)
-
-
-def _known(name: str) -> controllers.Law | baselines.Baseline:
-    """Give a controller of popsteer, a baseline or one of your own."""
-    if name in controllers.names():
-        return controllers.get(name)
-    if not baselines.is_known(name):
-        check_known("controller", name, controller_names())
-    return baselines.get(name)
 
 
 def _cell(scenario: str, condition: str, plant: str, name: str, found: Driven) -> Cell:

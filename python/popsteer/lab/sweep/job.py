@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
-from popsteer import controllers, own, sim
+from popsteer import own, sim
 from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields, path_of, plant_of
 from popsteer.lab.common.experiment import Experiment
+from popsteer.lab.common.names import law_of
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.ranges import check_count, check_in_range
 from popsteer.sim import plant_name
@@ -211,11 +211,9 @@ def _made(document: dict[str, Any]) -> Job:
         if isinstance(document[name], str | bool | list | dict):
             raise ConfigError(name, document[name], "a number")
     pedals = document["longitudinal"]
-    name = document["controller"]
-    kind: Any = controllers if name in controllers.names() else baselines
     made = {
         "path": path_of(document["path"]),
-        "params": kind.get(name).params(**document["params"]),
+        "params": law_of(document["controller"]).params(**document["params"]),
         "plant": plant_of(document["plant"]),
         "vary": {k: distribution(k, v) for k, v in document["vary"].items()},
         "vehicle": Vehicle(**document["vehicle"]),
