@@ -13,6 +13,7 @@ from popsteer.cli.assignments import described
 from popsteer.lab import baselines
 from popsteer.lab.common.layout import blank_table
 from popsteer.lab.common.longitudinal import KINDS
+from popsteer.lab.common.names import controller_names, law_of
 from popsteer.planning import SpeedLimits
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.ranges import check_known
