@@ -168,9 +168,13 @@ class Table:
         fault = "is too large" if value is not None and math.isfinite(value) else fault
         raise PathError(f"{self.at(line, column)}: {shown!r} {fault}", index)
 
+    @cached_property
+    def _first(self) -> list[list[str]]:
+        return [row for _, row in islice(self.rows(), 3)]
+
     def is_text(self, column: int) -> bool:
         """Whether a column's first entries are no numbers."""
-        shown = [row[column] for _, row in islice(self.rows(), 3) if len(row) > column]
+        shown = [row[column] for row in self._first if len(row) > column]
         return bool(shown) and all(self._parse(entry) is None for entry in shown)
 
     def listed(self) -> str:
