@@ -108,7 +108,8 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
     bar.set_label("dead time that may be added [ms]")
     bar.ax.tick_params(labelcolor=theme.faint)
     note = "grey: unstable without any dead time"
-    return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
+    headline(figure, f"{stability_caption(result)}; {note}", theme)
+    return figure
 
 
 def _margins_figure(result: Stability, theme: Theme) -> Figure:
@@ -145,7 +146,8 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), handlelength=3.2)
     note = "a line ends where the loop becomes unstable; grey: margins that are usually asked for"
-    return _captioned(figure, f"{stability_caption(result)}; {note}", theme)
+    headline(figure, f"{stability_caption(result)}; {note}", theme)
+    return figure
 
 
 def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Theme) -> Figure:
@@ -191,7 +193,8 @@ def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Th
     handles, labels = step.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), handlelength=3.2)
     at = f"at {middle(result):g} m/s; dots: where the margins are read"
-    return _captioned(figure, f"{stability_caption(result)}, {at}", theme)
+    headline(figure, f"{stability_caption(result)}, {at}", theme)
+    return figure
 
 
 def middle(result: Stability) -> float:
@@ -205,8 +208,3 @@ def responses(result: Stability) -> dict[str, Response]:
         name: respond(params, result.vehicle, middle(result), result.dt, believed=result.believed)
         for name, params in result.params.items()
     }
-
-
-def _captioned(figure: Figure, caption: str, theme: Theme) -> Figure:
-    headline(figure, caption, theme)
-    return figure

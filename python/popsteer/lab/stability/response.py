@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from popsteer._core import Vehicle
     from popsteer.controllers import Params
+
+    Crossings: TypeAlias = tuple[list[tuple[float, float]], list[tuple[float, float]]]
 
 _ALIASED = 1e-9  # of what comes after the window, what remains in it
 _LONGEST = 60.0  # s
@@ -38,30 +40,33 @@ class Response(NamedTuple):
         phase = np.unwrap(np.angle(self.gain))
         return np.asarray(phase - math.tau * np.round((phase[0] + math.pi) / math.tau))
 
-    def crossings(self) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-        """Find where the margins are read.
+    def crossings(self) -> Crossings:
+        """Find where the margins are read."""
+        return crossings(self.frequency, self.gain, self.phase)
 
-        Frequency [rad/s] and phase [rad] where the gain falls or rises through 1; frequency and
-        gain where the phase passes -180 degrees.
-        """
-        size, phase = np.log(np.abs(self.gain)), self.phase
-        # An odd number of half turns: where the gain is real and negative.
-        turned = (phase + math.pi) / (2.0 * math.pi)
-        whole = np.floor(turned)
-        found: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
-        for at in np.flatnonzero(np.diff(np.sign(size))).tolist():
-            found[0].append(self._between(at, size[at] / (size[at] - size[at + 1]), phase))
-        for at in np.flatnonzero(np.diff(whole)).tolist():
-            share = (max(whole[at], whole[at + 1]) - turned[at]) / (turned[at + 1] - turned[at])
-            frequency, value = self._between(at, share, size)
-            found[1].append((frequency, math.exp(value)))
-        return found
 
-    def _between(self, at: int, share: float, values: NDArray[np.float64]) -> tuple[float, float]:
-        def mean(column: NDArray[np.float64]) -> float:
-            return float(column[at] + share * (column[at + 1] - column[at]))
+def crossings(
+    frequency: NDArray[np.float64], gain: NDArray[np.complex128], phase: NDArray[np.float64]
+) -> Crossings:
+    """Find where the margins of a response are read, of its continuous phase [rad].
 
-        return mean(self.frequency), mean(values)
+    Frequency [rad/s] and phase [rad] where the gain falls or rises through 1; frequency and size of
+    the gain where the phase passes -180 degrees.
+    """
+
+    def between(at: NDArray[Any], share: NDArray[Any], values: NDArray[Any]) -> Any:  # noqa: ANN401
+        ends = (each[at] + share * (each[at + 1] - each[at]) for each in (frequency, values))
+        return zip(*(each.tolist() for each in ends), strict=True)
+
+    size = np.log(np.abs(gain))
+    at = np.flatnonzero(np.diff(np.sign(size)))
+    gains = list(between(at, size[at] / (size[at] - size[at + 1]), phase))
+    # An odd number of half turns: where the gain is real and negative.
+    turned = (phase + math.pi) / (2.0 * math.pi)
+    whole = np.floor(turned)
+    at = np.flatnonzero(np.diff(whole))
+    share = (np.maximum(whole[at], whole[at + 1]) - turned[at]) / (turned[at + 1] - turned[at])
+    return gains, [(where, math.exp(value)) for where, value in between(at, share, size)]
 
 
 def respond(

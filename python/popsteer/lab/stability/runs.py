@@ -13,6 +13,7 @@ from popsteer import controllers, presets
 from popsteer._core import PopParams, PurePursuitParams, Vehicle
 from popsteer.lab.stability.linear import linearised
 from popsteer.lab.stability.loop import Loop
+from popsteer.lab.stability.response import crossings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -137,20 +138,16 @@ def margins(
     if not loop.is_stable():
         return Margins(stable=False, gain=math.nan, phase=math.nan, dead_time=math.nan)
     response = loop.gain()
-    size, phase = np.log(np.abs(response)), np.unwrap(np.angle(response))
-    lags: list[float] = []
-    delays: list[float] = []
-    for at in np.flatnonzero(np.diff(np.sign(size))):
-        share = size[at] / (size[at] - size[at + 1])
-        lag = (math.pi + phase[at] + share * (phase[at + 1] - phase[at])) % (2.0 * math.pi)
-        frequency = loop.angles[at] + share * (loop.angles[at + 1] - loop.angles[at])
-        lags.append(float(lag))
-        delays.append(float(lag / frequency * dt))
+    gains, phases = crossings(loop.angles / dt, response, np.unwrap(np.angle(response)))
+    lags = [(phase + math.pi) % math.tau for _, phase in gains]
+    delay = min((lag / at for lag, (at, _) in zip(lags, gains, strict=True)), default=_LONGEST)
+    sizes = [size for _, size in phases]
+    sizes.append(-float(response[-1].real))  # real at half the control rate
     return Margins(
         stable=True,
-        gain=_gain_margin(response),
+        gain=min((1.0 / size for size in sizes if 0.0 < size < 1.0), default=math.inf),
         phase=min(lags, default=math.inf),
-        dead_time=_dead_time_margin(loop, vehicle.dead_time, min(delays, default=_LONGEST), dt),
+        dead_time=_dead_time_margin(loop, vehicle.dead_time, delay, dt),
     )
 
 
@@ -272,16 +269,6 @@ def dead_time_map(
         ]
         rows.append([each.dead_time for each in found])
     return np.array(rows)
-
-
-def _gain_margin(response: NDArray[np.complex128]) -> float:
-    """Find the least factor above 1 that brings the response onto -1."""
-    real, imaginary = response.real, response.imag
-    crossings = [float(real[-1])]  # real at half the control rate
-    for at in np.flatnonzero(np.diff(np.sign(imaginary))):
-        share = imaginary[at] / (imaginary[at] - imaginary[at + 1])
-        crossings.append(float(real[at] + share * (real[at + 1] - real[at])))
-    return min((-1.0 / real for real in crossings if -1.0 < real < 0.0), default=math.inf)
 
 
 def _dead_time_margin(loop: Loop, dead_time: float, guess: float, dt: float) -> float:
