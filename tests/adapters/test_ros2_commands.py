@@ -145,6 +145,9 @@ def test_files_of_parameters_are_read_as_ros_nodes_read_them(tmp_path: Path) -> 
     file.write_text("/fleet/car/steer:\n  ros__parameters: {speed: 20}\n")
     with pytest.raises(popsteer.ConfigError, match="unknown parameter 'speed'"):
         ros2_options.parameters_of(None, [str(file)], names)
+    file.write_bytes(b"\xff\xfe rate: 20\n")
+    with pytest.raises(popsteer.ConfigError, match="a YAML file of ROS parameters"):
+        ros2_options.parameters_of(None, [str(file)], names)
 
 
 def test_log_level_is_that_of_ros() -> None:

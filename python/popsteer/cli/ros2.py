@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from popsteer._core import Driver, Vehicle
 from popsteer.cli import inputs, options, ros2_options
 from popsteer.cli.options import flag, valued
+from popsteer.errors import printable
 from popsteer.ranges import check_in_range
 
 HELP = """\
@@ -118,7 +119,7 @@ def ros2(
         f" {intake.courses.refused} refused"
     )
     if recording is not None:
-        print(f"Written to {record}: {recording.count} messages")
+        print(f"Written to {printable(str(record))}: {recording.count} messages")
 
 
 def _limited(vehicle: Vehicle, max_speed: float) -> Vehicle:

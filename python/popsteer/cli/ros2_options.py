@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
@@ -12,6 +11,7 @@ from popsteer.cli.assignments import pairs
 from popsteer.cli.options import flag, optional, valued
 from popsteer.errors import ConfigError
 from popsteer.extras import require
+from popsteer.files import read_bytes
 from popsteer.ranges import check_known
 
 if TYPE_CHECKING:
@@ -94,16 +94,16 @@ def parameters_of(
     full = f"{names.namespace.rstrip('/')}/{names.node}"
     found: dict[str, Any] = {}
     for file in files or []:
-        text = Path(file).read_text(encoding="utf-8")
+        text = read_bytes(file)
         try:
-            for who, what in (yaml.load(text) or {}).items():
+            for who, what in (yaml.load(text.decode()) or {}).items():
                 if not _is_meant(who, full):
                     continue
                 given_here = (what or {}).get("ros__parameters") or {}
                 # What is written for other nodes, too, may have parameters of theirs.
                 known = set(_PARAMETERS) if "*" in who else given_here.keys()
                 found |= {name: given_here[name] for name in given_here.keys() & known}
-        except (YAMLError, AttributeError, TypeError) as error:
+        except (YAMLError, AttributeError, TypeError, UnicodeDecodeError) as error:
             raise ConfigError("--params-file", file, "a YAML file of ROS parameters") from error
     found |= {name: yaml.load(text) for name, text in _assigned("--param", given).items()}
     for name, value in found.items():
