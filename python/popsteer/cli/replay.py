@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,7 +12,6 @@ from popsteer import lab
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
-from popsteer.files import write_files_atomic
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
@@ -97,11 +95,9 @@ def replay(
             progress=progress.update,
         )
         found = replace(found, called=called)
-        files = {} if out is None else _files(found, out, progress)
-    said = "--out DIR writes a row for each row of the log, the table, and a figure."
-    if out is not None:
-        said = f"Written to {out}: {', '.join(file.name for file in files)}"
-    write_files_atomic(files)
+        files = {} if out is None else _files(found, progress)
+    nothing = "--out DIR writes a row for each row of the log, the table, and a figure."
+    said = outputs.write(files, out, nothing)
     made_by = lab.report.Origin(
         outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
     )
@@ -120,14 +116,13 @@ def replay(
     )
 
 
-def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
+def _files(found: Replay, progress: Progress) -> dict[str, bytes]:
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.replay import replay_csv, summary_csv
     from popsteer.lab.replay.figure import replay_figure
 
-    content = {
+    return {
         **files_of({"replay": partial(replay_figure, found)}, progress.update),
         "replay.csv": replay_csv(found).encode(),
         "summary.csv": summary_csv(found).encode(),
     }
-    return {folder / name: data for name, data in content.items()}
