@@ -60,11 +60,8 @@ def controller(
         The vehicle that it is given.
     params : parameters of that controller
         As `popsteer.lab.compare.parameters` gives them.
-    adapt : AdaptParams or None, optional
-        How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
-    monitor : MonitorParams or None, optional
-        How it watches for faults; None: not at all. Left out: as it does by default. Baselines do
-        not.
+    adapt, monitor : AdaptParams or None, MonitorParams or None, optional
+        As `popsteer.lab.compare.run` has them. Baselines neither adapt nor watch.
 
     Returns
     -------

@@ -101,10 +101,9 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         What moves.
     vehicle : Vehicle, optional
         The vehicle that the controllers are given; the plant's own by default.
-    adapt : AdaptParams or None, optional
-        How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
-    monitor : MonitorParams or None, optional
-        How they watch for faults; None: not at all. Left out: as each does by default.
+    adapt, monitor : AdaptParams or None, MonitorParams or None, optional
+        How the controllers of popsteer adapt, and how they watch for faults; None: not at all. Left
+        out: as each does by default.
     preset : str or mapping of str to str, default "default"
         Where the tuning comes from; see `popsteer.presets`. A mapping says what each controller's
         is called.

@@ -50,10 +50,8 @@ def time_steps(
         The tuning by name of the controller, as `popsteer.lab.compare.runs.parameters` gives it.
     progress : callable, optional
         Called with the name of the controller and the share of its timing done, 0 to 1.
-    adapt : AdaptParams or None, optional
-        How the controllers adapt; None: not at all. Left out: as each does by default.
-    monitor : MonitorParams or None, optional
-        How they watch for faults; None: not at all. Left out: as each does by default.
+    adapt, monitor : AdaptParams or None, MonitorParams or None, optional
+        As `popsteer.lab.compare.run` has them.
 
     Returns
     -------

@@ -36,9 +36,7 @@ def of_identification(
 ) -> bytes:
     """Make the page of an identification; `given` is the vehicle as it was known before.
 
-    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
-    parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the extra
-    ``lab`` brings it.
+    `origin` and errors are as `of_comparison` has them.
     """
     origin = Origin() if origin is None else origin
     vehicle = block("The vehicle as found, for --vehicle", found.as_toml())

@@ -32,11 +32,7 @@ _PANELS = (
 
 
 def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
-    """Make the page of a replay.
-
-    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
-    parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the extra
-    ``lab`` brings it.
+    """Make the page of a replay; `origin` and errors are as `of_comparison` has them.
 
     Examples
     --------

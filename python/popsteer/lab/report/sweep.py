@@ -53,9 +53,7 @@ def of_sweep(
 
     `rows` are all rows of the sweep, and `file` is where they were written, to name the commands
     that repeat a run. `progress` is called with what is being done and the share of it that is
-    done. The page is one HTML file, which needs nothing from the network. `origin` is the command
-    and the parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the
-    extra ``lab`` brings it.
+    done. `origin` and errors are as `of_comparison` has them.
 
     Examples
     --------

@@ -225,32 +225,11 @@ def dead_time_map(
     *,
     believed: Vehicle | None = None,
 ) -> NDArray[np.float64]:
-    """Find the dead-time margin of a controller over speeds and lookahead distances.
+    """Find the dead-time margin of a controller over speeds [m/s] and lookahead distances [m].
 
-    Parameters
-    ----------
-    params : PopParams or PurePursuitParams
-        Tuning of the controller; its lookahead is replaced.
-    vehicle : Vehicle
-        The vehicle as it is.
-    speeds : iterable of float
-        Speeds [m/s].
-    distances : iterable of float
-        Lookahead distances [m].
-    dt : float, default 0.05
-        Control period [s].
-    believed : Vehicle, optional
-        The vehicle that the controller is given; `vehicle` by default.
-
-    Returns
-    -------
-    (distances, speeds) ndarray
-        Dead time that may be added [s]; NaN where the loop is unstable without.
-
-    Raises
-    ------
-    ConfigError
-        A number is out of its range.
+    `distances` replace the lookahead of `params`; the other arguments and the errors are those of
+    `margins`. Gives the dead time that may be added [s], a row for each distance and a column for
+    each speed; NaN where the loop is unstable without.
 
     Examples
     --------

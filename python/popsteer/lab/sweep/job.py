@@ -238,24 +238,11 @@ def drive(
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> list[dict[str, Any]]:
-    """Drive some runs of a sweep.
+    """Drive some runs of a sweep, by their numbers.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    runs : sequence of int
-        Which of its runs.
-    threads : int, optional
-        How many threads drive where the core alone does, as `popsteer.sim.run_many` has it.
-    progress : callable, optional
-        Called now and then with the share of them that is done.
-
-    Returns
-    -------
-    list of dict
-        A row for each run: its number, its seed, whether it succeeded, what was drawn, and every
-        figure of `popsteer.sim.Metrics`.
+    Gives a row for each: its number, its seed, whether it succeeded, what was drawn, and every
+    figure of `popsteer.sim.Metrics`. `threads` are for what the core alone drives, and `progress`
+    is called with the share that is done, as `popsteer.sim.run_many` has both.
 
     Examples
     --------
@@ -283,23 +270,9 @@ def repeat(
     keep_records: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
-    """Drive one run of a sweep, with its records.
+    """Drive one run of a sweep by its number, to the bit what the sweep drove, with its records.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    run : int
-        Which of its runs.
-    keep_records : bool, default True
-        Whether what happens at each step is kept.
-    progress : callable, optional
-        As `popsteer.sim.run` has it.
-
-    Returns
-    -------
-    Run
-        To the bit what the sweep drove.
+    `keep_records` says whether these are kept; `progress` is as `popsteer.sim.run` has it.
     """
     return job.drive_one(
         job.params,

@@ -181,22 +181,10 @@ class Problem(Experiment):
 
 
 def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:
-    """Give what is searched by default.
+    """Give what is searched by default about a controller, of the tuning that it begins with.
 
-    Parameters
-    ----------
-    name : str
-        Name of the controller.
-    base : parameters of that controller
-        Its tuning to begin with.
-    vehicle : Vehicle
-        What scales its lengths.
-
-    Returns
-    -------
-    dict
-        A quarter to four times each value; a gain that may vanish from 0 on. Of a controller of
-        your own the `RANGES` of its parameters.
+    That is a quarter to four times each value, scaled with the vehicle; a gain that may vanish from
+    0 on. Of a controller of your own it is the `RANGES` of its parameters.
 
     Examples
     --------
