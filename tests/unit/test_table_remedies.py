@@ -67,6 +67,18 @@ REFUSED: dict[str, tuple[str, str, str, str]] = {
     "two widths": (_rows((X, Y, 1.1 * ONE, 1.2 * ONE)), "column 3 .*, column 4", "x,y,-,-", ""),
     "a count, or x": (_rows((np.arange(N) * ONE, X, Y)), "column 3", "-,x,y", ""),
     "a time, or x": (_rows((S / 3.5, X, Y)), "column 3", "-,x,y", ""),
+    "a count, or x, before a speed": (
+        _rows((np.arange(N) * ONE, X, Y, SPEED)),
+        "column 3 .*, column 4",
+        "-,x,y,speed",
+        "v",
+    ),
+    "a height beside a speed that times show": (
+        _rows((S / 3.5, X, Y, HEIGHT, SPEED)),
+        "column 4 .* is: nothing that is needed",
+        "-,x,y,-,speed",
+        "v",
+    ),
     "throttle": (_rows((X, Y, 0.2 + 0.02 * np.sin(S))), "column 3", "x,y,-", ""),
     "Autoware 1": (_rows((X, Y, 85.7 * ONE, SPEED)), "column 3 .*, column 4", "x,y,-,speed", "v"),
     "Autoware 2": (

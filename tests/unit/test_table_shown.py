@@ -33,6 +33,25 @@ def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) 
     assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
 
 
+def test_no_column_is_a_speed_by_chance(tmp_path: Any) -> None:
+    draw = np.random.default_rng(11)
+    x, y, along = _lap()
+    waves = np.arange(1, 8)[:, None]
+    for _ in range(40):
+        phases, sizes = draw.uniform(0.0, 6.3, (7, 1)), draw.normal(0.0, 1.0, (7, 1))
+        wave = np.sum(sizes * np.cos(waves * along + phases), axis=0)
+        width = 2.0 + 3.0 * (wave - wave.min()) / np.ptp(wave)
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((x, y, width))))
+    # Nor is a time behind the waypoints, of a drive that is slow in the bends.
+    speed = np.asarray(planning.speed_profile(Path(np.column_stack((x, y)))).speed)
+    steps = np.hypot(np.diff(x), np.diff(y))
+    time = np.concatenate(([0.0], np.cumsum(2.0 * steps / (speed[1:] + speed[:-1]))))
+    for each in (time, time[-1] - time):
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((x, y, each))))
+
+
 def _lap(count: int = 300) -> tuple[Any, Any, Any]:
     """A lap of bends to either side: x, y, and how far along it each waypoint is [rad]."""
     along = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)

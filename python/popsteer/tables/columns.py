@@ -93,11 +93,11 @@ def named(
         head = wanted
     if head is not wanted and (more := table.columns - len(head)) > 0 < len(head):
         read = [meaning(name).quantity or LEFT_OUT for name in head]
-        ways = [",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read])]
-        ways = ways if {*read} - {LEFT_OUT} else ["NAME,NAME,..."]  # prose has such lines, too
+        ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
+        known_ones = f" (--columns {' or --columns '.join(ways)} says which is which)"
         raise PathError(
-            f"{where}: {len(head)} names above {table.columns} columns (--columns"
-            f" {' or --columns '.join(ways)} says which is which)"
+            f"{where}: {len(head)} names above {table.columns} columns"
+            + (known_ones if {*read} - {LEFT_OUT} else ", none of which is known: is it a table?")
         )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
@@ -225,10 +225,12 @@ def explained(
         )
     known = max(possible, key=len)  # of several the first
     if len(known) < count:
-        # Such as a count before x and y, which they do not prove.
-        whole = (each for each in tried if len(each) == count and _before(each) <= _BEFORE)
+        # A count or a time before x and y, which do not prove it; one more column may be a speed.
+        behind = [each for each in tried if next(iter(each)) and _before(each) <= _BEFORE]
         others = [
-            ",".join(_READ.get(each[k].split()[0], "-") for k in range(count)) for each in whole
+            ",".join(_READ.get(each.get(k, "speed").split()[0], LEFT_OUT) for k in range(count))
+            for each in behind
+            if len(each) >= count - 1
         ]
         raise PathError(f"{name}: {_unexplained(values, known, others)}")
     found, notes = {}, []
@@ -317,6 +319,7 @@ def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[i
             known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
     _find_pairs(values, way, known, others)
     _find_speed(values, way, known)
+    _find_acceleration(values, way, known)
     return known
 
 
@@ -349,7 +352,7 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         elif (column < 0.0).any():
             continue
         elif paired:
-            known[k], known[paired[0]] = "speed speed", "acceleration the acceleration"
+            known[k] = "speed speed"
         elif shown.is_recorded_speed(way, column):
             known[k] = "speed speed, as the waypoints are apart"
         elif len(rest) == 1 and shown.is_planned_speed(way, column):
@@ -364,6 +367,14 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         return
 
 
+def _find_acceleration(values: Floats, way: shown.Along, known: dict[int, str]) -> None:
+    """Find that of the speed among the columns that are not known yet."""
+    speed = next((k for k, what in known.items() if what.startswith("speed")), None)
+    for k in range(values.shape[1]) if speed is not None else ():
+        if k not in known and shown.is_acceleration(way, values[:, k], values[:, speed]):
+            known[k] = "acceleration the acceleration"
+
+
 def _unexplained(values: Floats, known: Mapping[int, str], others: Sequence[str]) -> str:
     count = values.shape[1]
     names = {k: what.partition(" ")[0] for k, what in known.items()}
@@ -373,13 +384,14 @@ def _unexplained(values: Floats, known: Mapping[int, str], others: Sequence[str]
     ]
     read = [_READ.get(names.get(k, "?"), "-") for k in range(count)]
     likely = next((k for k in rest if values[:, k].min() >= 0.0 < np.ptp(values[:, k])), rest[-1])
-    tried = sorted(rest, key=lambda k: k != likely)[:3]
+    tried = [] if "speed" in read else sorted(rest, key=lambda k: k != likely)[:3]
     speeds = [[*read[:place], "speed", *read[place + 1 :]] for place in tried]
     fast = " or ".join(f"--columns {','.join(each)}" for each in speeds)
+    fast = f"a speed would be {fast}, " if speeds else ""
     listed = ", ".join(ranges[:4]) + (", ..." if len(ranges) > 4 else "")
     return (
         f"{count} columns without names, and the waypoints do not say what {listed} "
-        f"{'is' if len(rest) == 1 else 'are'}: a speed would be {fast}, "
+        f"{'is' if len(rest) == 1 else 'are'}: {fast}"
         f"nothing that is needed --columns {','.join(read)}"
         + "".join(f"; behind a count or a time --columns {each}" for each in others[:1])
     )
