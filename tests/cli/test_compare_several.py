@@ -11,6 +11,7 @@ import statistics
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 import popsteer
@@ -19,6 +20,7 @@ from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.compare.effort import effort_figure
+from popsteer.lab.compare.figures import results_figure
 from popsteer.lab.compare.table import notes
 from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command
@@ -134,6 +136,32 @@ def test_labels_of_the_matrix_figure_do_not_overlap(spread: float) -> None:
         ]
         assert len(labels) >= 2
         assert all(one.x1 < next_.x0 for one, next_ in itertools.pairwise(labels))
+
+
+def test_runs_that_have_no_place_on_the_axes_are_counted() -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    exact = lab.compare.run_each({"line": path}, ["stanley", "pop"], ["kinematic-bicycle"])
+    first = exact[0].first
+    moved = replace(first.metrics, rms_steer_rate=0.1, settled_mean_abs_cross_track_error=0.1)
+    runs = {"stanley": replace(first, metrics=moved), "pop": exact[0].runs["pop"]}
+    assert exact[0].runs["pop"].metrics.settled_mean_abs_cross_track_error == 0.0
+    figure = effort_figure([replace(exact[0], runs=runs)], THEMES["light"])
+    assert figure.get_suptitle().endswith("; not drawn: 1 run without an error or an effort")
+    figure = effort_figure([replace(exact[0], runs={"stanley": runs["stanley"]})], THEMES["light"])
+    assert "not drawn" not in figure.get_suptitle()
+
+
+def test_maps_of_a_comparison_have_the_same_limits() -> None:
+    around = np.linspace(0.0, 2.0 * np.pi, 161)[:-1]
+    loop = np.column_stack((4.0 * np.cos(around), 2.2 * np.sin(around)))
+    car = popsteer.Vehicle(wheelbase=0.33, max_steer=0.42, max_speed=3.0)
+    found = lab.compare.run(
+        popsteer.Path(loop, closed=True), ["pop", "stanley"], sim.KinematicBicycle(car)
+    )
+    figure = results_figure(found, THEMES["light"])
+    figure.draw_without_rendering()
+    one, other = figure.axes[:2]  # the numbers stand at the first alone
+    assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
 
 
 def test_figures_of_several_are_those_of_each() -> None:

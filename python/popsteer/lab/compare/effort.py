@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from popsteer.lab.common.draw import logarithmic
-from popsteer.lab.common.names import title_of
+from popsteer.lab.common.names import counted, title_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,19 +33,25 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
     for spare in grid.flat[len(plants) :]:
         spare.set_visible(False)
+    runs = [(each, law, run.metrics) for each in comparisons for law, run in each.runs.items()]
+    # What is 0 has no place on logarithmic axes.
+    shown = [
+        (each, law, metrics)
+        for each, law, metrics in runs
+        if metrics.settled_mean_abs_cross_track_error > 0.0 and metrics.rms_steer_rate > 0.0
+    ]
     for panel, plant in zip(grid.flat, plants, strict=False):
-        for each in comparisons:
-            for law, run in each.runs.items() if each.plant == plant else ():
-                error = run.metrics.settled_mean_abs_cross_track_error
-                if not error > 0.0:
-                    continue
-                # Hollow: the error of a run that did not finish says little.
-                inside, edge = colours[law], theme.background
-                if not run.metrics.finished:
-                    inside, edge = edge, inside
-                look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
-                effort = math.degrees(run.metrics.rms_steer_rate)
-                panel.plot(effort, error, markers[each.track], markersize=8.5, **look)
+        for each, law, metrics in shown:
+            if each.plant != plant:
+                continue
+            # Hollow: the error of a run that did not finish says little.
+            inside, edge = colours[law], theme.background
+            if not metrics.finished:
+                inside, edge = edge, inside
+            look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
+            effort = math.degrees(metrics.rms_steer_rate)
+            error = metrics.settled_mean_abs_cross_track_error
+            panel.plot(effort, error, markers[each.track], markersize=8.5, **look)
         logarithmic(panel, "xy")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
@@ -62,7 +68,7 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
         Line2D([], [], linestyle="", marker=marker, color=theme.faint, label=track)
         for track, marker in markers.items()
     ]
-    if not all(run.metrics.finished for each in comparisons for run in each.runs.values()):
+    if not all(metrics.finished for _, _, metrics in runs):
         hollow = Line2D([], [], linestyle="", marker="o", color=theme.faint, label="not finished")
         hollow.set_markerfacecolor(theme.background)
         handles.append(hollow)
@@ -70,5 +76,7 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     speed = first.constant_speed
     pace = "" if speed is None else f", constant {speed:g} m/s"
     title = f"Tracking error against the effort of steering{pace}"
+    if left_out := len(runs) - len(shown):
+        title += f"; not drawn: {counted(left_out, 'run')} without an error or an effort"
     figure.suptitle(title, fontsize=11, wrap=True)
     return figure

@@ -103,19 +103,22 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
 
 
 def _extent(comparison: Comparison) -> NDArray[np.float64]:
-    """Lower left and upper right corner of all that is driven and to be followed [m]."""
+    """Lower left and upper right corner of the maps [m], around all that is driven or followed."""
     records = [run.records for run in comparison.runs.values()]
     x = np.concatenate([comparison.path.x, *(each["reference_x"] for each in records)])
     y = np.concatenate([comparison.path.y, *(each["reference_y"] for each in records)])
-    return np.array([[x.min(), y.min()], [x.max(), y.max()]])
+    corners = np.array([[x.min(), y.min()], [x.max(), y.max()]])
+    size = corners[1] - corners[0]
+    # A straight one gets a third of its length to the sides, so that it can be seen.
+    half = (0.5 + _MARGIN) * np.maximum(size, 0.3 * size[::-1])
+    middle = corners.mean(axis=0)
+    return np.array([middle - half, middle + half])
 
 
 def _track_height(extent: NDArray[np.float64]) -> float:
     """Height of the row of tracks [inch] that lets a track fill its column."""
     width, height = extent[1] - extent[0]
-    # A straight one gets a third of its length to the sides, so that it can be seen.
-    slope = max(height, 0.3 * width) / max(width, 0.3 * height)
-    return float(min(0.5 + 0.9 * _COLUMN * slope, 1.35 * _COLUMN))
+    return float(min(0.5 + 0.9 * _COLUMN * height / width, 1.35 * _COLUMN))
 
 
 def _errors(theme: Theme) -> LinearSegmentedColormap:
@@ -144,9 +147,7 @@ def _draw_track(
     panel.add_collection(line)
     edge: dict[str, Any] = {"markeredgecolor": theme.text, "markeredgewidth": 1.3}
     panel.plot(*driven[:1].T, "o", markersize=6, color=theme.background, zorder=3, **edge)
-    panel.update_datalim(extent)  # the same limits for all controllers
-    panel.margins(_MARGIN)
-    panel.set_aspect("equal", adjustable="datalim")
+    panel.set(xlim=extent[:, 0], ylim=extent[:, 1], aspect="equal")  # alike for all controllers
     panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
