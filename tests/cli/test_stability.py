@@ -9,6 +9,7 @@ import pytest
 import popsteer
 from popsteer import Vehicle
 from popsteer.lab import stability
+from popsteer.lab.common.theme import THEMES
 from popsteer.lab.stability import figures as drawing
 from popsteer.lab.stability import margins
 from tests.cli import command
@@ -145,6 +146,13 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
     assert set(drawn) == wanted
     assert reported == sorted(reported)
     assert reported[-1] == pytest.approx(1.0)
+
+
+def test_controllers_without_an_answer_to_the_step_are_named() -> None:
+    result = stability.run(["pid", "pure-pursuit"], Vehicle(), [25.0])
+    figure = drawing.loops_figure(result, drawing.responses(result), THEMES["light"])
+    assert [each.stable for (each,) in result.margins.values()] == [False, True]
+    assert figure.get_suptitle().endswith("unstable, so without an answer to the step: PID")
 
 
 @looped(

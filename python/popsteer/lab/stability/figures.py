@@ -192,7 +192,9 @@ def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Th
     step.set(title="the path moves by 1 m", xlim=(0.0, last))
     handles, labels = step.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), handlelength=3.2)
-    at = f"at {middle(result):g} m/s; dots: where the margins are read"
+    ended = [title_of(k, responses) for k, each in responses.items() if np.isnan(each.offset).all()]
+    wrong = f"; unstable, so without an answer to the step: {', '.join(ended)}" if ended else ""
+    at = f"at {middle(result):g} m/s; dots: where the margins are read{wrong}"
     headline(figure, f"{stability_caption(result)}, {at}", theme)
     return figure
 
