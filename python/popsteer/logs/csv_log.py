@@ -262,7 +262,7 @@ def _settle(
     units_of_yaw = ("rad",) if "yaw" in told else ("rad", "deg")
     some = slice(None, None, max(1, len(t) // _ENOUGH))
     here = np.column_stack((x[some], y[some]))
-    turned = shown.heading(here, yaw[some], units_of_yaw, both_ways=True)
+    turned = shown.heading(shown.ways(here), yaw[some], units_of_yaw, both_ways=True)
     # Identification tells a sensor that is turned and an axis that is mirrored from each other.
     if "yaw" not in units and turned is not None and turned.frame in _COMPASS:
         scale, offset = shown.to_yaw(turned)

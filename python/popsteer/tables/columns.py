@@ -298,7 +298,8 @@ def _pairs(values: Floats) -> list[tuple[int, int]]:
 def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[int, str]:
     """Say of each column what the waypoints of two make of it: a quantity, and words."""
     known = {x: "x", y: "y", **texts}
-    way = shown.along(values[:, [x, y]])
+    measured = tuple(shown.ways(values[:, [x, y]]))
+    way = measured[0]
     others = [k for k in range(values.shape[1]) if k not in known]
     turned = None
     for k in others:
@@ -309,13 +310,13 @@ def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[i
             known[k] = "count the number of the row"
         elif shown.is_arc(way, column):
             known[k] = "s the arc length"
-        elif turned is None and (turned := shown.heading(values[:, [x, y]], column)) is not None:
+        elif turned is None and (turned := shown.heading(measured, column)) is not None:
             known[k] = f"yaw yaw ({turned})"
         elif shown.is_curvature(way, column):
             known[k] = "curvature curvature"
         elif (k < min(x, y) or column[0] > 1e8) and shown.is_time(column):
             known[k] = "t time"
-        elif turned is None and shown.is_near_heading(values[:, [x, y]], column):
+        elif turned is None and shown.is_near_heading(measured, column):
             known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
     _find_pairs(values, way, known, others)
     _find_speed(values, way, known)

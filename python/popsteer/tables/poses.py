@@ -89,5 +89,5 @@ def _matrices(values: Floats) -> Poses | None:
 
 def _is_ahead(xy: Floats, yaw: Floats) -> bool:
     """Whether a yaw is the direction of motion, mostly ahead."""
-    found = shown.heading(xy, yaw, ("rad",), both_ways=True)
+    found = shown.heading(shown.ways(xy), yaw, ("rad",), both_ways=True)
     return found is not None and not found.frame and float(found.backwards.mean()) < 0.5

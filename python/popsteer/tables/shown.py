@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
@@ -86,8 +88,14 @@ class Heading(NamedTuple):
         return ", ".join(filter(None, (self.unit, self.frame)))
 
 
+def ways(xy: Floats) -> Iterator[Along]:
+    """Measure waypoints three times: noise hides the direction over a step, not over a part."""
+    reach = float(np.hypot(*np.ptp(xy, axis=0)))
+    return (along(xy, share * reach) for share in (0.0, 0.01, 0.03))
+
+
 def heading(
-    xy: Floats,
+    measured: Iterable[Along],
     values: Floats,
     units: tuple[str, ...] = ("rad", "deg"),
     *,
@@ -96,12 +104,10 @@ def heading(
 ) -> Heading | None:
     """Find the unit and the frame in which a column is the direction of waypoints, within `most`.
 
+    `measured` are these, as by `ways`.
     With `both_ways` it may also look against the waypoints, where they are driven backwards.
     """
-    # A recording's noise hides its direction from one row to the next, not over a part of it all.
-    reach = float(np.hypot(*np.ptp(xy, axis=0)))
-    ways = (along(xy, share * reach) for share in (0.0, 0.01, 0.03))
-    found = (_heading(way, values, units, both_ways=both_ways, most=most) for way in ways)
+    found = (_heading(way, values, units, both_ways=both_ways, most=most) for way in measured)
     return next((each for each in found if each is not None), None)
 
 
@@ -111,8 +117,7 @@ def is_velocity(xy: Floats, vx: Floats, vy: Floats, yaw: Floats | None = None) -
     It points where the waypoints go, and would not if it were measured from a `yaw` [rad]. Along x
     both would, and to and fro there it is the vehicle's own, which may be driven backwards.
     """
-    reach = float(np.hypot(*np.ptp(xy, axis=0)))
-    for way in (along(xy, share * reach) for share in (0.0, 0.01, 0.03)):
+    for way in ways(xy):
         pointed = np.arctan2(vy, vx)[way.moves]
         frames = (0.0 * pointed, *(() if yaw is None else (yaw[way.moves],)))
         off = [np.quantile(np.abs(_wrapped(pointed + k - way.heading)), _AGREE) for k in frames]
@@ -123,9 +128,9 @@ def is_velocity(xy: Floats, vx: Floats, vy: Floats, yaw: Floats | None = None) -
     return False
 
 
-def is_near_heading(xy: Floats, values: Floats) -> bool:
+def is_near_heading(measured: Sequence[Along], values: Floats) -> bool:
     """Whether a column is a heading, although farther from the waypoints' than one to drive by."""
-    return along(xy).turn >= np.pi and heading(xy, values, most=_NEAR) is not None
+    return measured[0].turn >= np.pi and heading(measured, values, most=_NEAR) is not None
 
 
 def _heading(

@@ -393,7 +393,7 @@ def _add_yaw(
 ) -> bool:
     """Add a yaw if it is the waypoints' direction; whether it says that nothing is reversed."""
     yaw = columns["yaw"]
-    turned = shown.heading(found.xy, yaw, units, both_ways=both_ways)
+    turned = shown.heading(shown.ways(found.xy), yaw, units, both_ways=both_ways)
     if turned is None:
         found.notes.append(f"{said} ignored: it is not the waypoints' direction")
         return False
