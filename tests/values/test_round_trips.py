@@ -97,8 +97,7 @@ def test_sweep_is_read_back_in_every_field_and_told_from_every_other() -> None:
         assert again.given == each.given, name
         assert again.params == each.params, name
         assert again.longitudinal == each.longitudinal, name
-        settings = sim.Settings() if each.settings is None else each.settings
-        assert again.settings == settings, name
+        assert again.settings == each.settings, name
         assert (again.runs, again.seed, again.deviation) == (each.runs, each.seed, each.deviation)
         assert (again.speed, again.constant_speed) == (each.speed, each.constant_speed), name
         assert again.path.closed == each.path.closed, name

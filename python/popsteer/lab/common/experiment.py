@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -117,7 +117,7 @@ class Experiment(_Driven):
     """Parameters of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the
     paper's by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant
     before it varies."""
-    settings: Settings | None = None
+    settings: Settings = field(default_factory=Settings)
     """Control period, limits and the like."""
     joined: bool = False
     """Whether the settling time is that of `joining`, which reports then say."""
@@ -168,13 +168,11 @@ class Experiment(_Driven):
 
         The settling time is at most half of a run, and 30 s.
         """
-        settings = Settings() if self.settings is None else self.settings
-        return settings.replace(settling_time=max(map(self._joining, paths)))
+        return self.settings.replace(settling_time=max(map(self._joining, paths)))
 
     def _joining(self, path: Path) -> float:
         road, car = self.road_of(path), sim.vehicle_of(self.whole)
         start = sim.default_start(path, vehicle=car)
-        settings = Settings() if self.settings is None else self.settings
         found = sim.run(
             Pop(road[0], car),
             self.whole,
@@ -182,7 +180,7 @@ class Experiment(_Driven):
             speed=self._speed(road, Varied(self.whole, start, None, None)),
             longitudinal=road[1],
             pedals=self.pedals,
-            settings=settings.replace(time_limit=_JOINING, keep_records=True),
+            settings=self.settings.replace(time_limit=_JOINING, keep_records=True),
             keep_going=True,
         )
         driven = np.cumsum(np.abs(found.records["speed"])) * found.dt
@@ -193,8 +191,7 @@ class Experiment(_Driven):
     @property
     def settled(self) -> str:
         """Say from when on errors count: whether that is when the vehicle has joined its path."""
-        settings = Settings() if self.settings is None else self.settings
-        said = f"after the first {settings.settling_time:g} s"
+        said = f"after the first {self.settings.settling_time:g} s"
         if not self.joined:
             return said
         distance = JOINED * sim.vehicle_of(self.whole).wheelbase
@@ -227,7 +224,6 @@ class Experiment(_Driven):
         **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
     ) -> Run:
         """Drive one run, from its plant, start and noise."""
-        settings = Settings() if self.settings is None else self.settings
         return sim.run(
             self._driver(params, road),
             made.plant,
@@ -236,7 +232,7 @@ class Experiment(_Driven):
             speed=self._speed(road, made),
             longitudinal=road[1],
             pedals=self.pedals,
-            settings=settings.replace(keep_records=keep_records),
+            settings=self.settings.replace(keep_records=keep_records),
             noise=made.noise,
             seed=seed,
             **how,

@@ -203,7 +203,8 @@ def _joined(
     longitudinal: LongitudinalParams | None,
     how: Mapping[str, Any],
 ) -> Settings:
-    alike: dict[str, Any] = {key: how.get(key) for key in ("speed", "constant_speed", "settings")}
+    keys = ("speed", "constant_speed", "settings")
+    alike: dict[str, Any] = {key: how[key] for key in keys if how.get(key) is not None}
     each = [_Joining(mover, longitudinal=longitudinal, **alike) for mover in movers.values()]
     found = [joining.joining(paths.values()) for joining in each]
     return max(found, key=lambda settings: settings.settling_time)

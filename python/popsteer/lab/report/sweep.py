@@ -92,7 +92,7 @@ def of_sweep(
         roles={"good": named("pop"), "bad": named("pid")},
         sections=[
             vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
-            tuning(made, settings_block(job.settings or sim.Settings())),
+            tuning(made, settings_block(job.settings)),
             Section("drawn", "What varies", varies),
         ],
     ).content()

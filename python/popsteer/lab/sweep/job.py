@@ -131,7 +131,6 @@ class Job(Experiment):
             plant=self.whole,
             vehicle=self.given,
             label=self.label or name,
-            settings=self.settings or Settings(),
         )
         document = {"schema": SCHEMA, "version": __version__, **document}
         return json.dumps(document | self.code, separators=(",", ":"))

@@ -205,7 +205,6 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
 
 def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     """Say what the table has no room for."""
-    settled = job.settings.settling_time if job.settings is not None else 5.0
     success = (
         "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
         f" {job.deviation:g} m {job.settled}. The errors are those after that."
@@ -223,8 +222,8 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         )
     if early := sum(row["finished"] and not math.isfinite(row[ERROR]) for row in rows):
         said.append(
-            f"{counted(early, 'run')} lasted no longer than the first {settled:g} s, and settled"
-            " nothing: no success without evidence."
+            f"{counted(early, 'run')} lasted no longer than the first"
+            f" {job.settings.settling_time:g} s, and settled nothing: no success without evidence."
         )
     weights = influence(job, rows)
     if weights and max(weights.values()) > 0.0:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer import controllers, own
-from popsteer._core import Path, Settings, Vehicle, __version__
+from popsteer._core import Path, Vehicle, __version__
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
@@ -173,7 +173,7 @@ class Problem(Experiment):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What makes this problem, for the study to say."""
-        document = of_fields(self, vehicle=self.given, settings=self.settings or Settings())
+        document = of_fields(self, vehicle=self.given)
         paths = json.dumps(document["paths"], sort_keys=True).encode()
         waypoints = hashlib.sha256(paths).hexdigest()
         document["paths"] = {**dict.fromkeys(self.paths), "waypoints": waypoints}
