@@ -113,6 +113,7 @@ READ: dict[str, str] = {
     "mph without a unit": HEAD + _rows(T, X, Y, YAW, SPEED / 0.44704, STEER),
     "hours without a unit": HEAD
     + _rows([f"{t / 3600.0:.12f}" for t in T], X, Y, YAW, SPEED, STEER),
+    "knots without a unit": HEAD + _rows(T, X, Y, YAW, SPEED * 3600.0 / 1852.0, STEER),
     "degrees without a unit": HEAD + _rows(T, X, Y, np.degrees(YAW), SPEED, STEER),
     "velocity over ground": "t,x,y,yaw,vx,vy,steer\n"
     + _rows(T, X, Y, YAW, SPEED * np.cos(YAW), SPEED * np.sin(YAW), STEER),
@@ -204,6 +205,11 @@ def test_values_that_never_change_are_said(tmp_path: Any) -> None:
     for still, said in ((0.0, ("speed never changes",)), (6.0, ())):
         log = logs.read(_write(tmp_path, HEAD + _rows(T, X, Y, YAW, 0.0 * SPEED + still, STEER)))
         assert log.remarks == said
+    frozen = [np.where(np.arange(N) < 120, each, each[120]) for each in (X, Y)]
+    log = logs.read(_write(tmp_path, HEAD + _rows(T, *frozen, YAW, SPEED, STEER)))
+    gone = float(np.sum(0.04 * SPEED[120:-1]))
+    said = f"the position stands for 3.2 s from t = 4.80 s on, in which speed says {gone:.3g} m"
+    assert log.remarks == (said,)
     log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
     assert log.remarks == ("the position never changes",)
 

@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
 
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
-_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "cm/s": 100.0, "mm/s": 1000.0}
+_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "kn": 3600.0 / 1852.0, "cm/s": 100.0, "mm/s": 1000.0}
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
 _TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
-_APART = 2.0  # times speed and positions may differ: more is another unit, or no speed
+_APART = 1.5  # times speed and positions may differ: more is another unit, or no speed
 _COMPASS = ("", "from north, clockwise")
 _ENOUGH = 20_000  # rows that show what a heading is
 _LONGEST_WHEELBASE = 20.0  # m; a hand wheel's angle makes a car look longer
@@ -384,7 +384,24 @@ def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:
     known = np.isfinite(x) & np.isfinite(y)
     some = np.flatnonzero(known)[:: max(1, len(x) // _ENOUGH)]
     if len(some) < 20 or shown.along(np.column_stack((x[some], y[some]))).turn < 1.0:
-        return ()
+        return tuple(_stands(columns))
     still = [key for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0]
     still += [] if columns["speed"].any() else ["speed"]
-    return tuple(f"{key} never changes" for key in still)
+    return (*(f"{key} never changes" for key in still), *_stands(columns))
+
+
+def _stands(columns: Mapping[str, Floats]) -> list[str]:
+    """Say where the position stands for more than a second in which speed says a metre and more."""
+    t, x, y, speed = (columns[key] for key in ("t", "x", "y", "speed"))
+    if not len(t):
+        return []
+    moves = np.flatnonzero(np.append(np.hypot(np.diff(x), np.diff(y)) != 0.0, True))
+    said = np.concatenate(([0.0], np.cumsum(np.nan_to_num(np.abs(speed[:-1]) * np.diff(t)))))
+    ends, begins = moves, np.concatenate(([0], moves[:-1] + 1))
+    lost = np.where(t[ends] - t[begins] > 1.0, said[ends] - said[begins], 0.0)
+    worst = int(np.argmax(lost))
+    if not lost[worst] > 1.0:
+        return []
+    begun, ended = t[begins[worst]], t[ends[worst]]
+    said_of = f"from t = {begun:.2f} s on, in which speed says {lost[worst]:.3g} m"
+    return [f"the position stands for {ended - begun:.1f} s {said_of}"]

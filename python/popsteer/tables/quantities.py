@@ -79,7 +79,7 @@ _NAMES = {
     " spd sog v_long vlong long_vel vel_long",
     "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
-    " steer_angle steered_angle wheel_angle steering_tire_angle"
+    " steering_cmd steer_angle steered_angle wheel_angle steering_tire_angle"
     " drive_steering_angle front_wheel_angle",
     "curvature": "curvature kappa curv kappa_racetraj ck",
     "grade": "grade slope gradient incline",
