@@ -208,8 +208,8 @@ def test_values_that_never_change_are_said(tmp_path: Any) -> None:
     frozen = [np.where(np.arange(N) < 120, each, each[120]) for each in (X, Y)]
     log = logs.read(_write(tmp_path, HEAD + _rows(T, *frozen, YAW, SPEED, STEER)))
     gone = float(np.sum(0.04 * SPEED[120:-1]))
-    said = f"the position stands for 3.2 s from t = 4.80 s on, in which speed says {gone:.3g} m"
-    assert log.remarks == (said,)
+    stands = f"the position stands for 3.2 s from t = 4.80 s on, in which speed says {gone:.3g} m"
+    assert log.remarks == (stands,)
     log = logs.read(_write(tmp_path, HEAD + _rows(T, 0 * X, 0 * Y, YAW, SPEED, STEER)))
     assert log.remarks == ("the position never changes",)
 
