@@ -301,6 +301,7 @@ def test_path_of_each_kind_is_never_misread_between_other_separators(
     ("text", "said"),
     [
         ('{"x": [1, 2]}', "is JSON"),
+        ('{"x": [' + "1, " * 400_000 + "2]}", "is JSON"),
         ("<?xml version='1.0'?>\n<kml/>", "is KML"),
         ("<?xml version='1.0'?>\n<OpenDRIVE/>", "is OpenDRIVE"),
         ("waypoints:\n  - x: 1\n", "is YAML"),

@@ -111,7 +111,7 @@ def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) 
         ("nan,inf\n3,4\n", ", line 1, column 1", "'nan' is not finite", 0),
         ("1,2\n3,-inf\n", ", line 2, column 2", "'-inf' is not finite", 1),
         ("1,2\r\n3,1e999\r\n", ", line 2, column 2", "'1e999' is not finite", 1),
-        ("1,2\n3,4,5\n", ", line 2", "found 3 columns, the first row has 2", 1),
+        ("1,2\n3,4,5\n", ", line 2", "found 3 columns, the first row has 2: complete", 1),
         ("x,y,v\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 0),
         ("1,2,3\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 1),
         ("1,2\n3\n", ", line 2", "found 1 column, the first row has 2", 1),

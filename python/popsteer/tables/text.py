@@ -120,7 +120,8 @@ class Table:
             row.pop()
         if len(row) != self.columns:
             raise PathError(
-                f"{self.where(line)}: found {_counted(len(row))}, the first row has {self.columns}",
+                f"{self.where(line)}: found {_counted(len(row))}, the first row has {self.columns}:"
+                " complete the one that is wrong, or leave it out",
                 index,
             )
 
@@ -190,9 +191,9 @@ def read_table(file: str | os.PathLike[str]) -> Table:
 
 def table_of(name: str, text: str) -> Table:
     """Do the same for a text that was read."""
-    sample = list(islice(_contents(name, text), _SAMPLE))
     if refused := kinds.text_refusal(text):
         raise PathError(f"{name}: {refused}")
+    sample = list(islice(_contents(name, text), _SAMPLE))
     separator = _separator([content for _, content in sample[-20:]])
     if separator in (",", _BOTH) and _is_comma_spaced([content for _, content in sample[1:]]):
         separator = None
