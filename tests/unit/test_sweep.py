@@ -304,6 +304,11 @@ def test_file_of_another_sweep_or_version_is_refused_and_kept(tmp_path: Path) ->
     before = out.read_bytes()
     with pytest.raises(PopsteerError, match="holds another sweep, which differs in runs"):
         sweep.run(_job(3), out)
+    text = out.read_text(encoding="utf-8")
+    out.write_text(text.replace('"start_offset":null,', "", 1), encoding="utf-8")
+    with pytest.raises(PopsteerError, match=r"which differs in start_offset$"):
+        sweep.run(_job(2), out)
+    out.write_bytes(before)
     part = files.journal_of(tmp_path / "other.csv")
     part.write_text(_job(2).text.replace('"version":"', '"version":"9.') + "\n")
     with pytest.raises(PopsteerError, match=r"other\.csv\.part: a sweep of popsteer 9\."):

@@ -30,7 +30,8 @@ def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN4
 
 def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     """Name the fields in which two documents differ, those that only one has too."""
-    return [name for name in {**one, **other} if one.get(name) != other.get(name)]
+    there = {name: (name in one, name in other) for name in {**one, **other}}
+    return [name for name, both in there.items() if not all(both) or one[name] != other[name]]
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
