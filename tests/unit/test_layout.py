@@ -1,10 +1,14 @@
-"""Tables as CSV: read back by csv, whatever names there are."""
+"""Tables as CSV, read back by csv whatever names there are; tables on terminals."""
 
 from __future__ import annotations
 
 import csv
+from typing import TYPE_CHECKING
 
-from popsteer.lab.common.layout import csv_text
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, fits
+
+if TYPE_CHECKING:
+    import pytest
 
 
 def test_csv_with_commas_quotes_and_line_breaks_is_read_back() -> None:
@@ -14,3 +18,14 @@ def test_csv_with_commas_quotes_and_line_breaks_is_read_back() -> None:
     head, _, rest = text.partition("\n")
     assert head == "# two lines, SI"
     assert list(csv.reader(rest.splitlines(keepends=True))) == [names, *rows]
+
+
+def test_table_fits_as_many_characters_as_it_has_on_any_terminal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    table = blank_table(1)
+    add_numbers(table, *["ten digits"] * 10)
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    for kind in ("xterm", "dumb"):
+        monkeypatch.setenv("TERM", kind)
+        assert [fits(table, width) for width in (100, 120)] == [False, True], kind

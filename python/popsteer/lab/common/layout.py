@@ -67,7 +67,8 @@ def fits(table: Table, width: int) -> bool:
     """Whether a table needs no more than so many characters."""
     from rich.console import Console
 
-    return Console(width=10_000).measure(table).maximum <= width
+    # With a height, as it would take a dumb terminal for one of 80 characters.
+    return Console(width=10_000, height=25).measure(table).maximum <= width
 
 
 def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
