@@ -217,7 +217,7 @@ def _of_the_plane(
     if len(x) < 2 or not vy.any() or not shown.is_velocity(np.column_stack((x, y)), vx, vy, yaw):
         return []
     columns["speed"] = np.hypot(columns["speed"], other)
-    return [f"speed is of it and {series['speed_y'].said}"]
+    return [f"{series['speed'].said} and {series['speed_y'].said} are one velocity over ground"]
 
 
 def _share(flags: NDArray[np.bool_]) -> float:
