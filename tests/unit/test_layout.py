@@ -25,7 +25,8 @@ def test_table_fits_as_many_characters_as_it_has_on_any_terminal(
 ) -> None:
     table = blank_table(1)
     add_numbers(table, *["ten digits"] * 10)
-    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as on a terminal
+    monkeypatch.delenv("LINES", raising=False)
     for kind in ("xterm", "dumb"):
         monkeypatch.setenv("TERM", kind)
         assert [fits(table, width) for width in (100, 120)] == [False, True], kind
