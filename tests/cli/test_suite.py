@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import shlex
 from dataclasses import replace
 from types import SimpleNamespace
@@ -284,6 +285,9 @@ def test_suite_writes_its_cells_and_one_is_repeated_alone(
     )
     assert outcome.status == 0
     assert "12 runs on suite-car, carla-identified" in " ".join(outcome.out.split())
+    assert "nan" not in outcome.out  # what raised at once has neither rate nor jerk
+    last = next(line for line in outcome.out.splitlines() if line.startswith("lateral jerk"))
+    assert re.fullmatch(r"lateral jerk, rms \[m/s³\] +[\d.]+ +[\d.]+ +–", last)
     document = json.loads((tmp_path / "suite.json").read_text(encoding="utf-8"))
     assert (document["schema"], document["suite"]) == ("popsteer-suite/1", "standard-2")
     lines = (tmp_path / "suite.csv").read_text(encoding="utf-8").splitlines()[1:]

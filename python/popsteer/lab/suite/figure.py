@@ -59,7 +59,7 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     for name in names:
         own = [each for each in found.cells if each.controller == name]
         effort = float(np.mean([each.steer_rate for each in own]))
-        points[name] = (max(effort, _LEAST_EFFORT), mean_error(own))
+        points[name] = (max(_LEAST_EFFORT, effort), mean_error(own))  # also where it is no number
     for (name, (effort, error)), title in zip(points.items(), titles, strict=True):
         scatter.plot(effort, error, "o", color=shades[name], markersize=8)
         # Below where another point, as high, is just to the right, whose own is above.

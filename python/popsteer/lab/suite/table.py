@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import asdict, fields
 from functools import partial
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
@@ -60,13 +62,18 @@ def _others(found: Suite) -> list[tuple[str, dict[str, str]]]:
     """Word what is not an error: means over all cells, and the time of a step."""
     cells = grouped(found.cells, "controller")
     lines = [
-        (title, {name: format(sum(map(of, own)) / len(own), spec) for name, own in cells.items()})
+        (title, {name: _number(fmean(map(of, own)), spec) for name, own in cells.items()})
         for title, of, spec in _OTHERS
     ]
     success = {
         name: f"{sum(each.success for each in own)} of {len(own)}" for name, own in cells.items()
     }
     return [("runs that succeed", success), *lines]
+
+
+def _number(value: float, spec: str) -> str:
+    """Word a number; a dash where there is none."""
+    return format(value, spec) if math.isfinite(value) else "–"
 
 
 def suite_tables(found: Suite) -> list[Table]:
@@ -77,7 +84,7 @@ def suite_tables(found: Suite) -> list[Table]:
     names = list(found.step_times)
     lines = [(title, _marked(cells)) for title, cells in rows(found)]
     lines += _others(found)
-    lines.append(("step [µs]", {k: f"{1e6 * v:.1f}" for k, v in found.step_times.items()}))
+    lines.append(("step [µs]", {k: _number(1e6 * v, ".1f") for k, v in found.step_times.items()}))
     add_names(table, "", (title for title, _ in lines))
     add_numbers(table, *(_head(name, names) for name in names))
     for title, cells in lines:
