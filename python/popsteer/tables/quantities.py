@@ -23,7 +23,7 @@ _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _TIME |= {"ns": 1e-9, "nsec": 1e-9, "nanosec": 1e-9, "min": 60.0}
 _TIME |= dict.fromkeys(("h", "hr", "hours"), 3600.0)
-_CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "m-1"), 1.0)
+_CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "1pm", "m-1"), 1.0)
 _NONE = {"": 1.0, "-": 1.0}
 _SHARE = {"1": 1.0, "%": 1e-2, "percent": 1e-2}
 _ACCELERATION = dict.fromkeys(("m/s²", "m/s2", "m/s^2", "mps2"), 1.0) | {"g": 9.80665}
@@ -57,17 +57,17 @@ UNITS: dict[str, dict[str, float]] = {
 _NAMES = {
     "t": "t time stamp timestamp stamp_sec sec secs s_stamp elapsed time_stamp header_stamp"
     " elapsed_time time_sec seconds rosbagtimestamp session_time"
-    " utc utc_time time_utc gps_time datetime date_time",
+    " sim_time unix_time utc utc_time time_utc gps_time datetime date_time",
     "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
     "x": "x tx p_x posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
     " coord_x x_coord point_x location_x x_axis"
     " translation_x easting east utm_x utm_easting utm_east utm_e x_utm positions_x xpos x_raceline"
-    " loc_x cx",
+    " loc_x x_loc xcoord utmx cx",
     "y": "y ty p_y posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
     " coord_y y_coord point_y location_y y_axis"
     " translation_y northing north utm_y utm_northing utm_north utm_n y_utm positions_y ypos"
-    " y_raceline loc_y cy",
+    " y_raceline loc_y y_loc ycoord utmy cy",
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
     " heading_angle euler_yaw"
     " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading"
@@ -76,21 +76,21 @@ _NAMES = {
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
     " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed"
-    " spd sog v_long vlong long_vel vel_long",
-    "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y",
+    " spd sog v_long vlong long_vel vel_long lon_velocity x_velocity v_des vdes",
+    "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y y_velocity",
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
     " steering_cmd steer_angle steered_angle wheel_angle steering_tire_angle"
-    " drive_steering_angle front_wheel_angle",
+    " drive_steering_angle front_wheel_angle delta_f tire_angle",
     "curvature": "curvature kappa curv kappa_racetraj ck",
     "grade": "grade slope gradient incline",
-    "direction": "direction gear reverse drive_direction motion_direction dir",
+    "direction": "direction gear reverse is_reverse drive_direction motion_direction dir",
     "throttle": "throttle",
     "brake": "brake",
     "acceleration_command": "acceleration_command",
     "speed_command": "speed_command",
     "z": "z",
-    "lat": "lat latitude gps_lat gps_latitude",
-    "lon": "lon lng long longitude gps_lon gps_long gps_longitude",
+    "lat": "lat latitude pos_lat gps_lat gps_latitude",
+    "lon": "lon lng long longitude pos_lon gps_lon gps_long gps_longitude",
     **{
         f"q{axis}": f"q{axis} q_{axis} orientation_{axis} quat_{axis} quaternion_{axis}"
         f" rotation_{axis} rot_{axis} {axis}_quat"
