@@ -12,6 +12,7 @@ import pytest
 
 import popsteer
 from popsteer import own, plants, sim
+from popsteer.cli.assignments import assigned
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import title_of
@@ -328,6 +329,10 @@ def test_tuned_parameters_of_all_kinds_are_read_by_every_command(
     assert (found.damped, found.limit, found.weights) == (False, None, (1.0, 2.0))
     assert found.note == base.note == 'say "a\nb", \x7f [c]'
     assert found.replace(gain=0.2, damped=True).as_dict() == base.as_dict()
+    shown = call(capsys, "params", name).out
+    assert 'say "a\\nb", \\x7f [c]' in shown
+    said = assigned(base, ["note=quietly = so"], name)
+    assert said.note == "quietly = so"
     # Before and after: each command reads it.
     short = ["--controller", name, "--params", "tuned.toml", "--constant-speed", "6"]
     assert call(capsys, *line[:-1], "again.toml", "--params", "tuned.toml").status == 0

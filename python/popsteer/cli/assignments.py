@@ -50,8 +50,8 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     """Give copies of several sets of parameters: each assignment changes those that have its name.
 
     The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
-    counts. `owner` says in messages whose parameters they are. Only what is a number, a truth value
-    or None can be set. Sets of which nothing was named are the same objects.
+    counts. `owner` says in messages whose parameters they are. Only numbers, truth values, texts
+    and None can be set. Sets of which nothing was named are the same objects.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
 def _settable(params: _Params) -> dict[str, Any]:
     """Give the parameters that a text can be the value of."""
     fields = params.as_dict()
-    return {k: v for k, v in fields.items() if v is None or isinstance(v, bool | int | float)}
+    return {k: v for k, v in fields.items() if v is None or isinstance(v, bool | int | float | str)}
 
 
 def _replaced(params: _P, changes: dict[str, Any]) -> _P:
@@ -100,6 +100,8 @@ def _value(name: str, text: str, default: object) -> object:
         if text.lower() not in _TRUTH:
             raise ConfigError(name, text, "true or false")
         return _TRUTH[text.lower()]
+    if isinstance(default, str):
+        return text
     kind = int if isinstance(default, int) else float
     try:
         return kind(text)

@@ -10,6 +10,7 @@ from popsteer import controllers, own, plants, presets, sim, vehicles
 from popsteer._core import AdaptParams, MonitorParams, Vehicle
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import described
+from popsteer.errors import printable
 from popsteer.lab import baselines
 from popsteer.lab.common.layout import blank_table
 from popsteer.lab.common.longitudinal import KINDS
@@ -145,7 +146,7 @@ def _word(value: object) -> str:
         return str(value).lower()
     if value is None:
         return "none"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
 
 
 def _table(rows: list[tuple[str, str, str, str]]) -> Table:
