@@ -241,6 +241,12 @@ READ: dict[str, tuple[str, str]] = {
         "x,y,vx,vy\n" + _rows((X, Y, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
         "v",
     ),
+    "km/h as times show": ("time,x,y,v\n" + _rows((S / 3.5, X, Y, 3.6 * SPEED)), "v"),
+    "m/s beside times": ("time,x,y,v\n" + _rows((S / 3.5, X, Y, SPEED)), "v"),
+    "km/h by its name, beside times": (
+        "time,x,y,v_kmh\n" + _rows((S / 3.5, X, Y, 3.6 * SPEED)),
+        "v",
+    ),
     "velocity over ground beside a yaw": (
         "x,y,psi_rad,vx,vy\n" + _rows((X, Y, YAW, SPEED * np.cos(YAW), SPEED * np.sin(YAW))),
         "vy",

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
 
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
-_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "kn": 3600.0 / 1852.0, "cm/s": 100.0, "mm/s": 1000.0}
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
 _TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
 _APART = 1.5  # times speed and positions may differ: more is another unit, or no speed
@@ -258,7 +257,7 @@ def _settle(
     if whole.sum() < 20:
         return {}, []
     t, x, y, yaw, speed, steer = (columns[key][whole] for key in COLUMNS)
-    found, notes = _settle_motion(name, columns, told, units, _ratio(t, x, y, speed))
+    found, notes = _settle_motion(name, columns, told, units, shown.ratio(t, x, y, speed))
     units_of_yaw = ("rad",) if "yaw" in told else ("rad", "deg")
     some = slice(None, None, max(1, len(t) // _ENOUGH))
     here = np.column_stack((x[some], y[some]))
@@ -290,11 +289,11 @@ def _settle_motion(
         if "t" not in told and abs(ratio / size - 1.0) < 3.0 * _FITS:
             columns["t"], ratio = columns["t"] / size, ratio / size
             notes.append(f"t is in {unit}, as speed and positions show")
-    fits = [unit for unit, size in _RATIOS.items() if abs(ratio / size - 1.0) < _FITS]
-    if fits and "speed" not in told:
-        columns["speed"] = columns["speed"] * factor("speed", fits[0])
-        found["speed"], ratio = fits[0], 1.0
-        notes.append(f"speed is in {fits[0]}, as the positions show")
+    fast = shown.unit_of_speed(ratio)
+    if fast and "speed" not in told:
+        columns["speed"] = columns["speed"] * factor("speed", fast)
+        found["speed"], ratio = fast, 1.0
+        notes.append(f"speed is in {fast}, as the positions show")
     for unit, size in (("cm", 0.01), ("mm", 0.001)):
         if "x" not in told and abs(ratio / size - 1.0) < _FITS:
             raise LogError(
@@ -309,34 +308,6 @@ def _settle_motion(
             f" of it: --unit speed={1.0 / ratio:.6g} scales it"
         )
     return found, notes
-
-
-def _ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
-    """Give how many times as far speed says as positions move; None where nothing shows it.
-
-    It is the median over stretches that are straight, of the longest before they bend: noise hides
-    the motion over short ones.
-    """
-    fast = np.abs(speed)
-    said = np.concatenate(([0.0], np.cumsum(0.5 * (fast[1:] + fast[:-1]) * np.diff(t))))
-    found, half = None, 1
-    while 10 * half < len(t):
-        ends = np.arange(0, len(t) - 2 * half, 2 * half)
-        first, second = (
-            np.hypot(*(each[ends + k * half] - each[ends + (k - 1) * half] for each in (x, y)))
-            for k in (1, 2)
-        )
-        whole = np.hypot(x[ends + 2 * half] - x[ends], y[ends + 2 * half] - y[ends])
-        gone = said[ends + 2 * half] - said[ends]
-        moving = (whole > 0.0) & (gone > 0.3 * np.median(gone))
-        straight = moving & (whole >= 0.97 * (first + second))
-        if moving.sum() >= 5 and straight.sum() >= 0.8 * moving.sum():
-            arcs = (4.0 * (first + second) - whole) / 3.0  # of chords, by extrapolation
-            found = float(np.median(gone[straight] / arcs[straight]))
-        elif found is not None:
-            break
-        half *= 2
-    return found
 
 
 def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | None) -> None:

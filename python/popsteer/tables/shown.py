@@ -23,6 +23,7 @@ _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which 
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
 _NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
+_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "kn": 3600.0 / 1852.0, "cm/s": 100.0, "mm/s": 1000.0}
 _TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
 
 
@@ -225,6 +226,39 @@ def is_rate(way: Along, values: Floats, time: Floats) -> bool:
     if not np.all(steps > 0.0):
         return False
     return _agrees(np.diff(way.s) / steps, 0.5 * (here[1:] + here[:-1]))
+
+
+def ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
+    """Give how many times as far speed says as positions move; None where nothing shows it.
+
+    It is the median over stretches that are straight, of the longest before they bend: noise hides
+    the motion over short ones.
+    """
+    fast = np.abs(speed)
+    said = np.concatenate(([0.0], np.cumsum(0.5 * (fast[1:] + fast[:-1]) * np.diff(t))))
+    found, half = None, 1
+    while 10 * half < len(t):
+        ends = np.arange(0, len(t) - 2 * half, 2 * half)
+        first, second = (
+            np.hypot(*(each[ends + k * half] - each[ends + (k - 1) * half] for each in (x, y)))
+            for k in (1, 2)
+        )
+        whole = np.hypot(x[ends + 2 * half] - x[ends], y[ends + 2 * half] - y[ends])
+        gone = said[ends + 2 * half] - said[ends]
+        moving = (whole > 0.0) & (gone > 0.3 * np.median(gone))
+        straight = moving & (whole >= 0.97 * (first + second))
+        if moving.sum() >= 5 and straight.sum() >= 0.8 * moving.sum():
+            arcs = (4.0 * (first + second) - whole) / 3.0  # of chords, by extrapolation
+            found = float(np.median(gone[straight] / arcs[straight]))
+        elif found is not None:
+            break
+        half *= 2
+    return found
+
+
+def unit_of_speed(size: float, within: float = 0.04) -> str | None:
+    """Say in what unit a speed is that says so many times as far as positions move, but m/s."""
+    return next((unit for unit, each in _RATIOS.items() if abs(size / each - 1.0) < within), None)
 
 
 def is_recorded_speed(way: Along, values: Floats) -> bool:

@@ -26,7 +26,7 @@ from popsteer.tables.columns import (
     option,
 )
 from popsteer.tables.poses import poses, yaw_of
-from popsteer.tables.quantities import UNITS, converted
+from popsteer.tables.quantities import UNITS, converted, meaning
 from popsteer.tables.text import Table, read_text, table_of
 
 if TYPE_CHECKING:
@@ -416,10 +416,24 @@ def _add_speed(
         if shown.is_velocity(found.xy, speed, other, found.more.get("yaw")):
             said = f"speed (of {places['speed']} and {places['speed_y']})"
             speed = np.hypot(speed, other)
+    if places["speed"].unit is None and (unit := _unit_by_times(found, speed)) is not None:
+        speed = converted("speed", unit, speed)
+        found.notes.append(f"speed is in {unit}, as the times show")
     if (speed < 0.0).any():
         speed = np.where(_at_rest(found.xy, speed, ahead=ahead), 0.0, speed)
     found.more["speed"] = speed
     found.read.append(said)
+
+
+def _unit_by_times(found: Waypoints, speed: Floats) -> str | None:
+    """Find the unit of a speed beside times in seconds; None if it is m/s, or nothing shows it."""
+    table = found.table
+    for k, name in enumerate(table.head or [] if table else []):
+        if table and meaning(name)[:2] in (("t", None), ("t", "s")) and not table.is_text(k):
+            t, (x, y) = table.numbers([k], blank=True)[:, 0], found.xy.T
+            ratio = shown.ratio(t, x, y, speed)
+            return None if ratio is None else shown.unit_of_speed(ratio, 0.02)
+    return None
 
 
 def _at_rest(xy: Floats, speed: Floats, *, ahead: bool) -> NDArray[np.bool_]:
