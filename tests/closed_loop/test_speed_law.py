@@ -67,6 +67,13 @@ def test_no_stop_of_many_is_driven_through_or_waited_for(told: bool) -> None:
             assert stopping.fails(case, found) == [], (seed, case, found)
 
 
+@looped("seed", [302, 479, 572, 930, 1273, 1470, 2120, 2376])
+def test_weak_brakes_of_a_long_vehicle_are_asked_for_more_until_it_stops(seed: int) -> None:
+    case = stopping.draw(seed, told=False)
+    found = stopping.stop(case, seed)
+    assert stopping.fails(case, found) == [], (case, found)
+
+
 @looped("lag", [0.15, 0.45, 0.8])
 def test_stop_line_is_stopped_at_as_the_end_of_a_path_is(lag: float) -> None:
     car = popsteer.Vehicle(

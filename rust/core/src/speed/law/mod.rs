@@ -124,7 +124,9 @@ impl SpeedLaw {
         let (driving, braking) = self.accelerations;
         let reserve = self.params.reserve;
         let wanted = now.change + self.correction(now.target - now.z);
-        let passing = if now.z > CREEP * self.car.wheelbase {
+        // Slower, what noise moves the stop by would be taken for an overrun.
+        let slow = sqrt(2.0 * braking * self.arrived());
+        let passing = if now.z > smaller(CREEP * self.car.wheelbase, slow) {
             now.deceleration(self.arrived())
         } else {
             0.0
