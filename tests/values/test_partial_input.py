@@ -30,6 +30,7 @@ SIZES = {
     ("t", "us"): 1e-6,
     ("t", "ns"): 1e-9,
     ("t", "min"): 60.0,
+    ("t", "h"): 3600.0,
     **{
         (name, unit): size
         for name in "xyz"
@@ -37,6 +38,7 @@ SIZES = {
     },
     **{(name, "rad"): 1.0 for name in ("yaw", "steer")},
     **{(name, "deg"): math.pi / 180.0 for name in ("yaw", "steer")},
+    **{(name, "mrad"): 1e-3 for name in ("yaw", "steer")},
     **{
         (name, unit): size
         for name in ("speed", "speed_command")
