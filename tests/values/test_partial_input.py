@@ -37,8 +37,8 @@ SIZES = {
         for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1e3), ("ft", 0.3048))
     },
     **{(name, "rad"): 1.0 for name in ("yaw", "steer")},
-    **{(name, "deg"): math.pi / 180.0 for name in ("yaw", "steer")},
     **{(name, "mrad"): 1e-3 for name in ("yaw", "steer")},
+    **{(name, "deg"): math.pi / 180.0 for name in ("yaw", "steer")},
     **{
         (name, unit): size
         for name in ("speed", "speed_command")
