@@ -282,6 +282,13 @@ fn test_acceleration_is_that_of_the_speeds_and_noise_in_them_is_none() {
     // Noise of 0.1 m/s: a difference over 0.1 s would be up to 2 m/s^2.
     let noisy = found(&|k| 10.0 + 0.14 * (f64::from(k * k) * 0.9).sin(), 0.05).1;
     assert!(noisy < 0.5, "{noisy}");
+    // One that changes at once is followed as soon, however exactly the last one was known.
+    for (dt, from) in [(0.01, 360), (0.05, 392)] {
+        let turned =
+            |k: u32| 1.3 * f64::from(k.min(from)) - 1.8 * f64::from(k.saturating_sub(from));
+        let followed = found(&|k| 10.0 + dt * turned(k), dt).0;
+        assert!((followed + 1.8).abs() < 0.1, "{dt}: {followed}");
+    }
     let mut estimator = Estimator::default();
     for _ in 0..3 {
         estimator.last_measured = Some(at(100.0));

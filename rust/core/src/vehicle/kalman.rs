@@ -14,14 +14,18 @@
 //! nu = z - level',  s = p' + r                                        innovation, its variance
 //! level = level' + p'/s nu,  theta = theta + c'/s nu                  update
 //! p = p' r/s,  c = c' r/s,  P = P - c' c'^T / s
-//! P = P + (dt / time) (P - P P0^-1 P)                                 forgetting
+//! P = P + (dt / time) (P - P P0^-1 P)                                 forgetting, or
+//! P = min(P + rate^2 dt, P0)                                          drift
 //! r = mean of (d_k - d_(k-1))^2 / 6,  d = z_k - z_(k-1) - f           noise
 //! ```
 //!
 //! (B. Anderson and J. Moore, *Optimal Filtering*, 1979, sections 3.1 and 8.2: the extended filter.)
 //! Forgetting takes information away, `d(P^-1)/dt = -(P^-1 - P0^-1) / time`, down to that of the prior
 //! `P0` and no further: the estimate itself stays, so what a vehicle has shown it need not show again
-//! (R. Kulhavy and M. Zarrop, *On a general concept of forgetting*, Int. J. Control 58, 1993). The
+//! (R. Kulhavy and M. Zarrop, *On a general concept of forgetting*, Int. J. Control 58, 1993). But where
+//! nothing but the level's noise limits what is seen, forgetting takes seconds to let go of what was known
+//! exactly: what changes at once, as an acceleration, drifts as a random walk (Y. Bar-Shalom, X. Li and
+//! T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001, section 6.2). The
 //! level being a state of its own, the noise of a pose counts once, though it is in two changes.
 //!
 //! Assumed: noise that is white from pose to pose. Noise that wanders is taken for motion, as far as
@@ -173,6 +177,17 @@ impl<const N: usize> Walk<N> {
         let share = smaller(share, 1.0 / trace);
         self.covariance += (self.covariance - shown) * share;
         self.put_right();
+    }
+
+    /// Lets the parameters change within `dt` [s], after each [`observe`](Self::observe), by random walks
+    /// of these `rates` (standard deviations after 1 s), up to what the prior's `deviations` leave open.
+    #[inline]
+    pub fn drift(&mut self, dt: f64, rates: &[f64; N], deviations: &[f64; N]) {
+        for (k, (rate, deviation)) in rates.iter().zip(deviations).enumerate() {
+            if let Some(variance) = self.covariance.get_mut((k, k)) {
+                *variance = smaller(*variance + rate * rate * dt, deviation * deviation);
+            }
+        }
     }
 
     /// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
