@@ -712,6 +712,7 @@ class SpeedTrackerParams(_Params):
     disturbance_time: float = 1.0
     max_jerk: float | None = None
     reserve: float = 0.4
+    drive_delay: float | None = None
 
 @final
 class DriverParams(_Params):

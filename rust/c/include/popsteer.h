@@ -411,6 +411,11 @@ typedef struct popsteer_speed_tracker_params {
      * [0.0, 1000.0].
      */
     double reserve;
+    /**
+     * Delay of the drive in place of the vehicle's, to try another [s]. NAN: `drive_delay`, in
+     * [0.0, 10.0].
+     */
+    double drive_delay;
 } popsteer_speed_tracker_params;
 
 /**

@@ -135,6 +135,7 @@ fn test_speed_law_leads_the_vehicle_without_its_lag_along_the_plan() {
         disturbance_time: 0.8,
         max_jerk: Some(1e6),
         reserve: 10.0,
+        ..SpeedTrackerParams::DEFAULT
     };
     let tracker = SpeedTracker::new(car, params).unwrap();
     let gravity = -9.806_65 * f64::atan(0.05).sin();

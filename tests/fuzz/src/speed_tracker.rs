@@ -29,6 +29,7 @@ pub fn check(data: &[u8]) {
         disturbance_time: bytes.parameter(standard.disturbance_time, [0.1, 5.0], [1e-3, 1e3]),
         max_jerk: Some(bytes.parameter(20.0, [1.0, 50.0], [1e-3, 1e6])),
         reserve: bytes.parameter(standard.reserve, [0.0, 2.0], [0.0, 1e3]),
+        drive_delay: None,
     };
     let drawn = car(&mut bytes);
     let tracker = match SpeedTracker::new(drawn, params) {

@@ -21,7 +21,7 @@ pub(in crate::speed) const CREEP: f64 = 0.1;
 
 params! {
     /// Parameters of [`SpeedTracker`](crate::speed::SpeedTracker).
-    pub struct SpeedTrackerParams<Scaled> of Vehicle(wheelbase) {
+    pub struct SpeedTrackerParams<Scaled> of Vehicle(wheelbase, drive_delay) {
         /// Share of an error of the speed that is corrected in a second [1/s].
         kp: f64 = 1.5, in [0.0, 1e3];
         /// Time constant of the estimate of slope and drag [s]. Shorter: they are known sooner, and a
@@ -31,6 +31,8 @@ params! {
         max_jerk: Scaled = 60.0 / wheelbase, in [1e-3, 1e6];
         /// Acceleration beyond that of the plan that may correct an error [m/s^2].
         reserve: f64 = 0.4, in [0.0, 1e3];
+        /// Delay of the drive in place of the vehicle's, to try another [s].
+        drive_delay: Scaled = drive_delay, in [0.0, 10.0];
     }
 }
 
@@ -52,11 +54,15 @@ impl SpeedLaw {
     ///
     /// [`ConfigError`], naming the field or the parameter that is out of its range.
     pub fn new(car: Vehicle, params: SpeedTrackerParams) -> Result<Self, ConfigError> {
-        let car = car.checked()?;
+        let params = params.checked()?.resolved(&car.checked()?);
+        let car = Vehicle {
+            drive_delay: params.drive_delay,
+            ..car
+        };
         let driving = car.max_acceleration.unwrap_or(defaults::MAX_ACCELERATION);
         Ok(Self {
             car,
-            params: params.checked()?.resolved(&car),
+            params,
             accelerations: (driving, car.comfort_braking()),
             brakes: defaults::strongest_braking(&car),
         })
