@@ -52,6 +52,21 @@ def test_no_column_is_a_speed_by_chance(tmp_path: Any) -> None:
             Path.from_csv(_write(tmp_path, _rows((x, y, each))))
 
 
+def test_speed_that_is_at_the_top_for_most_of_the_way_is_shown_by_its_limits(tmp_path: Any) -> None:
+    # It speeds up and brakes slowly, and is at its top in wide bends between straights.
+    parts = [220, 100, 220, 30, 220, 160, 220, 40]
+    bend = np.repeat([0.0, 1 / 140, 0.0, 1 / 30, 0.0, -1 / 140, 0.0, -1 / 30], parts)
+    corner = np.repeat([22.0, 22.0, 22.0, 10.0] * 2, parts)
+    yaw = np.cumsum(bend)
+    x, y = np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))
+    speed = [
+        float(np.min(corner + 0.06 * np.abs(np.arange(len(corner)) - k)))
+        for k in range(len(corner))
+    ]
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, np.array(speed)))))
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
+
+
 def _lap(count: int = 300) -> tuple[Any, Any, Any]:
     """A lap of bends to either side: x, y, and how far along it each waypoint is [rad]."""
     along = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)

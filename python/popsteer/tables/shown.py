@@ -279,9 +279,10 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     Its ranks correlate with those of the curvature by -0.5 or less (28 public racelines: -0.53 to
     -0.94; 57 track widths and heights: -0.42 to 0.37), and the lateral acceleration that it means
     keeps to a limit: its 99 % quantile is at most 1.7 times the one of 90 % (1.03 to 1.61; of 1467
-    smooth random columns 8 pass both); or by -0.4, with 1.1 times (none). A throttle is low there,
-    too, so a speed has to exceed 1.5; it has to be drivable (30 m/s²), and not to rise or fall all
-    the way, as a time does.
+    smooth random columns 8 pass both); or by -0.4, with 1.1 times (none). Where a tenth is at the
+    top to the bit, as at a top speed, and it is half as fast elsewhere, 1.2 times is enough. A
+    throttle is low in bends, too, so a speed has to exceed 1.5; it has to be drivable (30 m/s²),
+    and not to rise or fall all the way, as a time does.
     """
     here = values[way.moves]
     slow, fast = (float(each) for each in np.quantile(here, (0.01, 1.0)))
@@ -289,8 +290,9 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
         return False
     most, usual, ranks = _in_bends(way, here)
     rises = np.sign(np.diff(here))
-    keeps = most <= min(30.0, (1.7 if ranks <= -0.5 else 1.1) * usual)
-    return keeps and ranks <= -0.4 and bool(np.ptp(rises) == 2.0)
+    keeps = ranks <= -0.4 and most <= (1.7 if ranks <= -0.5 else 1.1) * usual
+    at_top = float(np.mean(here == fast)) >= 0.1 and fast >= 2.0 * slow and most <= 1.2 * usual
+    return (keeps or at_top) and most <= 30.0 and bool(np.ptp(rises) == 2.0)
 
 
 def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:
