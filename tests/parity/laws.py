@@ -114,6 +114,7 @@ SPEED_TRACKER = Law(
         "disturbance_time": ((1e-3, 1e3), (0.1, 5.0)),
         "max_jerk": ((1e-3, 1e6), (1.0, 50.0)),
         "reserve": ((0.0, 1e3), (0.0, 1.0)),
+        "drive_delay": ((0.0, 10.0), (0.0, 0.5)),
     },
 )
 
