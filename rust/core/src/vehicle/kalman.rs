@@ -188,6 +188,7 @@ impl<const N: usize> Walk<N> {
                 *variance = smaller(*variance + rate * rate * dt, deviation * deviation);
             }
         }
+        self.put_right();
     }
 
     /// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
