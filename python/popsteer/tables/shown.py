@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.tables.quantities import UNITS
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
@@ -23,7 +25,7 @@ _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which 
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
 _NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
-_RATIOS = {"km/h": 3.6, "mph": 1.0 / 0.44704, "kn": 3600.0 / 1852.0, "cm/s": 100.0, "mm/s": 1000.0}
+_SPEEDS = ("km/h", "mph", "kn", "cm/s", "mm/s")  # units of speeds that motion tells apart
 _TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
 
 
@@ -258,7 +260,8 @@ def ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
 
 def unit_of_speed(size: float, within: float = 0.04) -> str | None:
     """Say in what unit a speed is that says so many times as far as positions move, but m/s."""
-    return next((unit for unit, each in _RATIOS.items() if abs(size / each - 1.0) < within), None)
+    metres = ((unit, size * UNITS["speed"][unit]) for unit in _SPEEDS)
+    return next((unit for unit, each in metres if abs(each - 1.0) < within), None)
 
 
 def is_recorded_speed(way: Along, values: Floats) -> bool:
