@@ -333,14 +333,15 @@ def test_operator_stops_the_vehicle_and_lets_it_go() -> None:
 
 def test_delay_told_to_the_tracker_takes_the_place_of_the_vehicles() -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(41)])
-    alone = popsteer.SpeedTrackerParams(drive_delay=0.3)
-    for params in (alone, popsteer.SpeedTrackerParams()):
-        car = popsteer.Vehicle(drive_delay=0.1 if params is alone else 0.3, drive_lag=0.2)
+
+    def driven(delay: float, params: popsteer.SpeedTrackerParams) -> list[float]:
+        car = popsteer.Vehicle(drive_delay=delay, drive_lag=0.2)
         tracker, rail, speeds = popsteer.SpeedTracker(path, car, params), Rail(0.0, delay=0.3), []
         for _ in range(600):
             rail.drive(tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05), 0.05)
             speeds.append(rail.speed)
         assert rail.x == pytest.approx(40.0, abs=0.02)
-        if params is alone:
-            told = speeds
-    assert speeds == told
+        return speeds
+
+    told = driven(0.1, popsteer.SpeedTrackerParams(drive_delay=0.3))
+    assert told == driven(0.3, popsteer.SpeedTrackerParams())

@@ -354,10 +354,10 @@ def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:
         return ("the position never changes",)
     known = np.isfinite(x) & np.isfinite(y)
     some = np.flatnonzero(known)[:: max(1, len(x) // _ENOUGH)]
-    if len(some) < 20 or shown.along(np.column_stack((x[some], y[some]))).turn < 1.0:
-        return tuple(_stands(columns))
-    still = [key for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0]
-    still += [] if columns["speed"].any() else ["speed"]
+    still: list[str] = []
+    if len(some) >= 20 and shown.along(np.column_stack((x[some], y[some]))).turn >= 1.0:
+        still = [key for key in ("yaw", "steer") if np.ptp(columns[key]) == 0.0]
+        still += [] if columns["speed"].any() else ["speed"]
     return (*(f"{key} never changes" for key in still), *_stands(columns))
 
 

@@ -28,8 +28,6 @@ _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _TIMED = "speed speed, as time and distances are"
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
-
-
 _WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car")}
 
 
