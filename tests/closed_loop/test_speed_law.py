@@ -345,3 +345,24 @@ def test_delay_told_to_the_tracker_takes_the_place_of_the_vehicles() -> None:
 
     told = driven(0.1, popsteer.SpeedTrackerParams(drive_delay=0.3))
     assert told == driven(0.3, popsteer.SpeedTrackerParams())
+
+
+@looped("wheelbase", [0.33, 1.2, 2.7, 7.5])
+def test_end_of_a_path_that_is_resent_with_noise_keeps_the_vehicle_held(wheelbase: float) -> None:
+    draw = np.random.default_rng(5)
+    car = popsteer.Vehicle(wheelbase=wheelbase, rear_axle=0.0, drive_lag=0.2, max_speed=3.0)
+    x = np.arange(31.0)
+    tracker, rail = popsteer.SpeedTracker(popsteer.Path(np.c_[x, 0.0 * x]), car), Rail(0.0)
+    held = []
+    for _ in range(1000):
+        tracker.set_path(popsteer.Path(np.c_[x + draw.normal(0.0, 0.01, 31), 0.0 * x]))
+        command = tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05)
+        rail.drive(command, 0.05)
+        held.append(command.standing)
+    assert rail.x == pytest.approx(30.0, abs=0.06)
+    assert all(held[-500:])
+    # An end that moves away is driven to.
+    tracker.set_path(popsteer.Path(np.c_[x + 0.5, 0.0 * x]))
+    for _ in range(400):
+        rail.drive(tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05), 0.05)
+    assert rail.x == pytest.approx(30.5, abs=0.06)

@@ -170,16 +170,17 @@ impl SpeedLaw {
         let Some((waypoint, (x, y), distance)) = state.stop.take() else {
             return;
         };
-        let is_line = |path: &PathView<'_>, index: usize| {
+        let stops = |path: &PathView<'_>, index: usize| {
             let speed = path.speed().and_then(|speed| speed.get(index));
-            speed.is_some_and(|&speed| speed == 0.0)
+            let is_line = speed.is_some_and(|&speed| speed == 0.0);
+            is_line || (index > 0 && (index >= path.segments() || path.preceding(index).is_none()))
         };
         let stays = |&index: &usize| {
             let off = new.waypoint(index) - Point::new(x, y);
-            is_line(new, index) && off.dot(&off) <= leaves * leaves
+            stops(new, index) && off.dot(&off) <= leaves * leaves
         };
         let near = |&index: &usize| index.abs_diff(to);
-        let found = if is_line(old, waypoint) {
+        let found = if stops(old, waypoint) {
             (0..new.len()).filter(stays).min_by_key(near)
         } else {
             None
