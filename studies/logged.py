@@ -99,10 +99,10 @@ def commands(kind: str, car: Car, dt: float, random: np.random.Generator) -> tup
     hand, corrected, smooth, fastest = 0.0, 0.0, 0.0, 2.0 * dt * pace
     v, rows, speeds = speed[0], np.empty(len(t)), np.empty(len(t))
     for k in range(len(t)):
-        hand += float(np.clip(steer[k] - hand, -0.6 * dt / pace, 0.6 * dt / pace))
+        hand += max(-0.6 * dt / pace, min(steer[k] - hand, 0.6 * dt / pace))
         corrected += -corrected * dt / (0.4 * pace) + 0.03 * math.sqrt(dt) * random.normal()
         smooth += (corrected - smooth) * dt / (0.4 * pace + dt)
-        v += float(np.clip(speed[k] - v, -fastest, fastest))
+        v += max(-fastest, min(speed[k] - v, fastest))
         rows[k], speeds[k] = hand + smooth - car.offset, v
     return t, speeds, rows
 
@@ -117,19 +117,18 @@ def pursued(
     """
     pace = math.sqrt(car.length / 2.7)
     step, fastest = 0.1 * car.length, 2.0 * pace
-    paths: list[list[complex]] = []
-    tops: list[list[float]] = []
+    legs: list[tuple[list[complex], list[float]]] = []
     place, course, before = 0j, 0.0, 0.0
     for seconds, fast, angle in _legs(kind, random):
         if fast * before <= 0.0:
-            paths.append([])
-            tops.append([])
+            legs.append(([], []))
         for _ in range(max(1, round(seconds * pace**2 * abs(fast) / step))):
             place += math.copysign(step, fast) * cmath.exp(1j * course)
             course += math.copysign(step, fast) * math.tan(angle) / car.length
-            paths[-1].append(place)
-            tops[-1].append(pace * abs(fast))
+            legs[-1][0].append(place)
+            legs[-1][1].append(pace * abs(fast))
         before = fast
+    paths = [tuple(map(np.array, each)) for each in legs]
     h = dt / substeps
     kept, late = math.exp(-h / car.lag), round(car.delay / h)
     at, yaw, v, leg, near, hand, smooth = 0j, 0.0, 0.0, 0, 0, 0.0, 0.0
@@ -137,14 +136,14 @@ def pursued(
     rows: list[tuple[float, float, float, float]] = []
     given: list[float] = []
     while len(rows) < round(230.0 / dt) and leg < len(paths):
-        points = np.array(paths[leg])
+        points, tops = paths[leg]
         near += int(np.argmin(np.abs(points[near : near + 40] - at)))
         if near >= len(points) - 2:
             leg, near = leg + 1, 0
             continue
         way = math.copysign(1.0, ((points[1] - points[0]) * cmath.exp(-1j * yaw)).real)
         braking = np.arange(len(points) - near) * step * 1.2 * fastest
-        slow = np.append(np.array(tops[leg][near:-1]), 0.3 * pace)
+        slow = np.append(tops[near:-1], 0.3 * pace)
         wanted = way * math.sqrt(float(np.min(slow**2 + braking)))
         goal = near + int(max(1.1 * car.length, abs(v) * (0.8 + car.delay + car.lag)) / step)
         over = max(goal - len(points) + 1, 0) * (points[-1] - points[-2])

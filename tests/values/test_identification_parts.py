@@ -477,3 +477,17 @@ def test_rounded_commands_are_taken_without_their_stairs() -> None:
     jumps = np.repeat([0.1, -0.3, 0.2, 0.0, 0.3, -0.1, -0.2, 0.1], 50)
     assert unrounded(times, jumps, 0.1) is jumps
     assert rounding.grain_of(np.array([0.1, 0.3, 0.35, 0.4142])) == 0.0
+
+
+def test_chain_gives_the_rates_of_one_that_remembers_nothing() -> None:
+    base = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": 3e-4, "steer_offset": 0.02}
+    base |= {"steer_lag": 0.15, "dead_time": 0.07, "steer_scale": 0.9, "max_steer_rate": 0.1}
+    for kind in ("wheels", "yaw rate", "tyres"):
+        chain, seen = Chain(_chain_drive(), kind), []
+        for play in (0.0, 0.03):
+            start = base | {"steer_play": play}
+            for values in (start, *(start | {name: 1.1 * start[name]} for name in start), start):
+                seen.append(chain.rate(**values))
+                assert (seen[-1] == Chain(_chain_drive(), kind).rate(**values)).all(), values
+        # Each parameter counts: the first of all once with its moved play, which is 0.
+        assert len({each.tobytes() for each in seen}) == 2 * (len(base) + 1) + 1

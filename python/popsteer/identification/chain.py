@@ -20,13 +20,15 @@ to the delay: the dead time of a CommonRoad car on a race track comes out 20 ms 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
 from popsteer._core import _behind_play, _wheel_angles
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from popsteer.identification.drive import Array, PreparedLog
@@ -35,7 +37,8 @@ LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-7
 """A shorter lag is none [s]: far shorter than the step by which a derivative is taken."""
 _MOST_ANGLE = 1.5
-_REMEMBERED = 8
+_REMEMBERED = 24
+_Found = TypeVar("_Found")
 
 
 class Wheels:
@@ -90,11 +93,11 @@ class Wheels:
 
 @dataclass(eq=False)
 class Chain:
-    """The simulated car of a drive; it remembers the wheels that it computed last."""
+    """The simulated car of a drive; it remembers what it computed last of its wheels."""
 
     drive: PreparedLog
     lag_of: LagOf = "yaw rate"
-    _wheels: dict[tuple[float, float | None], Wheels] = field(default_factory=dict)
+    _remembered: dict[tuple[float | None, ...], Any] = field(default_factory=dict)
 
     def yaw(self, **values: float) -> Array:
         """Simulate the heading [rad] at the log's samples, 0 at the first, as `rate` does."""
@@ -135,19 +138,16 @@ class Chain:
         [s⁴/m²] to the turning wheelbase, and a command of 1 asks for `steer_scale` [rad].
         """
         wheels = self.wheels(steer_lag, max_steer_rate)
-        edges = self.drive.edges
-        if steer_play > 0.0:
-            given = (dead_time, steer_scale, steer_offset)
-            total = behind_play(wheels, edges, given, steer_play)
-        else:
-            total = wheels.integral(edges - dead_time) * steer_scale + steer_offset * edges
-        wheel = np.diff(total) / self.drive.cell
-        wheel = np.clip(wheel, -_MOST_ANGLE, _MOST_ANGLE)
+        given = (dead_time, steer_scale, steer_offset)
+        turned = self._once(
+            (wheels.lag, wheels.rate, *given, steer_play),
+            lambda: self._turned(wheels, given, steer_play),
+        )
         speed = self.drive.speed
         slope = understeer + load_shift * self.drive.acceleration
         length = turning_wheelbase + slope * speed * speed
         # Far from the answer the length may cross zero; it is kept from there.
-        turning = speed * np.tan(wheel) / np.maximum(length, 1e-3)
+        turning: Array = turned / np.maximum(length, 1e-3)
         if self.lag_of == "wheels":
             return turning
         relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
@@ -156,11 +156,29 @@ class Chain:
     def wheels(self, lag: float, rate: float | None = None) -> Wheels:
         """Give the wheels without dead time and offset."""
         key = (lag if self.lag_of == "wheels" else 0.0, rate)
-        if key not in self._wheels:
-            if len(self._wheels) >= _REMEMBERED:
-                self._wheels.clear()
-            self._wheels[key] = Wheels(self.drive.times, self.drive.commands, *key)
-        return self._wheels[key]
+        return self._once(key, lambda: Wheels(self.drive.times, self.drive.commands, *key))
+
+    def _turned(self, wheels: Wheels, given: tuple[float, float, float], play: float) -> Array:
+        """Give the turn of each cell, times the length: speed times the tangent of the wheels."""
+        edges, (dead_time, scale, offset) = self.drive.edges, given
+        if play > 0.0:
+            total = behind_play(wheels, edges, given, play)
+        else:
+            key = (wheels.lag, wheels.rate, dead_time)
+            integral = self._once(key, lambda: wheels.integral(edges - dead_time))
+            total = integral * scale + offset * edges
+        wheel = np.clip(np.diff(total) / self.drive.cell, -_MOST_ANGLE, _MOST_ANGLE)
+        found: Array = self.drive.speed * np.tan(wheel)
+        return found
+
+    def _once(self, key: tuple[float | None, ...], make: Callable[[], _Found]) -> _Found:
+        """Make it, or remember it: a derivative changes one parameter of all at a time."""
+        if key not in self._remembered:
+            if len(self._remembered) >= _REMEMBERED:
+                del self._remembered[next(iter(self._remembered))]
+            self._remembered[key] = make()
+        found: _Found = self._remembered[key]
+        return found
 
 
 def behind_play(
