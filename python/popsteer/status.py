@@ -35,9 +35,10 @@ class Status(enum.IntFlag):
     """Degraded: the vehicle was farther than `lost_distance` from its place, and was searched for
     on the whole path. The controller steers to the place that was found."""
     INPUT_HELD = 16
-    """Degraded: the input was refused. The last command is held."""
+    """Degraded: the input was refused, or its `dt` is no control period. The last command is
+    held."""
     INPUT_LOST = 32
-    """Fault: more inputs in a row were refused than `hold_limit`. The last command is repeated;
+    """Fault: the same of more inputs in a row than `hold_limit`. The last command is repeated;
     stop."""
     DEVIATING = 64
     """Fault: the measured cross-track error is beyond `deviation_limit`, once it was within."""

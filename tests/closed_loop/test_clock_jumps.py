@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import popsteer
+from popsteer import controllers
 from tests.helpers import ROOT
 
 CAR = popsteer.Vehicle(wheelbase=2.7, dead_time=0.1)
@@ -32,20 +33,41 @@ def test_loops_of_the_page_hold_one_command_and_give_the_same_angles(jump: float
     strict, holding = (compile(each, "docs/loop.md", "exec") for each in found.groups())
     one, other = popsteer.PreviewPop(PATH, CAR), popsteer.PreviewPop(PATH, CAR)
     names: dict[str, Any] = {"popsteer": popsteer, "passed": 0.0}
-    refused = held = 0
+    held = 0
     for dt, pose in drive(jump):
         names |= {"pose": pose, "dt": dt, "controller": one, "command": None}
         exec(strict, names)
         answer = names["command"]
         names["controller"] = other
         exec(holding, names)
-        was_held = popsteer.Status.INPUT_HELD in names["command"].status
-        assert (answer is None) == was_held
-        refused, held = refused + (answer is None), held + was_held
-        if answer is not None:
-            assert answer.steer == names["command"].steer
-    # A clock that is set on by no more than a step may count tells a time, which is one long gap.
-    assert (refused, held) == ((0, 0) if 0.0 < jump + 0.05 <= 1000.0 else (1, 1))
+        assert answer == names["command"]
+        assert names["passed"] == 0.0
+        held += popsteer.Status.INPUT_HELD in answer.status
+    assert held == 1
+    assert one.state == other.state
+
+
+@pytest.mark.parametrize("name", controllers.names())
+@pytest.mark.parametrize("jump", [-2.0, -60.0, 2000.0])
+def test_loop_that_tries_again_holds_one_cycle_of_each_of_its_steps(name: str, jump: float) -> None:
+    path = popsteer.Path([(float(k), 0.0) for k in range(400)])
+    car = popsteer.Vehicle(wheelbase=2.7)
+    controller = controllers.get(name).controller(path, car)
+    speeds, passed, last, held = popsteer.SpeedTracker(path, car), 0.0, 0.0, []
+    for k in range(1, 2001):
+        now = 0.05 * k + (jump if k > 200 else 0.0)
+        passed, last = passed + now - last, now
+        command = controller.step(0.1 * k, 0.0, 0.0, 2.0, passed)
+        pace = speeds.step(0.1 * k, 0.0, 0.0, 2.0, passed)
+        passed = 0.0
+        if k == 200:
+            before = command, pace
+        known = (command.status, pace.status)
+        if any(popsteer.Status.INPUT_HELD in status for status in known):
+            assert set(known) == {popsteer.Status.INPUT_HELD}
+            assert (command.steer, pace.acceleration) == (before[0].steer, before[1].acceleration)
+            held.append(k)
+    assert held == [201]
 
 
 def driven(jump: float) -> tuple[list[float], set[str | None]]:

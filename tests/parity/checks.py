@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import random
@@ -24,13 +25,13 @@ BAD_STEPS: list[tuple[int, float]] = [
     (argument, value)
     for argument, bound in enumerate([1e9, 1e9, 1e6, 1e4])
     for value in (NAN, INF, -INF, math.nextafter(bound, INF), math.nextafter(-bound, -INF))
-] + [
-    (4, value)
-    for value in (
-        *(NAN, INF, -INF, 0.0, -0.0, -0.05, 5e-324),
-        *(math.nextafter(1e-6, 0.0), math.nextafter(1e3, INF)),
-    )
-]
+] + [(4, value) for value in (NAN, INF, -INF)]
+
+# Control periods that are none: of a clock that repeats a stamp, or was set.
+HELD_DTS = (
+    *(0.0, -0.0, -0.05, -60.0, 5e-324, 1e308),
+    *(math.nextafter(1e-6, 0.0), math.nextafter(1e3, INF)),
+)
 
 
 def controller(
@@ -92,7 +93,7 @@ def check_random(
 
 
 def check_bad_steps(law: Law) -> None:
-    """Refused with the same words, and the state is as before."""
+    """Refused with the same words, and the state is as before; no time holds the last command."""
     path = Shape(count=30).build()
     pair = controller(law, path, {}, most=200)
     good = Spot(0.2, 0.7, 0.1).at(path)
@@ -108,6 +109,11 @@ def check_bad_steps(law: Law) -> None:
                 assert pair.call(method, *bad) is None
                 assert pair.rust.state == before.rust
                 assert pair.twin.state == before.twin
+        for count, dt in enumerate(itertools.islice(itertools.cycle(HELD_DTS), 12)):
+            assert pair.step(*good[:4], dt) is not None
+            assert pair.steer(*good[:4], dt) is not None
+            assert pair.state().rust == before.rust.replace(held=2 * count + 2)
+            assert pair.twin.state == dataclasses.replace(before.twin, held=2 * count + 2)
 
 
 # The tracked point is the pose's, for those that track the rear axle and for the others; commands
@@ -183,6 +189,8 @@ def check_rollout(
         speed = 0.0 if standing else min(usual_speed * rng.uniform(-0.1, 2.0), 80.0)
         if rng.random() < 0.02:
             assert pair.step(x, NAN, yaw, speed, dt) is None
+        if rng.random() < 0.02:
+            assert pair.step(x, y, yaw, speed, -dt) is not None
         if rng.random() < 0.7:
             command = pair.step(x, y, yaw, speed, dt)
             assert command is not None

@@ -61,7 +61,7 @@ def _plain(value: Any) -> Any:
 
 def _remembered(state: Any, like: reference.TrackerState[Any]) -> dict[str, Any]:
     """What a state has of what the reference's tracker remembers."""
-    tracked = ("waypoint", "steer")
+    tracked = ("waypoint", "steer", "held")
     in_flight = state.in_flight
     return {
         **(vars(like.law) if state is like else _own(state, like.law)),

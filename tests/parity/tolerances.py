@@ -69,7 +69,7 @@ def amplified(controller: Any, speed: Any, dt: Any) -> float:
     - The rate of the heading errs by 1 / dt times as much: 0.1 ms.
     - The cheaper a move, the more of an error a plan answers with it: 1 / 1000 of the default cost.
     """
-    if not isinstance(speed, float) or not isinstance(dt, float):
+    if not isinstance(speed, float) or not isinstance(dt, float) or not 1e-6 <= dt <= 1e3:
         return 1.0  # a step that is held, or refused
     vehicle = controller.vehicle
     length = vehicle.turning_wheelbase or vehicle.wheelbase

@@ -134,6 +134,8 @@ _TRACKER_STATE: dict[str, Any] = {
     "gate": None,
     "bend": 0.0,
     "heard": None,
+    "command": None,
+    "held": 0,
 }
 
 
@@ -417,6 +419,16 @@ def test_speed_states_are_restored_within_their_ranges_and_refused_beyond() -> N
         controller.reset()
         assert controller.state == first
     _refused(tracker, tracker.state.replace(waypoint=30), "waypoint")
+    for driven in (tracker, popsteer.Driver(PATH)):
+        command = driven.step(*STEP)
+        place = "command" if driven is tracker else "pace"
+        for number in ("acceleration", "speed", "reference_speed", "distance_to_stop"):
+            assert getattr(getattr(driven.state, place), number) == getattr(command, number)
+            _refused(driven, _edited(driven.state, f"{place}.{number}", nan), "command")
+        _refused(driven, _edited(driven.state, f"{place}.acceleration", inf), "command")
+    restored = popsteer.SpeedTracker(PATH)
+    restored.state = tracker.state
+    assert restored.step(9.0, 0.0, 0.0, 3.0, 0.0) == tracker.step(9.0, 0.0, 0.0, 3.0, 0.0)
 
 
 def test_reset_forgets_every_step() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import os
 import pickle
 import subprocess
@@ -144,7 +145,7 @@ def test_batch_of_none_answers_with_empty_arrays(vehicles: Any) -> None:
     commands = batch.step([], [], [], [], DT)
     assert (len(commands), commands.target.shape, commands.status.shape) == (0, (0, 2), (0,))
     with pytest.raises(InputError, match="dt must be"):
-        batch.steer([], [], [], [], -1.0)
+        batch.steer([], [], [], [], math.nan)
 
 
 def _three() -> tuple[popsteer.Batch, dict[str, Any]]:
@@ -223,7 +224,7 @@ def test_batch_with_one_bad_vehicle_refuses_all_and_names_it(law: Law, count: in
 
 
 def _without_time(state: popsteer.State) -> popsteer.State:
-    return state.replace(held_time=0.0)
+    return state.replace(held=0, held_time=0.0)
 
 
 @each_law
@@ -248,7 +249,7 @@ def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
         assert _bits(column[~bad]) == _bits(getattr(whole, field)[~bad])
     kept = [before[k] if bad[k] else state for k, state in enumerate(other.states)]
     # Their next steps count the time.
-    assert all(batch.states[k].held_time == DT for k in (3, 299))
+    assert all((batch.states[k].held, batch.states[k].held_time) == (1, DT) for k in (3, 299))
     assert list(map(_without_time, batch.states)) == list(map(_without_time, kept))
     angles = batch.steer(x, y, yaw, spoilt, DT, on_error="nan")
     assert (np.isnan(angles) == bad).all()
@@ -264,7 +265,7 @@ def test_batch_that_holds_answers_as_each_controller_that_holds(law: Law) -> Non
         x, y, yaw, speed = spoilt = tuple(pose.copy() for pose in poses)
         for pose in spoilt:
             pose[random.random(300) < 0.2] = random.choice([np.nan, np.inf, 1e10])
-        dt = DT if random.random() < 0.8 else np.nan
+        dt = DT if random.random() < 0.8 else random.choice([np.nan, 0.0, -60.0, 2000.0])
         commands = batch.step(x, y, yaw, speed, dt, on_error="hold", hold_limit=2)
         singles = [
             controller.step_or_hold(*pose, dt, 2)
@@ -355,7 +356,7 @@ def test_command_batch_of_unequal_columns_is_refused() -> None:
             popsteer.CommandBatch(**{**columns, name: column[:2]})
 
 
-@looped("dt", [0.0, -0.05, float("nan"), 1e4, 10**400])
+@looped("dt", [math.nan, -math.inf, 10**400])
 @looped("on_error", ["raise", "nan"])
 def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> None:
     batch, arrays = _three()
@@ -364,6 +365,23 @@ def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> N
         batch.steer(**arrays, dt=dt, on_error=on_error)
     assert caught.value.field == "dt"
     assert batch.states == before
+
+
+@each_law
+@looped("on_error", ["raise", "nan"])
+def test_batch_in_no_time_answers_as_each_controller(law: Law, on_error: Any) -> None:
+    controllers = _controllers(law, 300)
+    batch, angles = popsteer.Batch(controllers), popsteer.Batch(controllers)
+    for poses, dt in zip(_drives(300, 14), [DT, -60.0, DT, *[0.0] * 11], strict=True):
+        commands = batch.step(*poses, dt, on_error=on_error)
+        each = zip(controllers, *(pose.tolist() for pose in poses), strict=True)
+        singles = [controller.step(*pose, dt) for controller, *pose in each]
+        for field in (*NUMBERS, "reverse", "status"):
+            wanted = [getattr(single, field) for single in singles]
+            assert _bits(getattr(commands, field)) == _bits(wanted), field
+        assert _bits(angles.steer(*poses, dt, on_error=on_error)) == _bits(commands.steer)
+    assert (commands.status == Status.INPUT_LOST).all()
+    assert batch.states == angles.states == [controller.state for controller in controllers]
 
 
 def test_batch_with_unknown_on_error_lists_the_known() -> None:

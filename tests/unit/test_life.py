@@ -27,7 +27,7 @@ from hypothesis.stateful import (
 import popsteer
 from popsteer import InputError
 from tests.helpers import long_drives, placed
-from tests.parity.checks import BAD_STEPS, NAN, adapting
+from tests.parity.checks import BAD_STEPS, HELD_DTS, NAN, adapting
 from tests.parity.compare import bits
 from tests.parity.laws import LATERAL, Law
 from tests.parity.strategies import (
@@ -49,6 +49,7 @@ SHAPES = shapes(most=20)
 CARS = st.none() | CALM_VEHICLES | VEHICLES
 # Bad poses, and where among x, y and yaw.
 BAD_POSES = [(place, value) for place, value in BAD_STEPS if place < 3]
+BAD_HOLDS = [*BAD_STEPS, *((4, dt) for dt in HELD_DTS)]
 # What the controllers remember, by its place, besides their places on the path.
 MADE_UP = (
     *("steer", "handover.offset", "handover.remaining", "in_flight.wheel", "estimator.change"),
@@ -183,7 +184,20 @@ class Life(RuleBasedStateMachine):
         inputs[place] = value
         assert self._call(method, *inputs) is None
 
-    @rule(spot=SPOTS, bad=st.none() | st.sampled_from(BAD_STEPS), limit=st.integers(-1, 2))
+    @rule(spot=SPOTS, dt=st.sampled_from(HELD_DTS), method=st.sampled_from(["step", "steer"]))
+    def step_in_no_time(self, spot: Spot, dt: float, method: str) -> None:
+        before = self.made.state
+        answer = self._call(method, *spot.at(self.path)[:4], dt)
+        if method == "step":
+            self._check_command(answer)
+            lost = before.held + 1 > 10
+            wanted = popsteer.Status.INPUT_LOST if lost else popsteer.Status.INPUT_HELD
+            assert answer.status == wanted
+            answer = answer.steer
+        assert bits(answer) == bits(before.steer)
+        assert self._bits() == bits(before.replace(held=before.held + 1).as_dict())
+
+    @rule(spot=SPOTS, bad=st.none() | st.sampled_from(BAD_HOLDS), limit=st.integers(-1, 2))
     def step_or_hold(self, spot: Spot, bad: tuple[int, float] | None, limit: int) -> None:
         inputs = list(spot.at(self.path))
         if bad is not None:

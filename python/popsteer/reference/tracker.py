@@ -2,7 +2,7 @@
 
 It is the core's `tracker::step` without what is no part of the controllers. It leaves out: the
 estimator (its estimates are given, and stay), the hand-over from a driver, another path during a
-run, held inputs, poses with an age and applied angles, the monitor, the next stop, and the
+run, `step_or_hold`, poses with an age and applied angles, the monitor, the next stop, and the
 trajectory that a controller intends.
 """
 
@@ -17,7 +17,7 @@ from popsteer.reference.math import PI, atan, divide, saturate, wrap
 from popsteer.reference.path.preview import wheel_at_rest
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimate import Estimate
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.vehicle.state import VehicleState, period
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -31,28 +31,30 @@ _AT_REST = 0.02
 """At rest: slower than this, in wheelbases a second."""
 _ESTIMATION_GAP = 1.0
 """After a longer period the acceleration before it says nothing of now [s]."""
+_HOLD_LIMIT = 10
+"""How many times in a row a command is held before that is a fault."""
 
 
 @dataclass(frozen=True)
 class Command:
     """The command of one step, with its errors and status; see `popsteer.Command`."""
 
-    steer: float
+    steer: float = 0.0
     """Angle to command [rad], positive to the left."""
-    cross_track_error: float
+    cross_track_error: float = 0.0
     """Offset of the tracked point of the measured vehicle from the path [m], positive to the
     left."""
-    heading_error: float
+    heading_error: float = 0.0
     """Yaw of the measured vehicle less direction of the path [rad], in [-π, π]."""
-    predicted_cross_track_error: float
+    predicted_cross_track_error: float = 0.0
     """Cross-track error of the vehicle when the command reaches the wheels [m]."""
-    predicted_heading_error: float
+    predicted_heading_error: float = 0.0
     """Heading error of that vehicle [rad]."""
-    target: Point
+    target: Point = (0.0, 0.0)
     """The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m]."""
-    reverse: bool
+    reverse: bool = False
     """Whether the path is driven backwards here."""
-    status: Status
+    status: Status = Status.OK
     """How the step went."""
 
 
@@ -73,6 +75,10 @@ class TrackerState(Generic[StateT]):
     """The speed at the last step [m/s]."""
     in_flight: InFlight | None = None
     """Commands in flight, and the wheels; None where the vehicle is not modelled."""
+    command: Command = Command()
+    """The last command; before the first step: stop."""
+    held: int = 0
+    """How many times in a row it was held."""
 
 
 class Tracker(Generic[StateT]):
@@ -125,13 +131,21 @@ class Tracker(Generic[StateT]):
 
         The position is that of its antenna, where it has one, at a `roll` to the right [rad].
 
-        Raises `InputError`, naming the first argument that is not finite or beyond its bound; the
-        state is then unchanged.
+        A `dt` out of 1e-6 to 1e3 s counts as no time: the last command is held.
+
+        Raises `InputError`, naming the first argument that is not finite or, but for `dt`, beyond
+        its bound; the state is then unchanged.
         """
-        antenna, dt = VehicleState(x, y, yaw, speed).checked(), checked_dt(dt)
+        antenna = VehicleState(x, y, yaw, speed).checked()
         roll = input_within("roll", roll, 0.5 * PI)
-        vehicle = antenna.left(-self.law.vehicle.antenna_offset(roll))
+        passed = period(dt)
         law, state, path = self.law, self.state, self.path
+        if passed is None:
+            state.held += 1
+            lost = state.held > _HOLD_LIMIT
+            return replace(state.command, status=Status.INPUT_LOST if lost else Status.INPUT_HELD)
+        dt, state.held = passed, 0
+        vehicle = antenna.left(-law.vehicle.antenna_offset(roll))
         if dt > _ESTIMATION_GAP:
             self.estimate = replace(self.estimate, acceleration=0.0)
         predicted, belief = self._predict(vehicle, dt)
@@ -158,7 +172,7 @@ class Tracker(Generic[StateT]):
             status |= Status.END_OF_PATH
         if at.off_path:
             status |= Status.OFF_PATH
-        return Command(
+        state.command = Command(
             steer=state.steer,
             cross_track_error=here.closest.cross_track_error(),
             heading_error=wrap(here.vehicle.yaw - here.closest.path_yaw()),
@@ -168,6 +182,7 @@ class Tracker(Generic[StateT]):
             reverse=at.reverse,
             status=status,
         )
+        return state.command
 
     def _rest(self, at: Located) -> Decision | None:
         """Return the angle of a vehicle at rest; None where it drives.

@@ -93,12 +93,12 @@
 #define POPSTEER_STATUS_OFF_PATH 8
 
 /**
- * Degraded: the input was refused. The last command is held.
+ * Degraded: the input was refused, or its `dt` is no control period. The last command is held.
  */
 #define POPSTEER_STATUS_INPUT_HELD 16
 
 /**
- * Fault: more inputs in a row were refused than are held. Stop.
+ * Fault: the same of more inputs in a row than are held. Stop.
  */
 #define POPSTEER_STATUS_INPUT_LOST 32
 
@@ -1411,8 +1411,9 @@ popsteer_error popsteer_speed_tracker_new(const struct popsteer_path *path,
  * step that answered [s], 1e-6 to 1e3. `pose_age`: how long before the step the pose was measured [s],
  * 0 to 1. `out` gets the acceleration, and why.
  *
- * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
- * `out` are then unchanged. Nothing is allocated.
+ * Any other finite `dt` counts as no time and holds the last command, as in `popsteer_step`; before the
+ * first the vehicle is to stand. Another number that is not finite or beyond its bound is refused as
+ * `POPSTEER_ERROR_INPUT`: tracker and `out` are then unchanged. Nothing is allocated.
  */
 popsteer_error popsteer_speed_tracker_step(struct popsteer_speed_tracker *tracker,
                                            struct popsteer_vehicle_state vehicle,
@@ -1463,8 +1464,10 @@ size_t popsteer_status_names(uint32_t status, char *buffer, size_t size);
  * [s], 1e-6 to 1e3. `reported`: what was applied, and how old the pose is; NULL where there is
  * nothing to report. `out` gets the command.
  *
- * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
- * and `out` are then unchanged. Nothing is allocated.
+ * Any other finite `dt`, of a clock that was set or repeats a stamp, counts as no time: `out` gets the
+ * last command with `POPSTEER_STATUS_INPUT_HELD`, and beyond 10 in a row
+ * `POPSTEER_STATUS_INPUT_LOST`. Another number that is not finite or beyond its bound is refused as
+ * `POPSTEER_ERROR_INPUT`: controller and `out` are then unchanged. Nothing is allocated.
  */
 popsteer_error popsteer_step(struct popsteer_controller *controller,
                              struct popsteer_vehicle_state vehicle,
@@ -1474,10 +1477,10 @@ popsteer_error popsteer_step(struct popsteer_controller *controller,
 
 /**
  * Takes one control step, and answers whatever comes in: where `popsteer_step` would refuse the
- * input, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
+ * input, too, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
  * inputs in a row, and `POPSTEER_STATUS_INPUT_LOST` beyond. Only NULL and wrong handles are errors.
  *
- * `dt` is the time since the last call [s]; one that is itself refused counts as no time. The next
+ * `dt` is the time since the last call [s]; one out of 1e-6 to 1e3 counts as no time. The next
  * step counts the time of those that were held, but for the rate limit: a held angle does not turn.
  */
 popsteer_error popsteer_step_or_hold(struct popsteer_controller *controller,

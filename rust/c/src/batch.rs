@@ -1,7 +1,7 @@
 //! Many vehicles in one call, on the calling thread.
 
 use popsteer_core::tracker::Reported;
-use popsteer_core::vehicle::state::checked_dt;
+use popsteer_core::vehicle::state::period;
 
 use crate::command::{CCommand, CReported, CVehicleState};
 use crate::controller::{CController, Controller};
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn popsteer_batch_step(
     guard(|| {
         // SAFETY: the caller vouches for all four.
         let (members, vehicles, reported) = unsafe { arrays(batch, vehicles, reported, out)? };
-        checked_dt(dt)?;
+        period(dt)?;
         for (index, (member, &vehicle)) in members.iter().zip(vehicles).enumerate() {
             member
                 .check(vehicle.into(), reported_of(reported, index))

@@ -156,8 +156,9 @@ pub unsafe extern "C" fn popsteer_speed_tracker_new(
 /// step that answered [s], 1e-6 to 1e3. `pose_age`: how long before the step the pose was measured [s],
 /// 0 to 1. `out` gets the acceleration, and why.
 ///
-/// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: tracker and
-/// `out` are then unchanged. Nothing is allocated.
+/// Any other finite `dt` counts as no time and holds the last command, as in `popsteer_step`; before the
+/// first the vehicle is to stand. Another number that is not finite or beyond its bound is refused as
+/// `POPSTEER_ERROR_INPUT`: tracker and `out` are then unchanged. Nothing is allocated.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_speed_tracker_step(
     tracker: *mut CSpeedTracker,

@@ -16,9 +16,9 @@ pub const POPSTEER_STATUS_END_OF_PATH: u32 = 4;
 /// Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
 /// looked for on the whole of it.
 pub const POPSTEER_STATUS_OFF_PATH: u32 = 8;
-/// Degraded: the input was refused. The last command is held.
+/// Degraded: the input was refused, or its `dt` is no control period. The last command is held.
 pub const POPSTEER_STATUS_INPUT_HELD: u32 = 16;
-/// Fault: more inputs in a row were refused than are held. Stop.
+/// Fault: the same of more inputs in a row than are held. Stop.
 pub const POPSTEER_STATUS_INPUT_LOST: u32 = 32;
 /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
 pub const POPSTEER_STATUS_DEVIATING: u32 = 64;

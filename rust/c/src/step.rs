@@ -16,8 +16,10 @@ use crate::handle;
 /// [s], 1e-6 to 1e3. `reported`: what was applied, and how old the pose is; NULL where there is
 /// nothing to report. `out` gets the command.
 ///
-/// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
-/// and `out` are then unchanged. Nothing is allocated.
+/// Any other finite `dt`, of a clock that was set or repeats a stamp, counts as no time: `out` gets the
+/// last command with `POPSTEER_STATUS_INPUT_HELD`, and beyond 10 in a row
+/// `POPSTEER_STATUS_INPUT_LOST`. Another number that is not finite or beyond its bound is refused as
+/// `POPSTEER_ERROR_INPUT`: controller and `out` are then unchanged. Nothing is allocated.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_step(
     controller: *mut CController,
@@ -39,10 +41,10 @@ pub unsafe extern "C" fn popsteer_step(
 }
 
 /// Takes one control step, and answers whatever comes in: where `popsteer_step` would refuse the
-/// input, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
+/// input, too, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
 /// inputs in a row, and `POPSTEER_STATUS_INPUT_LOST` beyond. Only NULL and wrong handles are errors.
 ///
-/// `dt` is the time since the last call [s]; one that is itself refused counts as no time. The next
+/// `dt` is the time since the last call [s]; one out of 1e-6 to 1e3 counts as no time. The next
 /// step counts the time of those that were held, but for the rate limit: a held angle does not turn.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_step_or_hold(

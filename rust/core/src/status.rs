@@ -3,6 +3,10 @@
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
+/// How many inputs in a row hold the last command before [`Status::INPUT_LOST`] where nobody says how
+/// many.
+pub const HOLD_LIMIT: usize = 10;
+
 /// How a step went: a set of conditions, of which several may hold. The empty set is `OK`.
 ///
 /// The bits are the same in Rust, Python, arrays and files.
@@ -23,10 +27,9 @@ impl Status {
     /// Degraded: the vehicle was farther than `lost_distance` from its place, and was searched for
     /// on the whole path. The controller steers to the place that was found.
     pub const OFF_PATH: Self = Self(1 << 3);
-    /// Degraded: the input was refused. The last command is held.
+    /// Degraded: the input was refused, or its `dt` is no control period. The last command is held.
     pub const INPUT_HELD: Self = Self(1 << 4);
-    /// Fault: more inputs in a row were refused than `hold_limit`. The last command is repeated;
-    /// stop.
+    /// Fault: the same of more inputs in a row than `hold_limit`. The last command is repeated; stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
     /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
     pub const DEVIATING: Self = Self(1 << 6);
@@ -75,6 +78,15 @@ impl Status {
         (Self::TOO_FAST, "too-fast"),
     ];
     const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
+
+    /// Of a command that is held for the `count`th time in a row, up to `limit` times.
+    pub(crate) const fn held(count: usize, limit: usize) -> Self {
+        if count > limit {
+            Self::INPUT_LOST
+        } else {
+            Self::INPUT_HELD
+        }
+    }
 
     /// The bits.
     pub const fn bits(self) -> u32 {

@@ -5,6 +5,7 @@ use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
 };
+use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Command, Path, Reported, Status, Tracker, Vehicle, VehicleState};
 use std::f64::consts::PI;
@@ -346,6 +347,39 @@ fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
     };
     assert_eq!(held(onward).status, Status::OK);
     assert_eq!(held(bad).status, Status::INPUT_HELD);
+}
+
+#[test]
+fn test_step_in_no_time_holds_all_of_the_last_command_then_is_lost() {
+    let tracker = stanley(&Vehicle::DEFAULT);
+    let (path, mut state) = (straight(), tracker.initial_state());
+    let view = path.view();
+    let mut step = |dt| {
+        let command = tracker.step(&view, &mut state, beside(), dt, Reported::NOTHING);
+        (command.unwrap(), state)
+    };
+    let (good, before) = step(0.05);
+    for held in 1..=HOLD_LIMIT + 1 {
+        let lost = held > HOLD_LIMIT;
+        let status = if lost {
+            Status::INPUT_LOST
+        } else {
+            Status::INPUT_HELD
+        };
+        let dt = [0.0, -60.0, 2000.0][held % 3];
+        let (command, mut state) = step(dt);
+        assert_eq!(command, Command { status, ..good });
+        assert_eq!(state.held, held);
+        state.held = 0;
+        assert_eq!(state, before);
+    }
+    assert_eq!(step(0.05).1.held, 0);
+    for dt in [f64::NAN, f64::INFINITY] {
+        let (before, mut after) = (state, state);
+        let refused = tracker.step(&view, &mut after, beside(), dt, Reported::NOTHING);
+        assert_eq!(refused.unwrap_err().field, "dt");
+        assert_eq!(after, before);
+    }
 }
 
 #[test]

@@ -116,7 +116,8 @@ impl PyBatch {
     /// speed : array of shape (N,)
     ///     Speeds [m/s], negative while rolling backwards.
     /// dt : float
-    ///     Time since the last step [s], 1e-6 to 1e3.
+    ///     Time since the last step [s], 1e-6 to 1e3. Any other finite number counts as no time and
+    ///     holds the last commands, as in `step` of a controller.
     /// on_error : {"raise", "nan", "hold"}, default "raise"
     ///     What a number that is not finite or beyond its bound leads to: an error, with no vehicle
     ///     stepped; or NaN for its vehicle, which keeps its state; or the last command of its
@@ -143,7 +144,7 @@ impl PyBatch {
     /// Raises
     /// ------
     /// InputError
-    ///     If an array has another length or no numbers; if `dt` is out of its range, except with
+    ///     If an array has another length or no numbers; if `dt` is not finite, except with
     ///     "hold"; or, with "raise", if a number is, named with its place, as ``speed[3]``.
     /// ConfigError
     ///     If `on_error` is none of them.

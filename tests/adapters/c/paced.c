@@ -53,7 +53,7 @@ int main(int argc, char **argv) {
         popsteer_vehicle_state vehicle = {row[0], row[1], row[2], row[3]};
         popsteer_speed_command pace;
         if (row[4] <= 0.0) {
-            popsteer_error refused = popsteer_speed_tracker_step(tracker, vehicle, 0.0, 0.0, &pace);
+            popsteer_error refused = popsteer_speed_tracker_step(tracker, vehicle, NAN, 0.0, &pace);
             CHECK(refused == POPSTEER_ERROR_INPUT);
             CHECK(!popsteer_speed_tracker_set_path(tracker, path));
             continue;

@@ -146,7 +146,7 @@ static void bad_numbers_are_named(void) {
     lost.speed = INFINITY;
     CHECK(popsteer_step(controller, lost, 0.05, NULL, &command) == POPSTEER_ERROR_INPUT);
     says("speed must be in [-10000.0, 10000.0], got inf");
-    CHECK(popsteer_step(controller, here, 0.0, NULL, &command) == POPSTEER_ERROR_INPUT);
+    CHECK(popsteer_step(controller, here, NAN, NULL, &command) == POPSTEER_ERROR_INPUT);
     popsteer_reported reported = popsteer_reported_default();
     reported.pose_age = -1.0;
     CHECK(popsteer_step(controller, here, 0.05, &reported, &command) == POPSTEER_ERROR_INPUT);
@@ -183,6 +183,33 @@ static void held_inputs_have_their_status(void) {
     CHECK(held.status == POPSTEER_STATUS_INPUT_HELD && held.steer == command.steer);
     CHECK(popsteer_step_or_hold(controller, lost, 0.05, 1, NULL, &held) == POPSTEER_ERROR_NONE);
     CHECK(held.status == POPSTEER_STATUS_INPUT_LOST && (held.status & POPSTEER_STATUS_FAULTS));
+}
+
+static void no_time_holds_the_last_command(void) {
+    popsteer_command command, held;
+    popsteer_speed_command pace, kept;
+    popsteer_speed_tracker *tracker = NULL;
+    popsteer_batch *batch = NULL;
+    CHECK(!popsteer_speed_tracker_new(path, NULL, NULL, &tracker));
+    CHECK(!popsteer_step(controller, here, 0.05, NULL, &command));
+    CHECK(!popsteer_batch_new((const popsteer_controller *const *)&controller, 1, &batch));
+    CHECK(!popsteer_speed_tracker_step(tracker, here, 0.05, 0.0, &pace));
+    const double none[3] = {0.0, -60.0, 2000.0};
+    for (int k = 1; k <= 11; ++k) {
+        uint32_t status = k > 10 ? POPSTEER_STATUS_INPUT_LOST : POPSTEER_STATUS_INPUT_HELD;
+        CHECK(!popsteer_step(controller, here, none[k % 3], NULL, &held));
+        CHECK(held.status == status && held.steer == command.steer);
+        CHECK(!popsteer_batch_step(batch, &here, none[k % 3], NULL, &held));
+        CHECK(held.status == status && held.steer == command.steer);
+        CHECK(!popsteer_speed_tracker_step(tracker, here, none[k % 3], 0.0, &kept));
+        CHECK(kept.status == status && kept.acceleration == pace.acceleration);
+    }
+    CHECK(popsteer_step(controller, here, NAN, NULL, &held) == POPSTEER_ERROR_INPUT);
+    says("dt must be in [1e-6, 1000.0], got NaN");
+    CHECK(popsteer_batch_step(batch, &here, NAN, NULL, &held) == POPSTEER_ERROR_INPUT);
+    CHECK(popsteer_speed_tracker_step(tracker, here, NAN, 0.0, &kept) == POPSTEER_ERROR_INPUT);
+    popsteer_batch_free(batch);
+    popsteer_speed_tracker_free(tracker);
 }
 
 static void texts_are_cut_to_their_room(void) {
@@ -265,6 +292,7 @@ int main(void) {
     wrong_handles_are_refused();
     bad_numbers_are_named();
     held_inputs_have_their_status();
+    no_time_holds_the_last_command();
     texts_are_cut_to_their_room();
     batch_answers_as_its_controllers();
     popsteer_path_free(path); /* the controller still follows it */

@@ -6,6 +6,7 @@ use popsteer_core::bounds::MAX_SPEED;
 use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidParams, SpeedPidState,
 };
+use popsteer_core::vehicle::state::checked_dt;
 use std::f64::consts::PI;
 
 const SPEEDS: [f64; 2] = [-MAX_SPEED, MAX_SPEED];
@@ -81,8 +82,13 @@ fn speed_pid(bytes: &mut Bytes) {
             _ => {
                 let speed = bytes.number([0.0, 40.0], SPEEDS);
                 let target = bytes.number([0.0, 40.0], SPEEDS);
-                match law.step(&mut state, speed, target, dt(bytes)) {
-                    Ok(pedals) => check_pedals(pedals),
+                let dt = dt(bytes);
+                match law.step(&mut state, speed, target, dt) {
+                    Ok(pedals) => {
+                        check_pedals(pedals);
+                        // In no time nothing is remembered.
+                        assert!(checked_dt(dt).is_ok() || state == before);
+                    }
                     Err(error) => {
                         assert!(!error.to_string().is_empty());
                         assert_eq!(state, before);

@@ -8,7 +8,8 @@ use popsteer_core::speed::disturbance::{MAX_DISTURBANCE, Observer};
 use popsteer_core::speed::{
     SpeedCommand, SpeedState, SpeedTracker, SpeedTrackerParams, SpeedTrackerState, Told,
 };
-use popsteer_core::{Path, PathView, Vehicle};
+use popsteer_core::status::HOLD_LIMIT;
+use popsteer_core::{Path, PathView, Status, Vehicle};
 
 /// What stands for the limits that a vehicle does not say: top speed [m/s] and acceleration
 /// [m/s^2].
@@ -168,7 +169,7 @@ impl Life {
         let age = bytes.number([0.0, 0.3], [-0.1, 1.1]);
         let before = self.state;
         let aged = (0.0..=1.0).contains(&age);
-        let good = measured.checked().is_ok() && (1e-6..=MAX_DT).contains(&dt) && aged;
+        let good = measured.checked().is_ok() && dt.is_finite() && aged;
         let told = Told {
             pose_age: age,
             reverse_gear: (bytes.byte() < 64).then(|| bytes.byte() & 1 == 0),
@@ -182,6 +183,19 @@ impl Life {
             Err(error) => {
                 assert!(!error.to_string().is_empty());
                 assert_eq!(self.state, before, "a refused input changes nothing");
+            }
+            Ok(command) if !(1e-6..=MAX_DT).contains(&dt) => {
+                let held = before.held.saturating_add(1);
+                assert_eq!(self.state, SpeedTrackerState { held, ..before });
+                let last = before.command.map(|last| SpeedCommand {
+                    status: command.status,
+                    ..last
+                });
+                assert!(last.is_none_or(|last| last == command), "{command:?}");
+                assert!(last.is_some() || (command.standing && command.acceleration == 0.0));
+                let lost = command.status.contains(Status::INPUT_LOST);
+                assert_eq!(lost, held > HOLD_LIMIT);
+                assert!(lost || command.status == Status::INPUT_HELD);
             }
             Ok(command) => self.check_command(&view, before.law.acceleration, &command, dt),
         }

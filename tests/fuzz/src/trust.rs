@@ -3,7 +3,9 @@
 use crate::bytes::Bytes;
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use popsteer_core::laws::{Stanley, StanleyParams};
+use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::tracker::Reported;
+use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
 /// How many poses may be anything, and how many agree after them, a tenth of a second apart.
@@ -51,6 +53,14 @@ pub fn check(data: &[u8]) {
                     && gate.measured.y.to_bits() == pose.y.to_bits()
             });
             assert!(repeats || !command.status.contains(Status::POSE_STALE));
+            if checked_dt(dt).is_err() {
+                let held = before.held + 1;
+                assert_eq!(command.status.faults() != Status::OK, held > HOLD_LIMIT);
+                assert_eq!(state.held, held);
+                assert!(state.gate == before.gate && state.answer == before.answer);
+                pose = last;
+                continue;
+            }
             let gate = state.gate.expect("a vehicle with a dead time has a gate");
             assert!(gate.checked().is_ok(), "{gate:?}");
         } else {

@@ -8,7 +8,7 @@ from popsteer.reference.bounds import MAX_SPEED
 from popsteer.reference.error import Checked, input_within, number
 from popsteer.reference.math import saturate
 from popsteer.reference.speed.pedals import Pedals
-from popsteer.reference.vehicle.state import checked_dt
+from popsteer.reference.vehicle.state import period
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,14 +57,19 @@ class SpeedPid:
     def step(self, speed: float, target_speed: float, dt: float) -> Pedals:
         """Set the pedals, `dt` [s] after the last step, by the speeds there is and wanted [m/s].
 
-        Raises `InputError` for a number that is not finite or beyond its bound; the state is then
-        unchanged.
+        In a `dt` out of 1e-6 to 1e3 s no time passes: integral and state stay, and there is no
+        derivative.
+
+        Raises `InputError` for a number that is not finite or, but for `dt`, beyond its bound; the
+        state is then unchanged.
         """
         speed = input_within("speed", speed, MAX_SPEED)
         target_speed = input_within("target_speed", target_speed, MAX_SPEED)
-        dt = checked_dt(dt)
+        passed = period(dt)
         error = target_speed - speed
-        previous = self.state.previous_error
+        if passed is None:
+            return Pedals.from_command(self.params.kp * error + self.state.integral)
+        dt, previous = passed, self.state.previous_error
         rate = 0.0 if previous is None else (error - previous) / dt
         integral = saturate(self.state.integral + self.params.ki * error * dt, -1.0, 1.0)
         self.state = SpeedPidState(integral=integral, previous_error=error)

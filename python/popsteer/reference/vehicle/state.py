@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from popsteer.reference.bounds import MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT
-from popsteer.reference.error import input_in_range, input_within
+from popsteer.reference.error import as_float, input_in_range, input_within
 from popsteer.reference.math import cos, saturate, sin, wrap
 
 if TYPE_CHECKING:
@@ -72,6 +73,15 @@ class VehicleState:
 def checked_dt(dt: float) -> float:
     """Return `dt` [s], where it is a control period that a step can take; else raise InputError."""
     return input_in_range("dt", dt, MIN_DT, MAX_DT)
+
+
+def period(dt: float) -> float | None:
+    """Return `dt` [s] as a step takes it; None where it is finite and no control period.
+
+    So it is where a clock was set or repeats a stamp. Raises InputError for one that is not finite.
+    """
+    dt = as_float(dt)
+    return checked_dt(dt) if MIN_DT <= dt <= MAX_DT or not isfinite(dt) else None
 
 
 def checked_point(point: Iterable[float]) -> Point:

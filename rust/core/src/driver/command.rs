@@ -6,54 +6,6 @@ use crate::status::Status;
 use crate::tracker::Command;
 use crate::vehicle::Fault;
 
-/// What the speed law answered in the last step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Pace {
-    /// As of [`Drive`].
-    pub acceleration: f64,
-    /// As of [`Drive`].
-    pub speed: f64,
-    /// As of [`Drive`].
-    pub reference_speed: f64,
-    /// As of [`Drive`].
-    pub distance_to_stop: f64,
-    /// As of [`Drive`].
-    pub reverse: bool,
-    /// As of [`Drive`].
-    pub hold: bool,
-    /// As of [`Drive`].
-    pub phase: Phase,
-}
-
-impl Pace {
-    /// Before anything is known: stand.
-    pub(super) const STANDING: Self = Self {
-        acceleration: 0.0,
-        speed: 0.0,
-        reference_speed: 0.0,
-        distance_to_stop: 0.0,
-        reverse: false,
-        hold: true,
-        phase: Phase::Standing,
-    };
-}
-
-impl From<SpeedCommand> for Pace {
-    #[inline]
-    fn from(command: SpeedCommand) -> Self {
-        Self {
-            acceleration: command.acceleration,
-            speed: command.speed,
-            reference_speed: command.reference_speed,
-            distance_to_stop: command.distance_to_stop,
-            reverse: command.reverse,
-            hold: command.standing,
-            phase: command.phase,
-        }
-    }
-}
-
 /// What to do until the next step: for the steering, and for the drive with its gear.
 ///
 /// Errors and distances are those of the vehicle as it is believed to be now, after the age of its
@@ -97,13 +49,13 @@ pub struct Drive {
 impl Drive {
     /// The answers of both laws.
     #[inline]
-    pub(super) fn of(command: &Command, pace: &Pace, fault: Option<Fault>) -> Self {
+    pub(super) fn of(command: &Command, pace: &SpeedCommand, fault: Option<Fault>) -> Self {
         Self {
             steer: command.steer,
             acceleration: pace.acceleration,
             speed: pace.speed,
             reverse: pace.reverse,
-            hold: pace.hold,
+            hold: pace.standing,
             phase: pace.phase,
             fault,
             status: command.status,

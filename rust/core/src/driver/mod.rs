@@ -14,7 +14,7 @@ mod signals;
 mod state;
 mod step;
 
-pub use command::{Drive, Pace};
+pub use command::Drive;
 pub use signals::{Sensed, Signals};
 pub use state::DriverState;
 pub use step::{Driver, DriverParams};

@@ -1,8 +1,7 @@
 //! What a driver remembers.
 
-use super::command::Pace;
 use super::signals::Signals;
-use crate::speed::SpeedState;
+use crate::speed::{SpeedCommand, SpeedState};
 use crate::tracker::TrackerState;
 use crate::vehicle::Fault;
 
@@ -26,7 +25,7 @@ pub struct DriverState<S> {
     /// What comes, and what does not.
     pub signals: Signals,
     /// The last answer of the speed law; None before the first step.
-    pub pace: Option<Pace>,
+    pub pace: Option<SpeedCommand>,
     /// Why the vehicle stops, or has stopped.
     pub fault: Option<Fault>,
     /// Whether its operator holds it.

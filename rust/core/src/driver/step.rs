@@ -1,6 +1,6 @@
 //! A driver, and its control step.
 
-use super::command::{Drive, Pace};
+use super::command::Drive;
 use super::signals::{Sensed, Signals, Steered};
 use super::state::DriverState;
 use crate::bounds::{MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
@@ -9,7 +9,7 @@ use crate::laws::LateralLaw;
 use crate::params;
 use crate::path::{Follow, Located, PathView, Place, Spot};
 use crate::speed::defaults::strongest_braking;
-use crate::speed::{self, SpeedState, SpeedTracker};
+use crate::speed::{self, SpeedCommand, SpeedState, SpeedTracker};
 use crate::status::Status;
 use crate::tracker::seen::Seen;
 use crate::tracker::{Predicted, Reported, Tracker, TrackerState};
@@ -173,7 +173,7 @@ impl<L: LateralLaw> Driver<L> {
         state: &mut DriverState<L::State>,
         rear: &Located,
         (speed, reverse_gear, age): (f64, Option<bool>, f64),
-    ) -> Pace {
+    ) -> SpeedCommand {
         let law = self.speed.law();
         let sensed = speed::Sensed {
             speed: law.hear(&state.speed, speed, state.heard.replace(speed), rear.dt),
@@ -191,7 +191,7 @@ impl<L: LateralLaw> Driver<L> {
         let found = doubt.filter(|_| doubt == state.doubt);
         state.doubt = doubt;
         state.fault = state.fault.or(found);
-        *state.pace.insert(Pace::from(command))
+        *state.pace.insert(command)
     }
 
     /// The vehicle of a step and what it reports; None before anything is known of it.
@@ -276,7 +276,7 @@ impl<L: LateralLaw> Driver<L> {
     /// The last answer once more, where no time passes or nothing is known: at rest before the first.
     fn repeat(&self, state: &mut DriverState<L::State>) -> Drive {
         let stopped = state.signals.repeats > REPEATS;
-        let mut pace = Pace::STANDING;
+        let mut pace = SpeedCommand::STANDING;
         if let Some(last) = state.pace {
             pace = last;
             let missing = state.signals.fault(self.params.hold_time);
@@ -351,6 +351,7 @@ impl<L: LateralLaw> Driver<L> {
     ) -> Result<(), InputError> {
         self.tracker.check_state(path, &state.tracker)?;
         self.speed.law().check_state(path, &state.speed)?;
+        state.pace.as_ref().map(SpeedCommand::check).transpose()?;
         input_within("heard", state.heard.unwrap_or(0.0), MAX_SPEED)?;
         state.signals.checked()
     }

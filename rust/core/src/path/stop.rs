@@ -6,6 +6,8 @@
 
 use super::follow::{Follow, Located};
 use super::view::PathView;
+use crate::bounds::MAX_SPEED;
+use crate::error::{InputError, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
 
 /// Reference speed and distance to the next stop, beside the rear axle.
@@ -25,6 +27,17 @@ impl Ahead {
     /// tenth of the wheelbase a second. Larger: the vehicle arrives faster. Smaller: the last
     /// centimetres take longer; at 0 it would never leave a cusp.
     const CREEP: f64 = 2.0;
+    /// Bound of a distance along a path [m], which no valid path reaches.
+    const MAX_DISTANCE: f64 = 1e18;
+
+    /// Refuses, as part of `field`, values that no path gives.
+    pub(crate) fn check(&self, field: &'static str) -> Result<(), InputError> {
+        input_within(field, self.reference_speed.unwrap_or(0.0), 2.0 * MAX_SPEED)?;
+        if self.distance_to_stop < f64::INFINITY || self.distance_to_stop.is_nan() {
+            input_within(field, self.distance_to_stop, Self::MAX_DISTANCE)?;
+        }
+        Ok(())
+    }
 
     /// The values beside the rear axle of a vehicle that `follow` has located.
     #[inline]

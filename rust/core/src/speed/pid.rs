@@ -5,7 +5,7 @@ use crate::error::{ConfigError, InputError, input_within};
 use crate::math::saturate;
 use crate::params;
 use crate::speed::Pedals;
-use crate::vehicle::state::checked_dt;
+use crate::vehicle::state::period;
 
 params! {
     /// Parameters of [`SpeedPid`].
@@ -51,10 +51,13 @@ impl SpeedPid {
 
     /// Pedals at `speed` for `target_speed` [m/s].
     ///
+    /// In a `dt` that is no control period, of a clock that was set or repeats a stamp, no time passes:
+    /// the integral stays, and there is no derivative.
+    ///
     /// # Errors
     ///
-    /// [`InputError`] for a number that is not finite or beyond its bound; `state` is then
-    /// unchanged.
+    /// [`InputError`] for another number that is not finite or beyond its bound, or a `dt` that is not
+    /// finite; `state` is then unchanged.
     #[inline]
     pub fn step(
         &self,
@@ -65,8 +68,12 @@ impl SpeedPid {
     ) -> Result<Pedals, InputError> {
         input_within("speed", speed, MAX_SPEED)?;
         input_within("target_speed", target_speed, MAX_SPEED)?;
-        checked_dt(dt)?;
         let error = target_speed - speed;
+        let Some(dt) = period(dt)? else {
+            return Ok(Pedals::from_command(
+                self.params.kp * error + state.integral,
+            ));
+        };
         let rate = state
             .previous_error
             .map_or(0.0, |previous| (error - previous) / dt);

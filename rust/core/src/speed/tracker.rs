@@ -15,10 +15,10 @@ use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::{Follow, PathView, STEP_BUDGET};
 use crate::speed::defaults;
 use crate::speed::law::{CREEP, Sensed, SpeedCommand, SpeedLaw, SpeedState, SpeedTrackerParams};
-use crate::status::Status;
+use crate::status::{HOLD_LIMIT, Status};
 use crate::vehicle::gate::rolled;
 use crate::vehicle::past::checked_age;
-use crate::vehicle::state::checked_dt;
+use crate::vehicle::state::period;
 use crate::vehicle::{Gate, Vehicle, VehicleState};
 
 /// Farther from the path than this, in wheelbases, the vehicle is searched for on the whole path.
@@ -50,6 +50,21 @@ pub struct SpeedTrackerState {
     pub bend: f64,
     /// The last speed signal [m/s], believed or not; None before the first step.
     pub heard: Option<f64>,
+    /// The last command; None before the first step.
+    pub command: Option<SpeedCommand>,
+    /// How many steps in a row it was held.
+    pub held: usize,
+}
+
+impl SpeedTrackerState {
+    /// The last command once more; before the first the vehicle is to stand.
+    fn hold(&mut self) -> SpeedCommand {
+        self.held = self.held.saturating_add(1);
+        SpeedCommand {
+            status: Status::held(self.held, HOLD_LIMIT),
+            ..self.command.unwrap_or(SpeedCommand::STANDING)
+        }
+    }
 }
 
 /// Optional inputs of a step.
@@ -166,10 +181,13 @@ impl SpeedTracker {
 
     /// The command for a vehicle on `path`, whose planned speeds are `plan` [m/s], one a waypoint.
     ///
+    /// A `dt` that is no control period, of a clock that was set or repeats a stamp, is no time: the last
+    /// command is held, as in a step of a [`Tracker`](crate::Tracker).
+    ///
     /// # Errors
     ///
-    /// [`InputError`] for a number that is not finite or beyond its bound; `state` is then
-    /// unchanged.
+    /// [`InputError`] for another number that is not finite or beyond its bound, or a `dt` that is not
+    /// finite; `state` is then unchanged.
     pub fn step(
         &self,
         path: &PathView<'_>,
@@ -196,8 +214,10 @@ impl SpeedTracker {
         told: Told,
     ) -> Result<SpeedCommand, InputError> {
         let antenna = vehicle.checked()?;
-        let dt = checked_dt(dt)?;
         let age = checked_age(told.pose_age)?;
+        let Some(dt) = period(dt)? else {
+            return Ok(state.hold());
+        };
         // A roll moves it across its path: to a stop that is the same.
         let vehicle = antenna.left(-self.law.car.antenna_offset(0.0));
         let (believed, status) = self.believe(state, vehicle, dt, age);
@@ -225,6 +245,7 @@ impl SpeedTracker {
         if let Some(next) = state.law.passes {
             state.waypoint = Some(next);
         }
+        (state.command, state.held) = (Some(command), 0);
         let status = status | Status::OFF_PATH.when(at.off_path);
         Ok(SpeedCommand { status, ..command })
     }
@@ -307,6 +328,11 @@ impl SpeedTracker {
         self.law.check_state(path, &state.law)?;
         input_within("bend", state.bend, MAX_BEND)?;
         input_within("heard", state.heard.unwrap_or(0.0), MAX_SPEED)?;
+        state
+            .command
+            .as_ref()
+            .map(SpeedCommand::check)
+            .transpose()?;
         state.gate.map_or(Ok(()), |gate| gate.checked().map(|_| ()))
     }
 }

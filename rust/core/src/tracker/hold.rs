@@ -1,10 +1,11 @@
 //! Missing and refused inputs: the last command is held, and the next step covers their time.
 
 use crate::bounds::{MAX_DT, MIN_DT};
+use crate::error::InputError;
 use crate::laws::LateralLaw;
 use crate::math::saturate;
 use crate::path::view::PathView;
-use crate::status::Status;
+use crate::status::{HOLD_LIMIT, Status};
 use crate::tracker::state::{TrackerState, Tracking};
 use crate::tracker::{Command, Reported, Tracker};
 use crate::vehicle::state::checked_dt;
@@ -16,14 +17,14 @@ use crate::vehicle::{Estimator, VehicleState};
 pub const ESTIMATION_GAP: f64 = 1.0;
 
 impl<L: LateralLaw> Tracker<L> {
-    /// A step that answers every input: where [`step`](Self::step) refuses the input, the
+    /// A step that answers every input: where [`step`](Self::step) refuses the input, too, the
     /// last command is held, its angle, direction, errors and target, with the status
     /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
     /// beyond.
     ///
-    /// The time `dt` of a held input is added to the next step, which then is one step over the
-    /// whole time, and has to report for all of it: what is `reported` with a held input is
-    /// ignored. A `dt` that is itself refused counts as no time: a clock that repeats a stamp, or goes
+    /// The time `dt` of an input that is refused is added to the next step, which then is one step over
+    /// the whole time, and has to report for all of it: what is `reported` with a held input is
+    /// ignored. A `dt` that is no control period counts as no time: a clock that repeats a stamp, or goes
     /// back, shows the time with its next stamp, and one that leaps ahead is not believed.
     pub fn step_or_hold(
         &self,
@@ -34,30 +35,35 @@ impl<L: LateralLaw> Tracker<L> {
         hold_limit: usize,
         reported: Reported,
     ) -> Command {
-        self.step(path, state, vehicle, dt, reported)
-            .unwrap_or_else(|_| state.hold(dt, hold_limit))
+        let TrackerState { tracking, model } = state;
+        let outcome = self.advance(path, tracking, model, vehicle, dt, reported);
+        tracking.or_hold(outcome, dt, hold_limit)
     }
 }
 
 impl<S> Tracking<S> {
-    /// The last command once more, with the status of an input that was refused `dt` [s] after the
-    /// last; see [`Tracker::step_or_hold`].
-    pub fn hold(&mut self, dt: f64, hold_limit: usize) -> Command {
-        self.miss(dt);
-        self.held = self.held.saturating_add(1);
-        let status = if self.held > hold_limit {
-            Status::INPUT_LOST
-        } else {
-            Status::INPUT_HELD
-        };
-        self.command(status)
+    /// The command of [`Tracker::step_or_hold`] for an input `dt` [s] after the last, of which
+    /// [`Tracker::advance`] makes this `outcome`.
+    pub fn or_hold(
+        &mut self,
+        outcome: Result<Status, InputError>,
+        dt: f64,
+        hold_limit: usize,
+    ) -> Command {
+        let status = outcome.unwrap_or_else(|_| self.hold(dt));
+        self.command(match self.held {
+            0 => status,
+            count => Status::held(count, hold_limit),
+        })
     }
 
-    /// Notes an input that is missing, or refused, `dt` [s] after the last: the next step covers
-    /// its time. A `dt` out of its range counts as no time.
-    pub fn miss(&mut self, dt: f64) {
+    /// Holds the last command for an input that came `dt` [s] after the last: the next step covers its
+    /// time, which is none where `dt` is no control period.
+    pub fn hold(&mut self, dt: f64) -> Status {
         let dt = checked_dt(dt).unwrap_or(0.0);
         self.held_time = saturate(self.held_time + dt, 0.0, MAX_DT);
+        self.held = self.held.saturating_add(1);
+        Status::held(self.held, HOLD_LIMIT)
     }
 
     /// The time since the last step [s] of an input that comes in `dt` [s] after the last, missed

@@ -2,7 +2,7 @@
 
 use core::ops::{Deref, DerefMut};
 
-use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
+use crate::bounds::{MAX_COORDINATE, MAX_YAW};
 use crate::error::{InputError, input_within};
 use crate::geometry::Point;
 use crate::laws::LateralState;
@@ -110,8 +110,6 @@ impl Answer {
             vehicle: VehicleState::ORIGIN,
         }
     };
-    /// Bound of a distance along a path [m], which no valid path reaches.
-    const MAX_DISTANCE: f64 = 1e18;
 
     pub(super) fn checked(self) -> Result<Self, InputError> {
         const FIELD: &str = "answer";
@@ -119,12 +117,7 @@ impl Answer {
         self.predicted.check()?;
         input_within(FIELD, self.target.x, 4.0 * MAX_COORDINATE)?;
         input_within(FIELD, self.target.y, 4.0 * MAX_COORDINATE)?;
-        let reference_speed = self.ahead.reference_speed.unwrap_or(0.0);
-        input_within(FIELD, reference_speed, 2.0 * MAX_SPEED)?;
-        let distance = self.ahead.distance_to_stop;
-        if distance < f64::INFINITY || distance.is_nan() {
-            input_within(FIELD, distance, Self::MAX_DISTANCE)?;
-        }
+        self.ahead.check(FIELD)?;
         let vehicle = self.vehicle.checked();
         vehicle.map_err(|error| InputError {
             field: FIELD,
@@ -213,7 +206,7 @@ parts! {
         steer: f64,
         /// A hand-over that is not over.
         handover: Option<Handover>,
-        /// How many inputs in a row were refused.
+        /// How many inputs in a row were refused, or came in no time.
         held: usize,
         /// How much time they took, which the next step counts [s].
         held_time: f64,

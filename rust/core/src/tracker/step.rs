@@ -26,7 +26,7 @@ use crate::tracker::state::{
 };
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::Past;
-use crate::vehicle::state::{check_count, checked_dt};
+use crate::vehicle::state::{check_count, period};
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// At rest: slower than this, in wheelbases a second. Larger: a creeping vehicle is not steered;
@@ -262,10 +262,14 @@ impl<L: LateralLaw> Tracker<L> {
     /// `dt` [s] after those of the last step; `reported` is what the vehicle reports besides,
     /// [`Reported::NOTHING`] if nothing.
     ///
+    /// A `dt` outside [`MIN_DT`](crate::bounds::MIN_DT) to [`MAX_DT`], of a clock that was set or repeats
+    /// a stamp, is no time: the last command is held, as in [`step_or_hold`](Self::step_or_hold) with
+    /// [`HOLD_LIMIT`](crate::status::HOLD_LIMIT).
+    ///
     /// # Errors
     ///
-    /// [`InputError`] where a number in `vehicle` or `reported`, or `dt`, is not finite or beyond
-    /// its bound; `state` is then unchanged.
+    /// [`InputError`] where a number in `vehicle` or `reported` is not finite or beyond its bound, or
+    /// `dt` is not finite; `state` is then unchanged.
     #[inline]
     pub fn step(
         &self,
@@ -316,9 +320,11 @@ impl<L: LateralLaw> Tracker<L> {
         reported: Reported,
     ) -> Result<Status, InputError> {
         let antenna = vehicle.checked()?;
-        let dt = checked_dt(dt)?;
         let car = self.law.vehicle();
         let reported = reported.checked(car)?;
+        let Some(dt) = period(dt)? else {
+            return Ok(state.hold(dt));
+        };
         let vehicle = antenna.left(-car.antenna_offset(reported.roll));
         let seen = self.see(path, state, model, vehicle, dt, reported);
         Ok(self.turn(path, state, &seen, false))

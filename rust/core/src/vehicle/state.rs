@@ -116,6 +116,20 @@ pub fn checked_dt(dt: f64) -> Result<f64, InputError> {
     input_in_range("dt", dt, MIN_DT, MAX_DT)
 }
 
+/// `dt` [s] as a step takes it: None where it is no control period, as of a clock that was set or that
+/// repeats a stamp. Its step holds the last command.
+///
+/// # Errors
+///
+/// [`InputError`] for one that is not finite.
+#[inline]
+pub fn period(dt: f64) -> Result<Option<f64>, InputError> {
+    match checked_dt(dt) {
+        Err(error) if !dt.is_finite() => Err(error),
+        checked => Ok(checked.ok()),
+    }
+}
+
 /// Refuses a `count` of a state that does not lie in `[low, high]`.
 pub(crate) fn check_count(
     field: &'static str,

@@ -1,5 +1,5 @@
 use super::bicycle::{get_predicted_location, kinematic_bicycle};
-use super::state::{VehicleState, checked_dt};
+use super::state::{VehicleState, checked_dt, period};
 use super::timed::{Timed, clipped};
 use super::*;
 use crate::math::{PI, cos, exp, saturate, sin, sqrt, tan};
@@ -82,9 +82,14 @@ fn test_state_bad_field_is_named() {
         assert_eq!(field(VehicleState { yaw: bad, ..good }), "yaw");
         assert_eq!(field(VehicleState { speed: bad, ..good }), "speed");
     }
-    for bad in [0.0, -0.05, f64::NAN, f64::MIN_POSITIVE, 1e4] {
+    for bad in [0.0, -0.05, f64::MIN_POSITIVE, 1e4] {
         assert_eq!(checked_dt(bad).unwrap_err().field, "dt");
+        assert_eq!(period(bad), Ok(None));
     }
+    for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY] {
+        assert_eq!(period(bad).unwrap_err().field, "dt");
+    }
+    assert_eq!([1e-6, 1e3].map(period), [Ok(Some(1e-6)), Ok(Some(1e3))]);
 }
 
 fn car(steer_lag: f64, max_steer_rate: Option<f64>) -> Vehicle {

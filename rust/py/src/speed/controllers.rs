@@ -141,7 +141,8 @@ impl PySpeedPid {
     /// target_speed : float
     ///     The speed to hold [m/s].
     /// dt : float
-    ///     Time since the last step [s], 1e-6 to 1e3.
+    ///     Time since the last step [s], 1e-6 to 1e3. Any other finite number, of a clock that was set or
+    ///     repeats a stamp, counts as no time: the integral stays, and there is no derivative.
     ///
     /// Returns
     /// -------
@@ -151,7 +152,7 @@ impl PySpeedPid {
     /// Raises
     /// ------
     /// InputError
-    ///     If a number is not finite or beyond its bound; the state is then unchanged.
+    ///     If a number is not finite or, but for `dt`, beyond its bound; the state is then unchanged.
     fn step(&mut self, speed: f64, target_speed: f64, dt: f64) -> Raises<(f64, f64)> {
         let pedals = self.law.step(&mut self.state, speed, target_speed, dt)?;
         Ok((pedals.throttle, pedals.brake))

@@ -96,7 +96,7 @@ record! {
     phase: Phase, "str",
         "What the vehicle does: 'driving', 'stopping', 'standing' at a stop, 'turning' its wheels at rest, 'shifting' its gear, or 'stopped' as it was told to or for a fault.";
     status: Status, "Status",
-        "What is known of the inputs: a pose that is stale or an outlier, a fault ('implausible': it brakes), a vehicle off its path.";
+        "What is known of the inputs: a pose that is stale or an outlier, a fault ('implausible': it brakes), a vehicle off its path, a command that is held.";
 }
 
 /// Keeps the speed that a path allows, and stops at its cusps and its end.
@@ -180,7 +180,9 @@ impl PySpeedTracker {
     /// speed : float
     ///     Speed [m/s]; negative backwards.
     /// dt : float
-    ///     Time since the last step [s], 1e-6 to 1e3.
+    ///     Time since the last step [s], 1e-6 to 1e3. Any other finite number, of a clock that was set or
+    ///     repeats a stamp, counts as no time: the last command is held, with ``Status.INPUT_HELD`` and,
+    ///     beyond 10 in a row, ``Status.INPUT_LOST``; before the first the vehicle is to stand.
     /// pose_age : float, default 0.0
     ///     How long before this step pose and speed were measured [s], at most 1: they are rolled forward.
     /// reverse_gear : bool, optional
@@ -197,7 +199,7 @@ impl PySpeedTracker {
     /// Raises
     /// ------
     /// InputError
-    ///     If a number is not finite or beyond its bound; the state is then unchanged.
+    ///     If a number is not finite or, but for `dt`, beyond its bound; the state is then unchanged.
     #[pyo3(signature = (x, y, yaw, speed, dt, *, pose_age=0.0, reverse_gear=None, stop=false))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn step(

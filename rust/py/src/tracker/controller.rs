@@ -141,7 +141,9 @@ macro_rules! controller {
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last step that answered [s], 1e-6 to 1e3: after one that was
-            ///     refused, or did not take place, all of the time since.
+            ///     refused, or did not take place, all of the time since. Any other finite number,
+            ///     of a clock that was set or repeats a stamp, counts as no time: the last command is
+            ///     held, with ``Status.INPUT_HELD`` and, beyond 10 in a row, ``Status.INPUT_LOST``.
             /// applied_steer : float, optional
             ///     The command that was applied since the last step where that was not the
             ///     controller's [rad]: a driver's or another controller's; up to a quarter turn, and
@@ -170,7 +172,8 @@ macro_rules! controller {
             /// Raises
             /// ------
             /// InputError
-            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            ///     If a number is not finite or, but for `dt`, beyond its bound; the state is then
+            ///     unchanged.
             #[inline]
             #[pyo3(signature = (
                 x, y, yaw, speed, dt, *, applied_steer=None, measured_steer=None, pose_age=0.0, roll=0.0
@@ -224,7 +227,7 @@ macro_rules! controller {
 
             /// Take one control step, and answer whatever comes in.
             ///
-            /// Where `step` would raise `InputError`, the last command is held: its angle,
+            /// Where `step` would raise `InputError`, too, the last command is held: its angle,
             /// direction, errors, target, reference speed and distance to stop. Its time is added
             /// to that of the next step, which is one `step` over all the time that has passed, but
             /// for `max_steer_rate`: while a command is held the wheels do not turn, so the angle
@@ -240,8 +243,8 @@ macro_rules! controller {
             /// speed : float
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
-            ///     Time since the last call [s], 1e-6 to 1e3. One that is refused itself counts as
-            ///     no time: after a repeated stamp the next one tells all of it.
+            ///     Time since the last call [s]. One out of 1e-6 to 1e3 counts as no time: after a
+            ///     repeated stamp the next one tells all of it.
             /// hold_limit : int, default 10
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.

@@ -23,10 +23,10 @@ pub enum OnError {
     /// An error; no vehicle has moved then.
     Raise,
     /// No angle, and no numbers, for its vehicle, which keeps its state but for the time that
-    /// passes; the others go on. A bad `dt` is an error.
+    /// passes; the others go on. A `dt` that is not finite is an error.
     Mark,
     /// The last command of its vehicle, as [`Tracker::step_or_hold`] with this limit; the others
-    /// go on. A bad `dt` holds all of them.
+    /// go on. A `dt` that is not finite holds all of them.
     Hold(usize),
 }
 
@@ -194,10 +194,10 @@ impl<L: LateralLaw> Kept<L> {
         reported: Reported,
     ) -> Command {
         match (self.advance(scratch, input, dt, reported), on_error) {
+            (outcome, OnError::Hold(limit)) => self.tracking.or_hold(outcome, dt, limit),
             (Ok(status), _) => self.tracking.command(status),
-            (Err(_), OnError::Hold(limit)) => self.tracking.hold(dt, limit),
             (Err(_), _) => {
-                self.tracking.miss(dt);
+                self.tracking.hold(dt);
                 marked(self.tracking.answer)
             }
         }
@@ -213,13 +213,14 @@ impl<L: LateralLaw> Kept<L> {
         on_error: OnError,
         reported: Reported,
     ) -> f64 {
-        match (self.advance(scratch, input, dt, reported), on_error) {
-            (Ok(_), _) => self.tracking.steer,
-            (Err(_), OnError::Hold(limit)) => self.tracking.hold(dt, limit).steer,
-            (Err(_), _) => {
-                self.tracking.miss(dt);
-                f64::NAN
-            }
+        let outcome = self.advance(scratch, input, dt, reported);
+        if outcome.is_ok() {
+            return self.tracking.steer;
+        }
+        self.tracking.hold(dt);
+        match on_error {
+            OnError::Hold(_) => self.tracking.steer,
+            _ => f64::NAN,
         }
     }
 }

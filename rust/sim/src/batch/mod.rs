@@ -10,7 +10,7 @@ pub use member::{Member, OnError};
 use std::sync::Arc;
 
 use popsteer_core::tracker::{Reported, TrackerState};
-use popsteer_core::vehicle::state::checked_dt;
+use popsteer_core::vehicle::state::period;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ pub const CHUNK: usize = 256;
 /// A vehicle whose input is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchError {
-    /// Its place in the batch; None if `dt` is refused.
+    /// Its place in the batch; None if `dt` is not finite.
     pub vehicle: Option<usize>,
     /// Why.
     pub error: InputError,
@@ -110,7 +110,7 @@ where
     ///
     /// # Errors
     ///
-    /// [`BatchError`] for a bad `dt`, and for the first vehicle whose input is refused, as
+    /// [`BatchError`] for a `dt` that is not finite, and for the first vehicle whose input is refused, as
     /// `on_error` says.
     ///
     /// # Panics
@@ -169,7 +169,7 @@ where
         assert_eq!(inputs.len(), self.len(), "one input for each vehicle");
         assert_eq!(out.len(), self.len(), "one place for each vehicle");
         if !matches!(on_error, OnError::Hold(_)) {
-            checked_dt(dt).map_err(|error| BatchError {
+            period(dt).map_err(|error| BatchError {
                 vehicle: None,
                 error,
             })?;

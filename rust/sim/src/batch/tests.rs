@@ -159,8 +159,37 @@ fn test_batch_one_bad_vehicle_refuses_all_or_is_marked() {
         .unwrap();
     let nan: Vec<bool> = angles.iter().map(|angle| angle.is_nan()).collect();
     assert_eq!(nan, [false, false, false, true, false]);
-    let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &[], &mut angles);
+    let bad_dt = batch.steer(&inputs, f64::NAN, OnError::Mark, &[], &mut angles);
     assert!(bad_dt.is_err());
+}
+
+#[test]
+fn test_batch_holds_where_no_time_passes_whatever_is_done_on_an_error() {
+    let (mut batch, ..) = batch(2);
+    let good = VehicleState {
+        x: 1.0,
+        y: 0.5,
+        yaw: 0.1,
+        speed: 3.0,
+    };
+    let mut step = |dt, on_error| {
+        let mut out = [None; 2];
+        let write = |place: &mut Option<Command>, command| *place = Some(command);
+        batch
+            .step(&[good; 2], dt, on_error, &[], &mut out, write)
+            .unwrap();
+        out.map(Option::unwrap)
+    };
+    let last = step(0.05, OnError::Raise);
+    for (on_error, status) in [
+        (OnError::Raise, Status::INPUT_HELD),
+        (OnError::Mark, Status::INPUT_HELD),
+        (OnError::Hold(3), Status::INPUT_HELD),
+        (OnError::Hold(3), Status::INPUT_LOST),
+    ] {
+        let held = step(-60.0, on_error);
+        assert_eq!(held, last.map(|command| Command { status, ..command }));
+    }
 }
 
 #[test]
@@ -190,7 +219,8 @@ fn test_batch_refused_vehicle_keeps_its_direction_or_all_of_its_command() {
     assert!(marked.steer.is_nan() && marked.reverse && !other.steer.is_nan());
     assert_eq!(marked.status, Status::INPUT_HELD);
     for status in [Status::INPUT_HELD, Status::INPUT_LOST] {
-        let [_, held] = step(bad, OnError::Hold(1));
+        // The one that was marked is the first of those in a row.
+        let [_, held] = step(bad, OnError::Hold(2));
         assert_eq!(held, Command { status, ..last });
     }
 }

@@ -13,6 +13,7 @@ use popsteer_core::bounds::MAX_DT;
 use popsteer_core::error::Requirement;
 use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_core::path::Place;
+use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::vehicle::Estimate;
@@ -168,7 +169,7 @@ impl<L: Subject> Life<L> {
     /// Steps the state and steers its twin; whether both refused.
     fn step(&mut self, vehicle: VehicleState, dt: f64) -> bool {
         let path = self.path.view();
-        let good = vehicle.checked().is_ok() && checked_dt(dt).is_ok();
+        let good = vehicle.checked().is_ok() && dt.is_finite();
         let before = self.state.clone();
         let stepped = self
             .tracker
@@ -180,6 +181,11 @@ impl<L: Subject> Life<L> {
         match (stepped, steered) {
             (Ok(command), Ok(steer)) => {
                 assert_eq!(command.steer.to_bits(), steer.to_bits());
+                if checked_dt(dt).is_err() {
+                    assert!(same::<L>(&self.state, &self.twin));
+                    self.check_held(before, &command, dt, HOLD_LIMIT);
+                    return false;
+                }
                 self.check_command(&command);
                 self.check_limits(&before, &command, dt);
                 // Where a pose was old once, the commands since are kept, and timed, apart.
@@ -267,10 +273,15 @@ impl<L: Subject> Life<L> {
             hold_limit,
             Reported::NOTHING,
         );
-        if let Ok(stepped) = tracker.step(&path, &mut self.twin, vehicle, dt, Reported::NOTHING) {
-            assert_eq!(command, stepped);
-            return;
+        let stepped = tracker.step(&path, &mut self.twin, vehicle, dt, Reported::NOTHING);
+        match stepped {
+            Ok(stepped) if checked_dt(dt).is_ok() => assert_eq!(command, stepped),
+            _ => self.check_held(before, &command, dt, hold_limit),
         }
+    }
+
+    /// The last command once more, after the state `before`.
+    fn check_held(&mut self, before: State<L>, command: &Command, dt: f64, hold_limit: usize) {
         let held = before.held.saturating_add(1);
         let lost = held > hold_limit;
         let status = if lost {

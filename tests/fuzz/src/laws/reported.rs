@@ -4,6 +4,7 @@ use super::{Life, same};
 use crate::bytes::Bytes;
 use crate::scene::{dt, symmetric, vehicle};
 use crate::subject::Subject;
+use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::past::MAX_POSE_AGE;
 use popsteer_core::vehicle::state::checked_dt;
@@ -30,7 +31,7 @@ impl<L: Subject> Life<L> {
             Some(reported.roll),
         ];
         let good = seen.checked().is_ok()
-            && checked_dt(dt).is_ok()
+            && dt.is_finite()
             && angles
                 .iter()
                 .flatten()
@@ -46,6 +47,10 @@ impl<L: Subject> Life<L> {
         match (stepped, steered) {
             (Ok(command), Ok(steer)) => {
                 assert_eq!(command.steer.to_bits(), steer.to_bits());
+                if checked_dt(dt).is_err() {
+                    assert!(same::<L>(&self.state, &self.twin));
+                    return self.check_held(before, &command, dt, HOLD_LIMIT);
+                }
                 self.check_command(&command);
                 assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
             }

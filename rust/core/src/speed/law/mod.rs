@@ -55,14 +55,12 @@ use crate::status::Status;
 pub(super) use limits::CREEP;
 pub use limits::{REST, SpeedLaw, SpeedTrackerParams};
 use situation::Situation;
+use state::{ACCELERATION_BOUND, SPEED_BOUND};
 pub use state::{Phase, Sensed, SpeedCommand, SpeedState};
 
 /// Share of what the brakes can do that holds a vehicle, and how many times what its slope needs. Less: it
 /// rolls back until a drive with a lag has become a brake.
 const HOLD: (f64, f64) = (0.5, 2.5);
-/// Bounds of the accelerations [m/s²] and the speed [m/s] of a state, beyond what a step can leave there.
-const ACCELERATION_BOUND: f64 = 1e4;
-const SPEED_BOUND: f64 = 1e8;
 
 impl SpeedLaw {
     /// The command for a vehicle that is located `at` its place on `path` now, whose planned speeds are

@@ -1,9 +1,15 @@
 //! What the law is told, answers, and remembers.
 
+use crate::error::{InputError, input_within};
+use crate::path::stop::Ahead;
 use crate::speed::disturbance::Observer;
 use crate::speed::servo::Servo;
 use crate::status::Status;
 use crate::vehicle::Drive;
+
+/// Bounds of the accelerations [m/s²] and the speed [m/s] of a state, beyond what a step can leave there.
+pub(super) const ACCELERATION_BOUND: f64 = 1e4;
+pub(super) const SPEED_BOUND: f64 = 1e8;
 
 /// What the vehicle does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,6 +58,7 @@ impl Phase {
 
 /// What a step of the speed answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpeedCommand {
     /// Acceleration in the direction of driving [m/s^2]; negative brakes.
     pub acceleration: f64,
@@ -72,8 +79,36 @@ pub struct SpeedCommand {
     pub cannot_stop: bool,
     /// What the vehicle does.
     pub phase: Phase,
-    /// What is known of the inputs: of the tracker, or of the driver around the law.
+    /// What is known of the inputs: of the tracker, or of the driver around the law. No part of a state.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub status: Status,
+}
+
+impl SpeedCommand {
+    /// Before anything is known: stand.
+    pub(crate) const STANDING: Self = Self {
+        acceleration: 0.0,
+        speed: 0.0,
+        reference_speed: 0.0,
+        distance_to_stop: 0.0,
+        reverse: false,
+        standing: true,
+        cannot_stop: false,
+        phase: Phase::Standing,
+        status: Status::OK,
+    };
+
+    /// Refuses one that no law gives.
+    pub(crate) fn check(&self) -> Result<(), InputError> {
+        const FIELD: &str = "command";
+        input_within(FIELD, self.acceleration, ACCELERATION_BOUND)?;
+        input_within(FIELD, self.speed, SPEED_BOUND)?;
+        let ahead = Ahead {
+            reference_speed: Some(self.reference_speed),
+            distance_to_stop: self.distance_to_stop,
+        };
+        ahead.check(FIELD)
+    }
 }
 
 /// What is believed of the vehicle, and what it was told.

@@ -47,6 +47,10 @@ fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
     let refused = tracker.step(&path.view(), &[0.0; 2], &mut state, vehicle, 0.05);
     assert_eq!(refused.unwrap_err().field, "x");
     assert_eq!(state, SpeedTrackerState::default());
+    let there = VehicleState::ORIGIN;
+    let refused = tracker.step(&path.view(), &[0.0; 2], &mut state, there, f64::NAN);
+    assert_eq!(refused.unwrap_err().field, "dt");
+    assert_eq!(state, SpeedTrackerState::default());
     let bad = SpeedTrackerParams {
         max_jerk: Some(0.0),
         ..SpeedTrackerParams::DEFAULT
@@ -59,6 +63,34 @@ fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
     };
     let refused = tracker.check_state(&path.view(), &lost);
     assert_eq!(refused.unwrap_err().field, "waypoint");
+}
+
+#[test]
+fn test_speed_tracker_holds_its_command_where_no_time_passes() {
+    let path = Path::new(&[0.0, 99.0], &[0.0; 2], None, false).unwrap();
+    let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let mut step = |dt| {
+        let command = tracker.step(&path.view(), &plan, &mut state, VehicleState::ORIGIN, dt);
+        command.unwrap()
+    };
+    let first = step(0.0);
+    assert!(first.standing && first.acceleration.abs() <= 0.0);
+    assert_eq!(first.status, Status::INPUT_HELD);
+    let driven = step(0.05);
+    assert!(driven.acceleration > 0.1 && driven.status == Status::OK);
+    for count in 1..=HOLD_LIMIT + 2 {
+        let status = Status::held(count, HOLD_LIMIT);
+        let dt = if count % 2 == 0 { -60.0 } else { 2000.0 };
+        assert_eq!(step(dt), SpeedCommand { status, ..driven });
+    }
+    assert_eq!(step(0.05).status, Status::OK);
+    assert_eq!(state.held, 0);
+    let mut wild = state;
+    wild.command.as_mut().unwrap().acceleration = f64::NAN;
+    let refused = tracker.check_state(&path.view(), &wild);
+    assert_eq!(refused.unwrap_err().field, "command");
 }
 
 #[test]
