@@ -67,7 +67,8 @@ pub(crate) fn check_backwards<L: Subject>(
         let mirrored = Command {
             steer: backed.steer,
             status: backed.status,
-            reverse: true,
+            // A command that is held before the first step has no direction.
+            reverse: back.answer.is_some(),
             reference_speed: driven.reference_speed.map(|speed| -speed),
             ..driven
         };
