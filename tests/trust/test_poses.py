@@ -126,7 +126,8 @@ def test_drift_of_the_position_is_reported_only_where_it_is_fast() -> None:
 
         drove = drive(course=straight(500.0), sense=sense, seconds=40.0, noise=(0.05, 0.01, 0.05))
         assert (drove.first_fault() < START + 1.0) == reported
-        assert abs(drove.errors[-1][1]) > 29.0 * rate
+        # It is driven with; of what is reported, which are outliers, no slip is learnt.
+        assert abs(drove.errors[-1][1]) > (28.0 if reported else 29.0) * rate
 
 
 class Deaf(Car):

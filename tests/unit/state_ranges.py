@@ -67,6 +67,10 @@ RANGES: list[tuple[str, float, float, str]] = [
         for name, most in (("x", 2e9), ("y", 2e9), ("yaw", 1e6), ("speed", 1e4))
     ),
     *(
+        (f"estimator.unseen.{name}", least, 1e30, "unseen")
+        for name, least in (("wheels.turn", -1e30), ("time", 0.0), ("first", -1e30))
+    ),
+    *(
         (f"estimator.{name}.{field}", least, most, name)
         for name in ("turning", "sliding", "driving")
         for field, least, most in (

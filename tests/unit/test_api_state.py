@@ -72,6 +72,7 @@ FIRST: dict[str, Any] = {
     "period": 0.0,
     "estimator": {
         "last_measured": None,
+        "unseen": None,
         "turning": _walk((1.0, 0.0, 0.0, 0.0), (0.1, 0.012, 0.05, 0.05), 2.5e-5),
         "sliding": _walk((0.0, 0.0, 0.0), (0.02, 0.1, 0.01), 1.4e-5),
         "pace": _walk((0.0,), (3.0,), 1e-5),
@@ -165,7 +166,9 @@ def test_state_with_a_dead_time_begins_with_commands_in_flight() -> None:
         # The pose repeats though the vehicle drives: it is an old one, rolled forward.
         expected, measured = state.gate.believed, state.gate.measured
         assert (measured.x, measured.y) == (4.0, 1.0) != (expected.x, expected.y)
-        assert state.estimator.last_measured == expected
+        # It shows nothing of the vehicle.
+        seen = state.estimator.last_measured
+        assert (seen.x, seen.y, state.past.since) == (4.0, 1.0, pytest.approx(0.1))
         assert state.past.wheel == 0.01
 
 
@@ -309,6 +312,8 @@ def test_state_is_restored_within_its_ranges_and_refused_beyond(name: str) -> No
     controller = getattr(popsteer, name)(PATH)
     whole = controller.state.replace(**WHOLE)
     whole = _edited(whole, "estimator.last_measured", POSE)
+    wheels = State(turn=0.01, slope=0.1, change=0.02)
+    whole = _edited(whole, "estimator.unseen", State(wheels=wheels, time=0.1, first=0.05))
     if name == "Pid":
         buffer = State(length=500, terms=(0.1, 0.2), next=2, sum=0.3)
         whole = whole.replace(

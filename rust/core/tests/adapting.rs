@@ -232,10 +232,11 @@ fn test_motion_of_a_period_counts_up_to_a_second() {
         let path = bends(false);
         let tracker = preview(&Vehicle::PAPER);
         let mut state = tracker.initial_state();
-        for (x, speed) in [(5.0, 8.0), (7.0, 9.0)] {
+        let gone = 8.5 * dt;
+        for (x, speed) in [(5.0, 8.0), (5.0 + gone * 0.4_f64.cos(), 9.0)] {
             let vehicle = VehicleState {
                 x,
-                y: 2.5,
+                y: 2.5 + (x - 5.0) * 0.4_f64.tan(),
                 yaw: 0.4,
                 speed,
             };

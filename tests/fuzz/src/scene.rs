@@ -3,6 +3,7 @@
 use crate::bytes::Bytes;
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use popsteer_core::vehicle::kalman::Walk;
+use popsteer_core::vehicle::wheels::{Reached, WheelIntegrals};
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
 use popsteer_core::{Path, PathError, PathView, Vehicle, VehicleState};
 use std::f64::consts::FRAC_PI_4;
@@ -245,6 +246,15 @@ pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator
             y: bytes.number([-50.0, 50.0], coordinates),
             yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
             speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
+        }),
+        unseen: (bytes.byte() & 1 == 1).then(|| Reached {
+            wheels: (bytes.byte() & 1 == 1).then(|| WheelIntegrals {
+                turn: symmetric(bytes, 1.0, 1e30),
+                slope: symmetric(bytes, 1.0, 1e30),
+                change: symmetric(bytes, 1.0, 1e30),
+            }),
+            time: bytes.number([0.0, 1.0], [0.0, 1e30]),
+            first: symmetric(bytes, 0.5, 1e30),
         }),
         turning: walk(bytes),
         sliding: walk(bytes),

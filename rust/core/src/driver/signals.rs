@@ -12,10 +12,10 @@
 //!
 //! A signal that is missing, or that a fault names, has its expected value. The speed is then corrected
 //! by the poses, if these come: with the distance `e` that they are ahead of the expected place,
-//! along the heading,
+//! along the heading, `T` after the last one,
 //!
 //! ```text
-//! speed = expected speed + β e / dt,      β = 1 - exp(-dt / SPEED_TIME)
+//! speed = expected speed + β e / T,      β = 1 - exp(-T / SPEED_TIME)
 //! ```
 //!
 //! which is an α-β filter (Kalata 1984) with `α = 1`: poses that pass are not smoothed. Once a fault is
@@ -126,6 +126,7 @@ impl Signals {
         self.last = (yaw, pace);
         let heading = yaw.is_some() && !frozen.0 && blamed != Some(Fault::Heading);
         let speed = pace.is_some() && !frozen.1 && blamed != Some(Fault::Speed);
+        let since = saturate(self.position + dt, MIN_DT, MAX_DT);
         let count = |time: &mut f64, comes: bool| {
             *time = if comes {
                 0.0
@@ -158,7 +159,7 @@ impl Signals {
         } else {
             f64::INFINITY
         };
-        mixed(sensed, expected, comes, (believed.speed, dt), reach).bounded()
+        mixed(sensed, expected, comes, (believed.speed, since), reach).bounded()
     }
 
     /// What has been missing for longer than `hold_time` [s]; all of it is the input.
@@ -171,6 +172,11 @@ impl Signals {
             [_, _, true] => Some(Fault::Speed),
             _ => None,
         }
+    }
+
+    /// Whether position and heading came.
+    pub(super) fn has_pose(&self) -> bool {
+        self.position <= 0.0 && self.heading <= 0.0
     }
 
     /// Whether a signal is missing.
@@ -192,13 +198,13 @@ impl Signals {
 }
 
 /// What was `sensed` where it `comes` (position, heading, speed), else what was `expected`. A speed and a
-/// heading that are missing are found by the positions, `dt` [s] after the speed was `before` [m/s]; the
-/// heading over the distance `reach` [m].
+/// heading that are missing are found by the positions, `since` [s] after the last one, at a speed that was
+/// `before` [m/s]; the heading over the distance `reach` [m].
 fn mixed(
     sensed: VehicleState,
     expected: VehicleState,
     comes: (bool, bool, bool),
-    (before, dt): (f64, f64),
+    (before, since): (f64, f64),
     reach: f64,
 ) -> VehicleState {
     let (position, heading, speed) = comes;
@@ -212,7 +218,7 @@ fn mixed(
     if heading {
         mixed.yaw = sensed.yaw;
     } else {
-        let travel = 0.5 * (before + expected.speed) * dt;
+        let travel = 0.5 * (before + expected.speed) * since;
         if travel != 0.0 {
             mixed.yaw += (1.0 - decay(travel.abs(), reach)) / travel * left;
         }
@@ -221,7 +227,7 @@ fn mixed(
         mixed.speed = sensed.speed;
     } else if position {
         let ahead = off.x * cos(mixed.yaw) + off.y * sin(mixed.yaw);
-        let found = mixed.speed + (1.0 - decay(dt, SPEED_TIME)) / dt * ahead;
+        let found = mixed.speed + (1.0 - decay(since, SPEED_TIME)) / since * ahead;
         // Noise of the poses turns no vehicle round that comes to rest.
         mixed.speed = if found * before < 0.0 { 0.0 } else { found };
     }

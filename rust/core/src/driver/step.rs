@@ -131,10 +131,11 @@ impl<L: LateralLaw> Driver<L> {
             return self.repeat(state);
         };
         // Place: where on the path that is.
+        let comes = state.signals.has_pose();
         let TrackerState { tracking, model } = &mut state.tracker;
         let seen = self
             .tracker
-            .see(path, tracking, model, vehicle, dt, reported);
+            .see(path, tracking, model, vehicle, dt, (reported, comes));
         state.signals.believed = Some(seen.here);
         self.judge(state, &seen);
         // Speed law: what do the pedals do? It stops for a fault as for its operator.

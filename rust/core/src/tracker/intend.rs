@@ -61,6 +61,7 @@ impl<L: LateralLaw> Tracker<L> {
         let model = &mut state.model;
         let wheel = model.past.take().map(|past| past.wheel());
         model.estimator.last_measured = None;
+        model.estimator.unseen = None;
         let (mut estimate, mut plant) = match model.in_flight {
             Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
             _ => (
@@ -103,7 +104,14 @@ impl<L: LateralLaw> Tracker<L> {
             // The speed signal says what it says of a vehicle that is so fast.
             let told = state.model.estimator.estimate.told(vehicle);
             let TrackerState { tracking, model } = &mut state;
-            let seen = self.see(path, tracking, model, told.bounded(), dt, Reported::NOTHING);
+            let seen = self.see(
+                path,
+                tracking,
+                model,
+                told.bounded(),
+                dt,
+                (Reported::NOTHING, true),
+            );
             self.turn(path, tracking, &seen, false);
         }
         Ok(count)

@@ -21,7 +21,7 @@ pub(super) struct Perception {
 }
 
 impl<L: LateralLaw> Tracker<L> {
-    /// What the wheels did in the `dt` [s] since the last step, and from the last pose to this one,
+    /// What the wheels did in the `dt` [s] since the last step, and from the last measured pose to this one,
     /// which is `age` [s] old.
     #[inline]
     pub(super) fn reach(
@@ -40,8 +40,9 @@ impl<L: LateralLaw> Tracker<L> {
             time: dt,
             first: in_flight.map_or(standing, InFlight::wheel),
         };
+        let unseen = model.estimator.unseen.take();
         if age <= 0.0 && model.past.is_none() {
-            return [lately; 2];
+            return [lately, unseen.map_or(lately, |before| before.then(&lately))];
         }
         // Nothing is remembered before the first pose with an age: the wheels count as still.
         let past = model.past.get_or_insert_with(|| {
@@ -49,6 +50,8 @@ impl<L: LateralLaw> Tracker<L> {
             if state.answer.is_none() {
                 // The first pose is the newest.
                 past.see(larger(age - dt, 0.0));
+            } else if let Some(unseen) = unseen {
+                past.see(unseen.time);
             }
             past
         });
@@ -56,6 +59,9 @@ impl<L: LateralLaw> Tracker<L> {
         let commands = in_flight.into_iter().flat_map(InFlight::commands);
         past.elapse(car, commands.chain([(steer, dt)]), wheel, dt);
         let time = past.since() - age;
+        if age <= 0.0 && time <= dt {
+            return [lately; 2];
+        }
         let is_new = time >= MIN_DT;
         let since = Reached {
             wheels: in_flight
@@ -64,9 +70,6 @@ impl<L: LateralLaw> Tracker<L> {
             time,
             first: past.wheel_before(),
         };
-        if is_new {
-            past.see(age);
-        }
         [lately, since]
     }
 

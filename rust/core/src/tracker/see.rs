@@ -1,6 +1,7 @@
 //! The first half of a step: where the vehicle is believed to be, where on the path that is, and what
 //! is wrong.
 
+use crate::bounds::MIN_DT;
 use crate::laws::{LateralLaw, LateralState};
 use crate::math::larger;
 use crate::path::{Follow, Located, PathView, Place};
@@ -12,12 +13,16 @@ use crate::tracker::state::{Model, Tracking};
 use crate::tracker::step::Tracker;
 use crate::vehicle::VehicleState;
 use crate::vehicle::gate::Gate;
+use crate::vehicle::past::MAX_POSE_AGE;
 use crate::vehicle::wheels::Reached;
 
 impl<L: LateralLaw> Tracker<L> {
     /// The first half of a step: what time it is, where the vehicle is believed to be, and where on
     /// the path that is. Arguments as of [`advance`](Self::advance), checked, but for the pose, which is
-    /// that of the vehicle's point wherever its antenna lies.
+    /// that of the vehicle's point wherever its antenna lies, and the expected one where none `comes`.
+    ///
+    /// What the vehicle is is learnt from one measured pose to the next: one that is expected, repeats or
+    /// is an outlier shows nothing.
     #[inline]
     pub(crate) fn see(
         &self,
@@ -26,7 +31,7 @@ impl<L: LateralLaw> Tracker<L> {
         model: &mut Model,
         vehicle: VehicleState,
         period: f64,
-        reported: Reported,
+        (reported, comes): (Reported, bool),
     ) -> Seen {
         let dt = state.elapse(&mut model.estimator, period);
         if let Some(applied) = reported.applied_steer {
@@ -37,9 +42,35 @@ impl<L: LateralLaw> Tracker<L> {
         let told = vehicle.speed;
         let speed = model.estimator.estimate.speed_of(told);
         let vehicle = VehicleState { speed, ..vehicle };
-        let [lately, reached] = self.reach(state, model, dt, reported.pose_age);
+        let age = reported.pose_age;
+        let [lately, mut reached] = self.reach(state, model, dt, age);
         let known = model.estimator.estimate;
-        let (vehicle, pose) = self.believe(state, model, vehicle, &reached, dt, reported.pose_age);
+        let (vehicle, pose, jumped) = if comes {
+            self.believe(state, model, vehicle, [&lately, &reached], age)
+        } else {
+            let gate = state.gate.as_mut();
+            (
+                vehicle,
+                gate.map_or(Status::OK, |gate| gate.wait(dt)),
+                false,
+            )
+        };
+        if comes && (pose == Status::OK || jumped) {
+            if let Some(past) = &mut model.past
+                && past.since() - age >= MIN_DT
+            {
+                past.see(age);
+            }
+            if reached.time > MAX_POSE_AGE {
+                // Longer than what the wheels did is remembered.
+                model.estimator.last_measured = None;
+            }
+        } else {
+            if model.past.is_none() && lately.wheels.is_some() {
+                model.estimator.unseen = Some(reached);
+            }
+            reached.wheels = None;
+        }
         let perception = self.perceive((state.steer, dt, told), model, vehicle, &reached, reported);
         let mut belief = perception.belief;
 
@@ -60,12 +91,14 @@ impl<L: LateralLaw> Tracker<L> {
                     ..vehicle
                 };
                 self.observe_slip(&mut model.estimator, adapt, &located, as_told, since);
+            } else if located.direction_changed {
+                model.estimator.last_measured = None;
             }
             belief.estimate = model.estimator.estimate;
         }
         let delays = self.models && belief.estimate.delays(self.law.vehicle());
         let moved = delays.then(|| follow.offset(path, &located, predicted, travelled));
-        let fault = self.find_faults(state, model, &located, here, lately);
+        let fault = self.find_faults(state, model, &located, vehicle, [lately, reached]);
         Seen {
             here,
             located,
@@ -103,40 +136,42 @@ impl<L: LateralLaw> Tracker<L> {
         at
     }
 
-    /// The pose that the step goes on with, by the [`Gate`]; the given one without a monitor, and
-    /// where nothing of the vehicle is modelled. Since the last one the wheels did what they `reached`.
+    /// The pose that the step goes on with, by the [`Gate`], and whether the localisation has jumped; the
+    /// given one without a monitor, and where nothing of the vehicle is modelled. The wheels did what they
+    /// reached since the last step and since the last measured pose.
     #[inline]
     fn believe(
         &self,
         state: &mut Tracking<L::State>,
         model: &mut Model,
         vehicle: VehicleState,
-        reached: &Reached,
-        dt: f64,
+        [lately, reached]: [&Reached; 2],
         age: f64,
-    ) -> (VehicleState, Status) {
+    ) -> (VehicleState, Status, bool) {
         if self.bare || self.monitor.is_none() {
-            return (vehicle, Status::OK);
+            return (vehicle, Status::OK, false);
         }
         let car = self.law.vehicle();
         let Some(gate) = &mut state.gate else {
             state.gate = Some(Gate::new(vehicle, age));
-            return (vehicle, Status::OK);
+            return (vehicle, Status::OK, false);
         };
+        let is_last = age <= 0.0 && gate.age <= 0.0;
+        let reached = if is_last { lately } else { reached };
         let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
-        let (status, jumped) = gate.pass(car, vehicle, bend, dt, age);
+        let (status, jumped) = gate.pass(car, vehicle, bend, lately.time, age);
         if status == Status::OK {
-            return (vehicle, status);
+            return (vehicle, status, false);
         }
         let believed = gate.believed;
         if jumped {
             model.estimator.last_measured = None;
             state.jump(state.place.lost());
         }
-        (believed, status)
+        (believed, status, jumped)
     }
 
-    /// Compares the measured motion with the last commands, and returns the faults.
+    /// Compares the motion since the last measured pose with the commands, and returns the faults.
     #[inline]
     fn find_faults(
         &self,
@@ -144,7 +179,7 @@ impl<L: LateralLaw> Tracker<L> {
         model: &Model,
         here: &Located,
         vehicle: VehicleState,
-        lately: Reached,
+        [lately, since]: [Reached; 2],
     ) -> Status {
         let Some(monitor) = &self.monitor else {
             return Status::OK;
@@ -154,7 +189,8 @@ impl<L: LateralLaw> Tracker<L> {
             here,
             vehicle,
             last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
-            reached: lately.wheels,
+            // Where wheels are modelled, a pose that shows nothing has none.
+            reached: lately.wheels.map(|_| since),
             estimator: self.adapt().map(|_| &model.estimator),
             noise: Gate::noise_of(state.gate.as_ref()),
             dt: lately.time,

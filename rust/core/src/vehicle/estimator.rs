@@ -42,7 +42,7 @@
 //! Assumed: the lag is right; a lag that is longer than given is mostly taken for dead time.
 
 use super::kalman::{Change, Innovation, Walk};
-use super::wheels::WheelIntegrals;
+use super::wheels::{Reached, WheelIntegrals};
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
@@ -58,6 +58,8 @@ pub struct Estimator {
     /// State of the no-slip point when it was last measured, with the speed as told; none if the motion since then must not
     /// be used.
     pub last_measured: Option<VehicleState>,
+    /// What the wheels did since then, where no pose was measured at the last step.
+    pub unseen: Option<Reached>,
     /// The yaw: gain, understeer, steering offset and dead time.
     pub turning: Walk<4>,
     /// The position aside of the heading: slip, length and compliance.
@@ -79,6 +81,7 @@ impl Default for Estimator {
     fn default() -> Self {
         Self {
             last_measured: None,
+            unseen: None,
             turning: Walk::new([1.0, 0.0, 0.0, 0.0], &Self::TURNING, Self::YAW_NOISE),
             sliding: Walk::new([0.0; 3], &Self::SLIDING, Self::POSITION_NOISE),
             pace: Walk::new([0.0], &[Self::ACCELERATION], Self::SPEED_NOISE),
@@ -366,6 +369,7 @@ impl Estimator {
             input_within("last_measured", last_measured.yaw, MAX_YAW)?;
             input_within("last_measured", last_measured.speed, MAX_SPEED)?;
         }
+        self.unseen.map(Reached::checked).transpose()?;
         self.turning.checked("turning")?;
         self.sliding.checked("sliding")?;
         self.pace.checked("pace")?;

@@ -148,6 +148,7 @@ impl Gate {
             let status = self.hold_stale(car, vehicle, (travel, curvature), elapsed);
             return (status, false);
         }
+        let waited = self.stale + elapsed;
         self.stale = 0.0;
         self.measured = vehicle;
         // From where `rolled` has it, with the chord of a short arc.
@@ -164,7 +165,13 @@ impl Gate {
             self.drift = (0.0, 0.0);
             return (self.believe(car, vehicle, (c, s), off, turned), false);
         }
-        self.doubt(car, vehicle, (travel, curvature), (off, turned), elapsed)
+        self.doubt(car, vehicle, (travel, curvature), (off, turned), waited)
+    }
+
+    /// No pose has come for `dt` [s]: of the last one holds what was found of it.
+    pub(crate) fn wait(&mut self, dt: f64) -> Status {
+        self.age += dt;
+        self.found()
     }
 
     /// A pose that is as old as the last one, or older, of which holds what was found of that; or
@@ -175,6 +182,11 @@ impl Gate {
             self.restart(vehicle);
             return Status::OK;
         }
+        self.found()
+    }
+
+    /// What was found of the last pose.
+    fn found(&self) -> Status {
         if self.stale > 0.0 {
             return self.stale_status();
         }
@@ -257,22 +269,22 @@ impl Gate {
         vehicle: VehicleState,
         arc: (f64, f64),
         (off, turned): (Point, f64),
-        elapsed: f64,
+        waited: f64,
     ) -> (Status, bool) {
         let (travel, curvature) = arc;
         let (last, last_turned) = self.jump;
         let (apart, askew) = (off - last, wrap(turned - last_turned));
         let agrees =
             self.agreed > 0.0 && self.explains(car, (travel, travel * curvature), apart, askew);
-        self.agreed = elapsed + if agrees { self.agreed } else { 0.0 };
+        self.agreed = waited + if agrees { self.agreed } else { 0.0 };
         self.jump = (off, turned);
         let (c, s) = rough_direction(vehicle.yaw);
         // What is noise may be far more than it was; what is not counts no more than the most that is.
         let most = Self::POSITION * car.wheelbase + Self::DEVIATIONS * self.position.deviation();
         let aside = saturate(off.y * c - off.x * s, -most, most);
         let askew = saturate(turned, -Self::YAW, Self::YAW);
-        self.position.observe(aside, elapsed);
-        self.heading.observe(askew, elapsed);
+        self.position.observe(aside, waited);
+        self.heading.observe(askew, waited);
         self.drift.0 += apart.x * c + apart.y * s;
         self.drift.1 += sqrt(apart.dot(&apart));
         let wheelbases = sqrt(off.dot(&off)) / car.wheelbase;

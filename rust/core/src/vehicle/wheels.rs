@@ -1,6 +1,7 @@
 //! The wheels: their response to a command, and the turn of the vehicle by them.
 
 use super::{Estimate, Vehicle};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{decay, rough_tangent, tan};
 
 /// The wheels' angle after a move, and their mean angle during it.
@@ -68,6 +69,7 @@ impl Vehicle {
 /// What the wheels did in a period. Times `speed / turning length`, the integrals are the turn of
 /// the vehicle and its derivative by a steering offset, and `change` that of the yaw rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WheelIntegrals {
     /// Integral of `tan(wheel)` over the time [s].
     pub turn: f64,
@@ -89,7 +91,8 @@ impl WheelIntegrals {
 }
 
 /// What the wheels did in the period that a pose ends.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reached {
     /// None if they are not modelled, or the period ends with a pose that was given before.
     pub wheels: Option<WheelIntegrals>,
@@ -100,6 +103,42 @@ pub struct Reached {
 }
 
 impl Reached {
+    /// Bound that no valid input reaches.
+    const MOST: f64 = 1e30;
+
+    /// The same with the period that follows.
+    #[inline]
+    pub fn then(&self, next: &Self) -> Self {
+        let both = |(before, after): (WheelIntegrals, WheelIntegrals)| WheelIntegrals {
+            turn: before.turn + after.turn,
+            slope: before.slope + after.slope,
+            change: before.change + after.change,
+        };
+        Self {
+            wheels: self.wheels.zip(next.wheels).map(both),
+            time: self.time + next.time,
+            first: self.first,
+        }
+    }
+
+    /// Itself, where wheels can have done that.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where they cannot.
+    pub fn checked(self) -> Result<Self, InputError> {
+        let WheelIntegrals {
+            turn,
+            slope,
+            change,
+        } = self.wheels.unwrap_or_default();
+        for number in [turn, slope, change, self.first] {
+            input_within("unseen", number, Self::MOST)?;
+        }
+        input_in_range("unseen", self.time, 0.0, Self::MOST)?;
+        Ok(self)
+    }
+
     /// Mean curvature [1/m] of the vehicle.
     #[inline]
     pub fn bend(&self, car: &Vehicle, speed: f64, estimate: &Estimate) -> f64 {

@@ -9,6 +9,8 @@ use popsteer_core::path::preview::wheel_at_rest;
 use popsteer_core::tracker::hold::ESTIMATION_GAP;
 use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::tracker::{Handover, TrackerState};
+use popsteer_core::vehicle::past::MAX_POSE_AGE;
+use popsteer_core::vehicle::wheels::Reached;
 use popsteer_core::vehicle::{Estimate, Estimator, InFlight};
 use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
 
@@ -103,13 +105,30 @@ fn decide<L: Subject>(
             estimator.last_measured = None;
             estimator.estimate.acceleration = 0.0;
         }
-        if let Some(adapt) = tracker.adapt() {
-            let reached = in_flight.wheel_integrals(car, before.steer, dt);
+        let lately = Reached {
+            wheels: Some(in_flight.wheel_integrals(car, before.steer, dt)),
+            time: dt,
+            first: in_flight.wheel(),
+        };
+        // What is learnt is learnt from the last measured pose on.
+        let unseen = estimator.unseen.take();
+        let reached = unseen.map_or(lately, |unseen| unseen.then(&lately));
+        if reached.time > MAX_POSE_AGE {
+            estimator.last_measured = None;
+        }
+        if let (Some(adapt), Some(wheels)) = (tracker.adapt(), reached.wheels) {
             let told = VehicleState {
                 speed: now.speed / scale,
                 ..now
             };
-            estimator.observe_turn(adapt, car, told, reached, dt);
+            estimator.observe_turn(adapt, car, told, wheels, reached.time);
+            // Within a period the dead time changes by at most that period.
+            let (longer, known) = (
+                &mut estimator.estimate.longer_dead_time,
+                before.model.estimator,
+            );
+            let known = known.estimate.longer_dead_time;
+            *longer = longer.clamp(known - dt, known + dt);
         }
         let longer = estimator.estimate.longer_dead_time;
         let late = longer - before.model.estimator.estimate.longer_dead_time;

@@ -16,7 +16,7 @@ use crate::math::{rough_tangent, saturate, wrap};
 use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
-use crate::vehicle::wheels::WheelIntegrals;
+use crate::vehicle::wheels::Reached;
 use crate::vehicle::{Estimator, Vehicle, VehicleState};
 
 params! {
@@ -41,12 +41,13 @@ params! {
 pub(super) struct Measured<'a> {
     /// Where the tracked point of the measured vehicle is.
     pub(super) here: &'a Located,
-    /// The vehicle by the pose of its own point.
+    /// The vehicle by the last pose of its own point.
     pub(super) vehicle: VehicleState,
     /// Its speed at the last step [m/s].
     pub(super) last_speed: f64,
-    /// What the modelled wheels did in the period; None if they are not modelled.
-    pub(super) reached: Option<WheelIntegrals>,
+    /// What the modelled wheels did since the last measured pose, without wheels where this step has none;
+    /// None if they are not modelled.
+    pub(super) reached: Option<Reached>,
     /// Which gains the turns have shown; None if none are estimated.
     pub(super) estimator: Option<&'a Estimator>,
     /// Standard deviation of the position's noise [m]; 0 where none is known.
@@ -136,22 +137,34 @@ impl Monitor {
         last: f64,
         now: &Measured<'_>,
     ) -> bool {
-        let (speed, dt) = (0.5 * (now.last_speed + now.vehicle.speed), now.dt);
-        let tangent = if let Some(reached) = now.reached {
-            reached.turn / dt
-        } else {
-            let (wheel, mean) = respond(car, monitored.wheel, last, dt);
-            monitored.wheel = wheel;
-            rough_tangent(mean)
+        let (mut dt, speed) = (now.dt, 0.5 * (now.last_speed + now.vehicle.speed));
+        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
+        if now.here.direction_changed {
+            monitored.interrupt();
+        }
+        let tangent = match now.reached {
+            Some(Reached {
+                wheels: Some(wheels),
+                time,
+                ..
+            }) => {
+                dt = time;
+                wheels.turn / dt
+            }
+            Some(_) => return monitored.alarm > 0.0,
+            None => {
+                let (wheel, mean) = respond(car, monitored.wheel, last, dt);
+                monitored.wheel = wheel;
+                rough_tangent(mean)
+            }
         };
         let share = speed / car.turning_length(speed);
         let rate = share * tangent;
         let expected = Expected { rate, share, dt };
 
-        if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
+        if dt > MonitorState::MAX_PERIOD {
             monitored.interrupt();
         }
-        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             let tolerance = self.params.turn_tolerance;
