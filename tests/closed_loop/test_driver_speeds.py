@@ -9,6 +9,7 @@ import pytest
 
 import popsteer
 from popsteer import reference
+from studies.driver import SUBSTEPS, Plant, Wear, car_of, road_of
 from tests.helpers import looped
 
 DT = 0.02
@@ -171,3 +172,19 @@ def test_explicit_reverse_counts_where_speeds_have_no_sign() -> None:
     places, speeds, _ = driven(parked, 20.0)
     assert places[-1] == pytest.approx(-5.0, abs=0.05)
     assert speeds[-1] == 0.0
+
+
+@pytest.mark.parametrize("wrong", [50.0, -50.0, 5000.0])
+def test_one_wrong_speed_in_a_while_is_no_fault_and_moves_nothing(wrong: float) -> None:
+    for seed in range(6):
+        draw = np.random.default_rng([13, seed])
+        car = car_of(draw)
+        path = road_of(car, draw)
+        driver, plant = popsteer.Driver(path, car), Plant(car, path, Wear())
+        for k in range(600):
+            x, y, yaw, speed = plant.sensed()
+            drive = driver.step(x, y, yaw, speed + (wrong if k % 43 == 42 else 0.0), 0.05)
+            assert drive.fault is None, (seed, k)
+            plant.go(drive, SUBSTEPS)
+            off = path.project(plant.x, plant.y).cross_track_error
+            assert abs(off) < 0.1 * car.wheelbase, (seed, k)

@@ -100,6 +100,19 @@ def test_lasting_jump_is_believed(jump: float, within: float) -> None:
     assert drove.errors[-1][1] == pytest.approx(-jump, abs=0.05)
 
 
+@pytest.mark.parametrize("wrong", [50.0, -50.0, 5000.0])
+def test_one_wrong_speed_in_a_while_changes_next_to_nothing(wrong: float) -> None:
+    for controller in (popsteer.PreviewPop, popsteer.Stanley, popsteer.Pid):
+        calls = itertools.count()
+
+        def sense(_time: float, pose: Pose, calls: itertools.count[int] = calls) -> Pose:
+            return (*pose[:3], pose[3] + (wrong if next(calls) % 43 == 42 else 0.0))
+
+        healthy, drove = drive(controller), drive(controller, sense=sense)
+        assert drove.first_fault() == math.inf
+        assert drove.largest() < healthy.largest() + 0.02
+
+
 def test_healthy_cars_have_no_fault() -> None:
     for seed in range(25):
         rng = random.Random(seed)

@@ -60,8 +60,7 @@ impl<L: LateralLaw> Tracker<L> {
         // Predicted poses have no age, and carry no information on the vehicle.
         let model = &mut state.model;
         let wheel = model.past.take().map(|past| past.wheel());
-        model.estimator.last_measured = None;
-        model.estimator.unseen = None;
+        (model.estimator.last_measured, model.estimator.unseen) = (None, None);
         let (mut estimate, mut plant) = match model.in_flight {
             Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
             _ => (

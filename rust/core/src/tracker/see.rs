@@ -11,10 +11,10 @@ use crate::tracker::reported::Reported;
 use crate::tracker::seen::Seen;
 use crate::tracker::state::{Model, Tracking};
 use crate::tracker::step::Tracker;
-use crate::vehicle::VehicleState;
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::MAX_POSE_AGE;
 use crate::vehicle::wheels::Reached;
+use crate::vehicle::{Estimate, VehicleState};
 
 impl<L: LateralLaw> Tracker<L> {
     /// The first half of a step: what time it is, where the vehicle is believed to be, and where on
@@ -39,38 +39,21 @@ impl<L: LateralLaw> Tracker<L> {
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        let told = vehicle.speed;
-        let speed = model.estimator.estimate.speed_of(told);
-        let vehicle = VehicleState { speed, ..vehicle };
         let age = reported.pose_age;
-        let [lately, mut reached] = self.reach(state, model, dt, age);
         let known = model.estimator.estimate;
+        let (told, vehicle, signal) = self.hear(state, &known, vehicle, dt);
+        let [lately, mut reached] = self.reach(state, model, dt, age);
         let (vehicle, pose, jumped) = if comes {
             self.believe(state, model, vehicle, [&lately, &reached], age)
         } else {
-            let gate = state.gate.as_mut();
-            (
-                vehicle,
-                gate.map_or(Status::OK, |gate| gate.wait(dt)),
-                false,
-            )
+            let pose = state.gate.as_mut().map(|gate| gate.wait(dt));
+            (vehicle, pose.unwrap_or(Status::OK), false)
         };
-        if comes && (pose == Status::OK || jumped) {
-            if let Some(past) = &mut model.past
-                && past.since() - age >= MIN_DT
-            {
-                past.see(age);
-            }
-            if reached.time > MAX_POSE_AGE {
-                // Longer than what the wheels did is remembered.
-                model.estimator.last_measured = None;
-            }
-        } else {
-            if model.past.is_none() && lately.wheels.is_some() {
-                model.estimator.unseen = Some(reached);
-            }
-            reached.wheels = None;
+        if let Some(gate) = &mut state.gate {
+            gate.measured.speed = signal;
         }
+        let expected = pose.contains(Status::OUTLIER) || pose.contains(Status::POSE_STALE);
+        note_pose(model, &mut reached, age, comes && (jumped || !expected));
         let perception = self.perceive((state.steer, dt, told), model, vehicle, &reached, reported);
         let mut belief = perception.belief;
 
@@ -110,6 +93,24 @@ impl<L: LateralLaw> Tracker<L> {
                 | Status::END_OF_PATH.when(located.past_end)
                 | Status::OFF_PATH.when(located.off_path),
         }
+    }
+
+    /// The speed as told, the vehicle with that which is believed of it, and what the signal says [m/s].
+    #[inline]
+    fn hear(
+        &self,
+        state: &Tracking<L::State>,
+        known: &Estimate,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> (f64, VehicleState, f64) {
+        let signal = known.speed_of(vehicle.speed);
+        let gate = state.gate.as_ref();
+        let speed = gate.map_or(signal, |gate| gate.hear(self.law.vehicle(), signal, dt));
+        let heard = VehicleState { speed, ..vehicle };
+        let is_heard = (speed - signal).abs() <= 0.0;
+        let told = if is_heard { vehicle } else { known.told(heard) };
+        (told.speed, heard, signal)
     }
 
     /// Where the measured vehicle is: the tracker's place, moved on.
@@ -198,5 +199,26 @@ impl<L: LateralLaw> Tracker<L> {
         let last_error = answer.map(|answer| answer.measured.cross_track_error);
         let (car, remembered) = (self.law.vehicle(), &mut state.monitor);
         monitor.check(car, remembered, state.steer, last_error, &now)
+    }
+}
+
+/// Notes whether a pose of `age` [s] was `measured`, since the last of which the wheels did what they `reached`.
+#[inline]
+fn note_pose(model: &mut Model, reached: &mut Reached, age: f64, measured: bool) {
+    if !measured {
+        if model.past.is_none() && model.in_flight.is_some() && reached.wheels.is_some() {
+            model.estimator.unseen = Some(*reached);
+        }
+        reached.wheels = None;
+        return;
+    }
+    if let Some(past) = &mut model.past
+        && past.since() - age >= MIN_DT
+    {
+        past.see(age);
+    }
+    if reached.time > MAX_POSE_AGE {
+        // Longer than what the wheels did is remembered.
+        model.estimator.last_measured = None;
     }
 }

@@ -21,6 +21,7 @@ use crate::bounds::MIN_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
 use crate::math::{larger, rough_direction, saturate, smaller, sqrt, wrap};
+use crate::speed::defaults::strongest_braking;
 use crate::status::Status;
 use crate::vehicle::bicycle::advance;
 use crate::vehicle::cusum::Cusum;
@@ -166,6 +167,16 @@ impl Gate {
             return (self.believe(car, vehicle, (c, s), off, turned), false);
         }
         self.doubt(car, vehicle, (travel, curvature), (off, turned), waited)
+    }
+
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the last: at most what the brakes make of
+    /// the believed speed or of the last signal. So two messages can say anything, and one alone can not.
+    #[inline]
+    pub fn hear(&self, car: &Vehicle, speed: f64, dt: f64) -> f64 {
+        let (last, believed) = (self.measured.speed, self.believed.speed);
+        let most = strongest_braking(car) * (dt + self.age);
+        let (low, high) = (smaller(last, believed), larger(last, believed));
+        saturate(speed, low - most, high + most)
     }
 
     /// No pose has come for `dt` [s]: of the last one holds what was found of it.
