@@ -68,7 +68,7 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	$(PY) -m ruff check --quiet
 	$(PY) -m ruff format --check --quiet
 	cargo clippy --workspace --all-targets --features popsteer-bench/criterion --locked --quiet -- -D warnings
-	cargo test --package popsteer-core --locked --quiet
+	cargo test --package popsteer-core --package popsteer-core-tests --locked --quiet
 	sh tests/smoke.sh $(PY)
 
 # pip and the last crate of a wheel keep one core busy: the other one is there for the Rust tests. The lints take what the

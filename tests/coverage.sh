@@ -30,7 +30,7 @@ with_counters() {
 # What earlier runs built would be reported too, with nothing counted.
 rm -rf "$out" "$target"
 mkdir -p "$out/python"
-with_counters cargo test --release --locked --package popsteer-core --package popsteer-sim
+with_counters cargo test --release --locked --package popsteer-core --package popsteer-core-tests --package popsteer-sim
 with_counters cargo build --release --locked --package popsteer-py
 cp -r python/popsteer "$out/python/popsteer"
 rm -f "$out"/python/popsteer/_core*.so

@@ -117,6 +117,17 @@ def test_source_files_read_in_one_sitting() -> None:
     assert not long
 
 
+def test_each_test_of_the_core_is_of_one_of_its_two_crates() -> None:
+    folder = ROOT / "rust" / "core" / "tests"
+    manifests = [
+        _text(file) or "" for file in (folder / "Cargo.toml", folder.parent / "Cargo.toml")
+    ]
+    for file in folder.glob("*.rs"):
+        listed = [f'path = "{where}{file.name}"' for where in ("", "tests/")]
+        found = [line in text for line, text in zip(listed, manifests, strict=True)]
+        assert sum(found) == 1, file.name
+
+
 def test_versions_agree() -> None:
     version = _version()
     assert popsteer.__version__ == version

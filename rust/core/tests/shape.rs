@@ -1,7 +1,5 @@
 //! The curve that headings and curvatures of a planner's own make of a path.
 
-#![cfg(feature = "alloc")]
-
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::{Follow, Path};
 use popsteer_core::vehicle::VehicleState;

@@ -1,7 +1,5 @@
 //! Faults put into paths that are known: what is left is the path without them.
 
-#![cfg(feature = "alloc")]
-
 use popsteer_core::math::from_count;
 use popsteer_core::path::sound::{Fault, Mend, Sound, sound};
 use popsteer_core::{Path, PathError, Vehicle};
