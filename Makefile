@@ -30,8 +30,8 @@ export PYO3_PYTHON := $(CURDIR)/$(PY)
 # Spares `cargo clippy` and `cargo build` a libpython to link, which many systems do not ship.
 export PYO3_BUILD_EXTENSION_MODULE := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-# They could put another popsteer, or another Python, before the installed one.
-unexport PYTHONPATH PYTHONHOME
+# They could put another popsteer, or another Python, before the installed one, and let each process compile anew.
+unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE
 
 # What the wheel is made of. Folders count, so that a deleted file is noticed too.
 SOURCES := $(wildcard Cargo.toml Cargo.lock pyproject.toml README.md LICENSE) \
@@ -82,8 +82,10 @@ test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, st
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --workspace --exclude popsteer-py --features popsteer-core/serde,popsteer-sim/serde --locked
 
-# What tests build by make and cargo is no part of this make, and says nothing of its jobs.
+# What tests build by make and cargo is no part of this make, and says nothing of its jobs. The first line compiles the tests,
+# with what pytest adds to each assertion, once for all workers; what it would say the second one says.
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
+	@$(PY) -m pytest --collect-only --quiet >/dev/null 2>&1 || true
 	MAKEFLAGS= MFLAGS= $(PY) -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 declared: $(VENV)/pyvenv.cfg ## write what the declarations of parameters make: stub, C header, page
@@ -176,7 +178,7 @@ uninstall-c: ## remove it from there
 
 clean: ## remove all that these targets made
 	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(COVERAGE) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
-	find python tests benches studies -name __pycache__ -prune -exec rm -rf {} +
+	find python tests benches studies ros2 -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.
 toolchain_fault = $(shell \
