@@ -105,11 +105,11 @@ class Life(RuleBasedStateMachine):
 
     def _call(self, method: str, *inputs: Any, **options: Any) -> Any:
         """What a method answers; None where the input is refused, and the state is as before."""
-        before = self._bits()
+        before = self.made.state
         try:
             return self._ask(method, *inputs, **options)
         except InputError:
-            assert self._bits() == before
+            assert self._bits() == bits(before.as_dict())
             return None
 
     def _ask(self, method: str, *inputs: Any, **options: Any) -> Any:
@@ -120,11 +120,11 @@ class Life(RuleBasedStateMachine):
 
     def _take(self, state: Any) -> bool:
         """Restore a state; False where it is refused, and the controller's is as before."""
-        before = self._bits()
+        before = self.made.state
         try:
             self.made.state = state
         except InputError:
-            assert self._bits() == before
+            assert self._bits() == bits(before.as_dict())
             return False
         return True
 
