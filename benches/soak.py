@@ -136,7 +136,7 @@ class Soak:
         """Do once what a controller is asked for beside steps."""
         law = self._controller
         saved = pickle.loads(pickle.dumps(law.state))
-        for bad in ((float("nan"), 0.0, 0.0, 1.0, DT), (0.0, 0.0, 0.0, 1.0, -DT)):
+        for bad in ((float("nan"), 0.0, 0.0, 1.0, DT), (0.0, 0.0, 0.0, 1.0, float("nan"))):
             try:
                 law.step(*bad)
             except InputError:
