@@ -126,6 +126,8 @@ def _made(fields: dict[str, Any]) -> State:
 
 
 def _frozen(value: object) -> object:
+    if value is None or isinstance(value, (float, int, str)):
+        return value  # as most are: to ask for a `Mapping` takes longer
     if isinstance(value, Mapping):
         return State(**value)
     if isinstance(value, (list, tuple)):
