@@ -71,10 +71,10 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	cargo test --package popsteer-core --package popsteer-core-tests --locked --quiet
 	sh tests/smoke.sh $(PY)
 
-# pip and the last crate of a wheel keep one core busy: the other one is there for the Rust tests. The lints take what the
-# Python tests leave, of which many wait.
+# pip and the last crate of a wheel keep one core busy: the other one is there for Rust's tests and lints. Python's lints take
+# what its tests leave, of which many wait.
 test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, stubs
-	@$(MAKE) $(TWO) test-rust setup
+	@$(MAKE) $(TWO) test-rust setup lint-rust
 	@$(MAKE) $(TWO) test-python lint-aside
 
 # The binding, with all that PyO3 is made of, is compiled by clippy and for the wheel, and tested from Python. The features
@@ -98,7 +98,7 @@ lint: $(VENV)/.dev ## check format, lints, types and stubs
 	@$(MAKE) $(TWO) lint-rust lint-python
 
 lint-aside: $(VENV)/.dev
-	@nice $(MAKE) lint-rust lint-python
+	@nice $(MAKE) lint-python
 
 lint-rust: $(VENV)/pyvenv.cfg
 	cargo fmt --all --check
