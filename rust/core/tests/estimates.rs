@@ -265,12 +265,15 @@ fn test_acceleration_is_that_of_the_speeds_and_noise_in_them_is_none() {
     let still = popsteer_core::vehicle::wheels::WheelIntegrals::default();
     let found = |speed: &dyn Fn(u32) -> f64, dt: f64| {
         let mut estimator = Estimator::default();
-        let mut largest = 0.0_f64;
+        let mut largest = [0.0_f64; 2];
         for k in 1..400 {
             estimator.last_measured = Some(at(speed(k - 1)));
             estimator.observe_turn(&AdaptParams::DEFAULT, &CAR, at(speed(k)), still, dt);
-            if k > 100 {
-                largest = largest.max(estimator.estimate.acceleration.abs());
+            let acceleration = estimator.estimate.acceleration.abs();
+            for (largest, from) in largest.iter_mut().zip([6, 100]) {
+                if k > from {
+                    *largest = largest.max(acceleration);
+                }
             }
         }
         (estimator.estimate.acceleration, largest)
@@ -280,8 +283,12 @@ fn test_acceleration_is_that_of_the_speeds_and_noise_in_them_is_none() {
         assert!((braking + 1.5).abs() < 0.02, "{dt}: {braking}");
     }
     // Noise of 0.1 m/s: a difference over 0.1 s would be up to 2 m/s^2.
-    let noisy = found(&|k| 10.0 + 0.14 * (f64::from(k * k) * 0.9).sin(), 0.05).1;
+    let noise = |k: u32| (f64::from(k * k) * 0.9).sin();
+    let [_, noisy] = found(&|k| 10.0 + 0.14 * noise(k), 0.05).1;
     assert!(noisy < 0.5, "{noisy}");
+    // And it is none in the first second.
+    let [first, _] = found(&|k| 10.0 + 0.3 * noise(k + 1), 0.05).1;
+    assert!(first < 2.5, "{first}");
     // One that changes at once is followed as soon, however exactly the last one was known.
     for (dt, from) in [(0.01, 360), (0.05, 392)] {
         let turned =

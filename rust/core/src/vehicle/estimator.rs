@@ -98,7 +98,7 @@ impl Estimator {
     /// in wheelbases.
     const YAW_NOISE: f64 = 2.5e-5;
     const POSITION_NOISE: f64 = 1.4e-5;
-    const SPEED_NOISE: f64 = 1e-5;
+    const SPEED_NOISE: f64 = 3e-5;
     /// Below so many wheelbases a second a vehicle forgets more slowly, at rest not at all.
     pub(crate) const SLOW: f64 = 0.2;
     /// How far gain [-], understeer [s^2], offset [rad] and dead time [s] may be from those given:
@@ -107,9 +107,10 @@ impl Estimator {
     /// The same of slip [rad], length, and compliance [s^2].
     const SLIDING: [f64; 3] = [0.02, 0.1, 0.01];
     /// The same of an acceleration in wheelbases [1/s^2], by how much it changes in a second, and for how
-    /// long one lasts that is measured no more [s]. From 0.15 to 1 of change the circuits, the parking and
-    /// the loop of docs/loop.md with its noise differ by a tenth.
-    const ACCELERATION: f64 = 3.0;
+    /// long one lasts that is measured no more [s]. More than 0.5, or less noise than 3e-5: the first noise
+    /// of a speed is taken for an acceleration. From 0.15 to 1 of change the circuits, the parking and the
+    /// loop of docs/loop.md with its noise differ by a tenth.
+    const ACCELERATION: f64 = 0.5;
     const ACCELERATION_CHANGE: f64 = 0.3;
     const ACCELERATION_TIME: f64 = 0.2;
     /// What the models leave open: a share of the turning rate, an angle of the wheels [rad], an
