@@ -279,6 +279,29 @@ def test_stop_point_stops_at_its_line_and_a_cusp_is_the_rear_axles() -> None:
         assert tracker.step(0.0, 0.0, 0.0, 0.0, 0.05).distance_to_stop == pytest.approx(20.0)
 
 
+@looped("grade", [0.08, 0.15])
+@looped("told", [True, False])
+@looped("reported", [True, False])
+def test_start_uphill_after_a_leg_backwards_is_no_gear_that_is_not_in(
+    grade: float, told: bool, reported: bool
+) -> None:
+    back, on = [(-0.5 * k, 0.0) for k in range(41)], [(0.5 * k - 20.0, 0.0) for k in range(1, 61)]
+    grades = [grade] * 101 if told else None
+    path = popsteer.Path([*back, *on], reverse=[True] * 40 + [False] * 61, grade=grades)
+    for wheelbase in (0.5, 2.7, 8.0):
+        car = popsteer.Vehicle(wheelbase=wheelbase, drive_lag=0.2, max_speed=2.0)
+        tracker, rail, least = popsteer.SpeedTracker(path, car), Rail(0.0), 0.0
+        rail.slope = -9.80665 * math.sin(math.atan(grade))
+        for _ in range(1600):
+            gear = rail.gear < 0.0 if reported else None
+            command = tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05, reverse_gear=gear)
+            rail.drive(command, 0.05)
+            least = min(least, rail.x)
+        assert least > -20.5, (wheelbase, least)
+        assert rail.x == pytest.approx(10.0, abs=0.1), (wheelbase, rail.x)
+        assert command.standing, wheelbase
+
+
 @looped("grade", [-0.25, -0.17, 0.17, 0.25])
 @looped("told", [True, False])
 def test_end_on_a_slope_is_stood_at_where_the_brakes_hold(grade: float, told: bool) -> None:
@@ -306,7 +329,7 @@ def test_fault_of_the_inputs_is_braked_for_and_said() -> None:
     for fault in ("frozen", "dead speed"):
         tracker, rail = popsteer.SpeedTracker(line(200), car), Rail(0.0)
         run(tracker, rail, 8.0)
-        x, said = rail.x, 0
+        x, said, speeds = rail.x, 0, []
         for _ in range(200):
             if fault == "frozen":
                 command = tracker.step(x, 0.0, 0.0, rail.speed, 0.05)
@@ -314,9 +337,12 @@ def test_fault_of_the_inputs_is_braked_for_and_said() -> None:
                 command = tracker.step(rail.x, 0.0, 0.0, 0.0, 0.05)
             said += popsteer.Status.IMPLAUSIBLE in command.status
             rail.drive(command, 0.05)
+            speeds.append(rail.speed)
         assert said > 10, fault
         # At rest neither shows: it may go on then, and brakes again.
-        assert rail.speed < 0.5, (fault, rail.speed)
+        stood = speeds.index(0.0)
+        assert stood < 80, fault
+        assert max(speeds[stood:]) < 2.0, fault
 
 
 def test_operator_stops_the_vehicle_and_lets_it_go() -> None:

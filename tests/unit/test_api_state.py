@@ -75,7 +75,7 @@ FIRST: dict[str, Any] = {
         "unseen": None,
         "turning": _walk((1.0, 0.0, 0.0, 0.0), (0.1, 0.012, 0.05, 0.05), 2.5e-5),
         "sliding": _walk((0.0, 0.0, 0.0), (0.02, 0.1, 0.01), 1.4e-5),
-        "pace": _walk((0.0,), (3.0,), 1e-5),
+        "pace": _walk((0.0,), (0.5,), 3e-5),
         "driving": _walk((0.0, 0.0), (0.1, 0.1), 1.4e-5),
         "wheel_rate": 0.0,
         "gain_deviation": 0.1,

@@ -263,7 +263,7 @@ impl Estimator {
         turning.constrain(0, Self::MIN_GAIN, Self::MAX_GAIN);
         // What oversteers turns at most twice as much.
         let least = -0.5 * smaller(length / square, Self::MAX_UNDERSTEER);
-        turning.keep(1, least, Self::MAX_UNDERSTEER);
+        turning.constrain(1, least, Self::MAX_UNDERSTEER);
         turning.keep(2, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
         let (least, most) = Self::longer_range(vehicle);
         turning.keep(3, least, most);

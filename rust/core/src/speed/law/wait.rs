@@ -78,7 +78,13 @@ impl SpeedLaw {
         if now.speed > REST {
             state.shifting = false;
         }
-        if state.shifting && !state.rolls && now.speed < -REST {
+        // A slope takes it back until its drive has built up.
+        let back =
+            larger(-now.push, 0.0) * (self.car.drive_delay + 2.0 * self.car.drive_lag + at.dt);
+        if gear == Some(at.reverse) {
+            state.shifting = false;
+        }
+        if state.shifting && !state.rolls && now.speed < -REST - back {
             // It still rolls; or the drive moves it the wrong way, as its gear is not in.
             state.rolls = true;
             state.waits.1 = SHIFT.1;
