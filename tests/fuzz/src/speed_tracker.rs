@@ -3,7 +3,6 @@
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
 use popsteer_core::bounds::MAX_DT;
-use popsteer_core::speed::defaults::strongest_braking;
 use popsteer_core::speed::disturbance::{MAX_DISTURBANCE, Observer};
 use popsteer_core::speed::{
     SpeedCommand, SpeedState, SpeedTracker, SpeedTrackerParams, SpeedTrackerState, Told,
@@ -48,7 +47,7 @@ pub fn check(data: &[u8]) {
         params,
         most: drawn.max_acceleration.unwrap_or(UNSAID.1) + params.reserve + MAX_DISTURBANCE,
         top: drawn.max_speed.unwrap_or(UNSAID.0),
-        least: -strongest_braking(&drawn),
+        least: -drawn.strongest_braking(),
         on: first,
         other: second,
         state: SpeedTrackerState::default(),

@@ -8,7 +8,6 @@ use crate::error::{ConfigError, InputError, input_within};
 use crate::laws::LateralLaw;
 use crate::params;
 use crate::path::{Follow, Located, PathView, Place, Spot};
-use crate::speed::defaults::strongest_braking;
 use crate::speed::{self, SpeedCommand, SpeedState, SpeedTracker};
 use crate::status::Status;
 use crate::tracker::seen::Seen;
@@ -182,7 +181,7 @@ impl<L: LateralLaw> Driver<L> {
             noise: Gate::noise_of(state.tracker.tracking.gate.as_ref()),
             reverse_gear,
             stop: match state.fault {
-                Some(fault) if fault.is_urgent() => Some(strongest_braking(self.vehicle())),
+                Some(fault) if fault.is_urgent() => Some(self.vehicle().strongest_braking()),
                 fault => (state.held || fault.is_some()).then(|| self.vehicle().comfort_braking()),
             },
         };

@@ -1,7 +1,7 @@
 //! The limits of the speed that a plan takes where neither it nor the vehicle has one: brisk for an
 //! ordinary car, and far from the grip of a dry road.
 
-use crate::math::{larger, sqrt};
+use crate::math::sqrt;
 use crate::vehicle::Vehicle;
 
 /// Top speed [m/s].
@@ -13,7 +13,7 @@ pub const MAX_ACCELERATION: f64 = 2.0;
 /// Largest braking deceleration [m/s²].
 pub const MAX_DECELERATION: f64 = Vehicle::COMFORT_BRAKING;
 /// What the brakes can do [m/s²]: those of an ordinary car on a dry road do more.
-pub const BRAKE_DECELERATION: f64 = 6.0;
+pub const BRAKE_DECELERATION: f64 = Vehicle::BRAKES;
 /// Braking deceleration of a stop that no plan contains: of the simulated pedals at a cusp, and of a
 /// vehicle whose inputs are missing [m/s²].
 pub const STOP_DECELERATION: f64 = 2.0;
@@ -35,11 +35,4 @@ pub const GRAVITY: f64 = 9.806_65;
 #[must_use]
 pub fn gravity_along(grade: f64) -> f64 {
     -GRAVITY * grade / sqrt(1.0 + grade * grade)
-}
-
-/// What this vehicle's brakes can do [m/s²].
-#[must_use]
-pub fn strongest_braking(vehicle: &Vehicle) -> f64 {
-    let assumed = larger(BRAKE_DECELERATION, vehicle.comfort_braking());
-    vehicle.brake_deceleration.unwrap_or(assumed)
 }

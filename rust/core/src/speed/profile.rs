@@ -49,7 +49,7 @@ use alloc::vec::Vec;
 
 use crate::error::ConfigError;
 use crate::math::{larger, sqrt, tan};
-use crate::speed::defaults::{gravity_along, strongest_braking};
+use crate::speed::defaults::gravity_along;
 use crate::speed::limits::{Over, PlanPoint, SpeedLimits};
 use crate::vehicle::Vehicle;
 
@@ -207,7 +207,7 @@ pub fn plan_speeds(
     }
     let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
     let assumed = larger(
-        strongest_braking(&limits.vehicle),
+        limits.vehicle.strongest_braking(),
         limits.deceleration.most(),
     );
     let strongest = limits.vehicle.brake_deceleration.unwrap_or(assumed);

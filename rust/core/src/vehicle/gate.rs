@@ -21,7 +21,6 @@ use crate::bounds::MIN_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
 use crate::math::{larger, rough_direction, saturate, smaller, sqrt, wrap};
-use crate::speed::defaults::strongest_braking;
 use crate::status::Status;
 use crate::vehicle::bicycle::advance;
 use crate::vehicle::cusum::Cusum;
@@ -174,7 +173,7 @@ impl Gate {
     #[inline]
     pub fn hear(&self, car: &Vehicle, speed: f64, dt: f64) -> f64 {
         let (last, believed) = (self.measured.speed, self.believed.speed);
-        let most = strongest_braking(car) * (dt + self.age);
+        let most = car.strongest_braking() * (dt + self.age);
         let (low, high) = (smaller(last, believed), larger(last, believed));
         saturate(speed, low - most, high + most)
     }

@@ -26,7 +26,7 @@ pub use noise::Noise;
 pub use past::Past;
 pub use state::VehicleState;
 
-use crate::math::{cos, saturate, sin, smaller};
+use crate::math::{cos, larger, saturate, sin, smaller};
 use crate::params;
 
 params! {
@@ -159,6 +159,15 @@ impl Vehicle {
     pub fn comfort_braking(&self) -> f64 {
         let comfort = self.max_deceleration.unwrap_or(Self::COMFORT_BRAKING);
         smaller(comfort, self.brake_deceleration.unwrap_or(comfort))
+    }
+
+    /// What brakes can do where a vehicle does not say so [m/s^2]: an ordinary car's on a dry road do more.
+    pub const BRAKES: f64 = 6.0;
+
+    /// What this vehicle's brakes can do [m/s^2].
+    pub fn strongest_braking(&self) -> f64 {
+        let assumed = larger(Self::BRAKES, self.comfort_braking());
+        self.brake_deceleration.unwrap_or(assumed)
     }
 
     /// An angle that the wheels can have [rad].

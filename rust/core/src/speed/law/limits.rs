@@ -64,7 +64,7 @@ impl SpeedLaw {
             car,
             params,
             accelerations: (driving, car.comfort_braking()),
-            brakes: defaults::strongest_braking(&car),
+            brakes: car.strongest_braking(),
         })
     }
 
