@@ -91,6 +91,9 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("elsewhere"))
+        # It takes the path of this process, in which other tests have left their folders.
+        ours = str(tmp_path_factory.getbasetemp())
+        patch.setattr(sys, "path", [each for each in sys.path if not each.startswith(ours)])
         made = LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=":0")
     with made:
         yield made.scheduler_address
