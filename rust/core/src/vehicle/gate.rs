@@ -168,14 +168,11 @@ impl Gate {
         self.doubt(car, vehicle, (travel, curvature), (off, turned), waited)
     }
 
-    /// What is believed of a `speed` signal [m/s] `dt` [s] after the last: at most what the brakes make of
-    /// the believed speed or of the last signal. So two messages can say anything, and one alone can not.
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the last step.
     #[inline]
     pub fn hear(&self, car: &Vehicle, speed: f64, dt: f64) -> f64 {
         let (last, believed) = (self.measured.speed, self.believed.speed);
-        let most = car.strongest_braking() * (dt + self.age);
-        let (low, high) = (smaller(last, believed), larger(last, believed));
-        saturate(speed, low - most, high + most)
+        car.believed_speed(speed, last, believed, dt + self.age)
     }
 
     /// No pose has come for `dt` [s]: of the last one holds what was found of it.

@@ -170,6 +170,16 @@ impl Vehicle {
         self.brake_deceleration.unwrap_or(assumed)
     }
 
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`, where the vehicle was `expected`
+    /// to be so fast: at most what the brakes make of either. So two messages can say anything, and one alone
+    /// can not.
+    #[inline]
+    pub fn believed_speed(&self, speed: f64, last: f64, expected: f64, dt: f64) -> f64 {
+        let most = self.strongest_braking() * dt;
+        let (low, high) = (smaller(last, expected), larger(last, expected));
+        saturate(speed, low - most, high + most)
+    }
+
     /// An angle that the wheels can have [rad].
     #[inline]
     pub fn at_wheels(&self, angle: f64) -> f64 {

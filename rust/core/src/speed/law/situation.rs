@@ -1,6 +1,6 @@
 //! Where the vehicle is on its plan: rolled forward to when a command begins to act.
 
-use crate::math::{larger, saturate, smaller, sqrt};
+use crate::math::{larger, smaller, sqrt};
 use crate::path::follow::Located;
 use crate::speed::defaults::gravity_along;
 use crate::speed::law::limits::{CREEP, REST, SpeedLaw};
@@ -128,8 +128,7 @@ impl SpeedLaw {
         drive.since(&self.car, speed, push, age).travelled
     }
 
-    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`: at most what the brakes make
-    /// of the expected speed or of the last signal. So two messages can say anything, and one alone can not.
+    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`.
     pub(crate) fn hear(&self, state: &SpeedState, speed: f64, last: Option<f64>, dt: f64) -> f64 {
         let Some(last) = last else {
             return speed;
@@ -140,9 +139,7 @@ impl SpeedLaw {
         } else {
             along
         };
-        let most = self.brakes * dt;
-        let (low, high) = (smaller(last, expected), larger(last, expected));
-        saturate(speed, low - most, high + most)
+        self.car.believed_speed(speed, last, expected, dt)
     }
 
     /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
