@@ -111,6 +111,12 @@ def test_law_any_input_answers_finite_within_its_limits(
         _check_limits(controller, before, spot, command)
 
 
+def _believed(state: Any, spot: Spot) -> float:
+    """Give what is believed of a speed: one message alone, as far as the brakes reach."""
+    speed: float = spot.speed if state.gate is None else state.gate.believed.speed
+    return speed
+
+
 def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.Command) -> None:
     """Rate and lateral acceleration are kept, and a limit is reached where one is said to be."""
     car, state = controller.vehicle, controller.state
@@ -132,9 +138,7 @@ def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.
     if state.estimator.estimate.speed_scale != 1.0:
         # The speed that counts is the scaled one.
         return
-    # One message alone is believed as far as the brakes reach.
-    speed = spot.speed if state.gate is None else state.gate.believed.speed
-    left = _limits_reached(controller, before, speed, spot.dt)
+    left = _limits_reached(controller, before, _believed(state, spot), spot.dt)
     if saturated:
         assert min(map(abs, left)) <= 1e-9
     # Beyond the offset the wheels cannot be brought back, and their rate goes before.
@@ -278,9 +282,7 @@ def test_pid_integral_is_bounded_by_its_buffer(
         command = pid.step(*spot.at(path))
         # The buffer is emptied where the vehicle was lost, and sums nothing at rest.
         lost = popsteer.Status.OFF_PATH in command.status
-        # One message alone is believed as far as the brakes reach.
-        gate = pid.state.gate
-        speed = spot.speed if gate is None else gate.believed.speed
+        speed = _believed(pid.state, spot)
         summed = (0 if lost else summed) + (speed > 0.0 and speed >= rest)
         weight = spot.dt if pid.params.integral_with_dt else 1.0
         largest = max(largest, abs(command.predicted_cross_track_error * weight))
