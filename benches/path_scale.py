@@ -41,7 +41,7 @@ import numpy as np
 
 import popsteer
 from popsteer.files import write_bytes_atomic, write_text_atomic
-from popsteer.lab.common.machine import describe
+from popsteer.lab.common.layout import this_machine
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -317,7 +317,7 @@ def main() -> None:
     if popsteer.build_profile != "release":
         raise SystemExit("a debug build of popsteer is not worth measuring")
     rows = measure([size for size in SIZES if size <= arguments.largest], arguments.drives)
-    machine = describe()
+    machine = this_machine()
     print(table(rows))
     if arguments.json:
         document = json.dumps({"rows": rows, "machine": machine}, indent=2)

@@ -53,7 +53,7 @@ MADE_BY = {
 _DRAWN_AS = dict.fromkeys(("own-controller", "untold", "corner"), "overview")
 # What a command reads, and what makes it.
 _READ = {
-    "racetrack.csv": "popsteer tracks export racetrack racetrack.csv",
+    "racetrack.csv": "popsteer tracks --tracks racetrack --out .",
     "drive.mcap": f"python {ROOT}/examples/recorded_drive.py . 120",
     "car.toml": "popsteer identify drive.mcap --out car.toml",
 }

@@ -15,8 +15,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from popsteer import PreviewPopParams, sim
-from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.varied import usual
+from popsteer.lab.common.varied import distribution, usual
 from popsteer.lab.sweep import Job, run
 from popsteer.plants import get
 from studies.layout import track

@@ -23,13 +23,12 @@ import numpy as np
 
 import popsteer
 from popsteer._core import _path_headings
-from popsteer.lab.opponents.ahead import SMOOTHING, Ahead
 from popsteer.lab.opponents.lqr import model, weights
 from popsteer.lab.opponents.mpc import Mpc, Weights
+from popsteer.lab.opponents.observer import SMOOTHING, Ahead
 from popsteer.lab.suite import suite_car
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import drive, seed_of
-from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS
 from studies.layout import ROOT, line, write_blocks
 
 if TYPE_CHECKING:

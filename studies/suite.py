@@ -17,10 +17,9 @@ from typing import Any
 from popsteer import Command, Path, PreviewPop, Vehicle, lab
 from popsteer.lab import opponents
 from popsteer.lab.common.names import title_of
-from popsteer.lab.opponents.ahead import Ahead
+from popsteer.lab.opponents.observer import Ahead
 from popsteer.lab.suite import Cell, Suite
-from popsteer.lab.suite.conditions import CONDITIONS
-from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS
 from popsteer.lab.suite.table import sentences, suite_lines, worded
 from studies.layout import ROOT, line, write_blocks
 

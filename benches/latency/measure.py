@@ -18,7 +18,7 @@ from benches.latency.report import LatencyReport
 from benches.latency.states import DT
 from benches.latency.timing import BATCH, Drive, time_calls
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.common import machine
+from popsteer.lab.common.layout import this_machine
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,7 +66,7 @@ def measure(
         results={**result.percentiles, **dict.fromkeys(outside.absent)},
         absent=dict(outside.absent),
         states={"source": drive.source, "count": len(drive.states)},
-        machine=machine.describe(),
+        machine=this_machine(),
         timing={
             "calls": result.calls,
             "batch": BATCH,

@@ -37,7 +37,7 @@ from benches.latency.calls import MPC_SOLVE, MPC_UPDATE
 from benches.latency.timing import Drive, Driver
 from popsteer._core import Vehicle, _InFlight
 from popsteer.errors import PopsteerError
-from popsteer.lab.opponents.ahead import Ahead
+from popsteer.lab.opponents.observer import Ahead
 from popsteer.parameters import Parameters
 from popsteer.status import Status
 

@@ -314,8 +314,8 @@ def test_compare_keeps_the_order_of_the_controllers_and_drops_repetitions(
 def test_compare_closed_waypoints_go_round(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "ring.csv"
-    command.call(capsys, "tracks", "export", "circle", str(file))
+    command.call(capsys, "tracks", "--tracks", "circle", "--out", str(tmp_path))
+    file = tmp_path / "circle.csv"
     arguments = ("compare", "--waypoints", str(file), "--controllers", "pop")
     opened = command.call(capsys, *arguments)
     closed = command.call(capsys, *arguments, "--closed")

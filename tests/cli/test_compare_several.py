@@ -19,8 +19,7 @@ from popsteer import lab, sim, tracks
 from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab.common.theme import THEMES
-from popsteer.lab.compare.effort import effort_figure
-from popsteer.lab.compare.figures import results_figure
+from popsteer.lab.compare.figures import effort_figure, results_figure
 from popsteer.lab.compare.table import notes
 from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command

@@ -175,18 +175,19 @@ def test_tracks_that_are_named_are_listed_and_no_others(
     assert f"{len(slalom.xy)} waypoints, {slalom.length:.0f} m, open" in found
 
 
-def test_tracks_export_writes_what_compare_reads(
+def test_tracks_write_what_compare_reads(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "new" / "track.csv"
-    assert command.call(capsys, "tracks", "export", "slalom", str(file)).status == 0
+    out = tmp_path / "new"
+    assert command.call(capsys, "tracks", "--tracks", "slalom", "--out", str(out)).status == 0
+    file = out / "slalom.csv"
     path = popsteer.Path.from_csv(file)
     assert np.array_equal(np.column_stack((path.x, path.y)), tracks.get("slalom").xy)
     outcome = command.call(capsys, "compare", "--waypoints", str(file), "--controllers", "pop")
     shipped = command.call(capsys, "compare", "--track", "slalom", "--controllers", "pop")
     said, _, rest = outcome.out.partition("\n")
-    assert said.startswith("Read track.csv: 308 waypoints of x (x [m]), y (y [m]), speed (speed")
-    assert rest.replace("track.csv", "slalom") == shipped.out
+    assert said.startswith("Read slalom.csv: 308 waypoints of x (x [m]), y (y [m]), speed (speed")
+    assert rest.replace("slalom.csv", "slalom") == shipped.out
 
 
 def test_tracks_with_out_writes_each(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

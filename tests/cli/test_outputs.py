@@ -24,7 +24,7 @@ FOLDERS = {
     "tracks": ("tracks", "--out"),
 }
 FILES = {
-    "export": ("tracks", "export", "circle"),
+    "plan": ("plan", "read-later.csv", "--out"),
 }
 each_folder = looped("arguments", FOLDERS.values())
 each_file = looped("arguments", FILES.values())
@@ -229,7 +229,7 @@ def test_page_is_written_where_nobody_reads_the_table(
     def gone(*_: object) -> NoReturn:
         raise BrokenPipeError
 
-    monkeypatch.setattr(outputs, "_print", gone)
+    monkeypatch.setattr(outputs, "say", gone)
     with pytest.raises(BrokenPipeError):
         outputs.show("head", [], page=here / "page.html", draw=lambda _: b"page")
     assert (here / "page.html").read_bytes() == b"page"

@@ -19,7 +19,7 @@ import pytest
 import popsteer
 from popsteer import lab
 from popsteer.cli import main
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.params_file import load_all
 from tests.cli import command
 from tests.helpers import looped
@@ -281,7 +281,7 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for experiment, work in ((lab.compare, "run_each"), (lab.sweep, "run")):
         monkeypatch.setattr(experiment, work, refuse)
-    monkeypatch.setattr("popsteer.cli.logs.read", refuse)
+    monkeypatch.setattr("popsteer.cli.inputs.log", refuse)
 
 
 @pytest.mark.usefixtures("_parked")

@@ -11,7 +11,7 @@ import pytest
 import popsteer
 from popsteer import sim, tracks
 from popsteer.lab import compare, replay, report, sweep
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.logs import Log, read
 from tests.cli import command
 from tests.cli.report_page import READY, SIZES, box_of, cars, cursor, fits, put

@@ -20,7 +20,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "stability": ("stability", "--controllers", "stanley", "--speeds", "5", "--out", "out"),
     "several": ("compare", "--tracks", "straight,circle", "--controllers", "pop", "--out", "out"),
     "tracks": ("tracks",),
-    "export": ("tracks", "export", "circle", "out.csv"),
+    "export": ("tracks", "--tracks", "circle", "--out", "out"),
     "tracks-out": ("tracks", "--out", "out"),
 }
 # Figures alone take seconds, and the others write files enough.
@@ -96,6 +96,6 @@ def test_closed_stdout_and_stderr_leave_the_status(tmp_path: Path) -> None:
 
 
 def test_closed_stderr_and_stdin_leave_the_output_alone(tmp_path: Path) -> None:
-    status, out, _ = _shell("2>&- <&-", ("tracks", "export", "circle", "a.csv"), tmp_path)
+    status, out, _ = _shell("2>&- <&-", ("tracks", "--tracks", "circle", "--out", "."), tmp_path)
     assert (status, out[:7]) == (0, "circle:")
-    assert (tmp_path / "a.csv").read_text(encoding="utf-8").startswith("#")
+    assert (tmp_path / "circle.csv").read_text(encoding="utf-8").startswith("#")

@@ -17,10 +17,9 @@ import pytest
 import popsteer
 from popsteer import lab, sim
 from popsteer.errors import ConfigError
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, drive
 from popsteer.lab.suite.runs import Cell, _cell, leaders, mean_error, rows
-from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS, suite_car
 from popsteer.lab.suite.table import sentences, suite_lines, worded
 from studies.suite import losses
 from tests.cli import command

@@ -89,7 +89,7 @@ def test_sweep_takes_the_vehicle_the_tuning_and_the_distributions_of_files(
         (("--out", "/dev/null/sweep.csv"), "/dev/null/sweep.csv: Not a directory"),
         (("--runs", "0"), "runs must be a count in"),
         (("--deviation", "0"), "deviation must be in (0, 1000]"),
-        (("--dask", "local:0"), "--dask must be local:N"),
+        (("--dask", "nowhere"), "--dask nowhere: no scheduler answers"),
         (("--workers", "0"), "--workers must be a count in"),
         (
             ("--start-offset", "5"),

@@ -15,14 +15,13 @@ from scipy.spatial import KDTree
 import popsteer
 from popsteer import own, sim, tracks
 from popsteer.lab import opponents
-from popsteer.lab.opponents.ahead import Ahead
 from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.mpc import Mpc, Weights
+from popsteer.lab.opponents.observer import Ahead
 from popsteer.lab.opponents.pure_pursuit import AutowareGains, AutowarePurePursuit
 from popsteer.lab.suite import suite_car
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import drive, seed_of
-from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS
 from popsteer.sim.geometry import object_of
 from studies import solvers
 from studies.limits import Slalom

@@ -15,9 +15,8 @@ from popsteer import Vehicle, controllers, lab, presets, vehicles
 from popsteer.lab import stability
 from popsteer.lab.common.names import title_of
 from popsteer.lab.stability import margins
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.runs import Cell, mean_error
-from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS
 from popsteer.lab.suite.table import spoken
 from studies.carrot import carrot_offset
 from studies.front import HEADING, STEER_RATE, front_line

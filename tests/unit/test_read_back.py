@@ -20,7 +20,7 @@ import popsteer
 from popsteer import files, own
 from popsteer.errors import ConfigError, PopsteerError, printable
 from popsteer.lab import sweep, tune
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.sweep import rows
 from popsteer.lab.sweep.job import from_text
 from popsteer.parameters import Parameters

@@ -12,8 +12,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab import stability
 from popsteer.lab.stability import margins
 from popsteer.lab.stability.linear import LinearLaw, linearised, lookahead
-from popsteer.lab.stability.loop import Loop
-from popsteer.lab.stability.response import respond
+from popsteer.lab.stability.loop import Loop, respond
 from studies.chain import Chain
 from tests.helpers import looped
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import gc
 import json
 import math
@@ -20,8 +19,8 @@ import popsteer
 from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import sweep
-from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.report.sweep import quantity_figures
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep import runs as workers
@@ -389,53 +388,25 @@ def test_killed_process_costs_its_time_alone(rows: list[dict[str, Any]]) -> None
 
 # What the cluster had open towards the killed worker is closed by the collector.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_dask_gives_the_same_rows_with_a_worker_killed(rows: list[dict[str, Any]]) -> None:
+def test_dask_gives_the_same_rows_with_a_worker_killed_and_after_an_interrupt(
+    rows: list[dict[str, Any]],
+) -> None:
     pytest.importorskip("distributed")
-    from distributed import Client
+    from distributed import LocalCluster
 
     found: list[dict[str, Any]] = []
-    killed = False
-    for chunk in workers.on_dask(_job(), range(12), "local:2", lambda _: None):
-        found += chunk
-        if not killed:
-            killed = True
-            client = Client.current()
-            assert client.cluster is not None
-            victim = next(iter(client.cluster.workers.values()))
-            os.kill(victim.process.process.pid, signal.SIGKILL)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+        address = cluster.scheduler_address
+        ended: Any = workers.on_dask(_job(), range(12), address, lambda _: None)
+        next(ended)
+        with pytest.raises(KeyboardInterrupt):
+            ended.throw(KeyboardInterrupt)
+        for chunk in workers.on_dask(_job(), range(12), address, lambda _: None):
+            if not found:
+                victim = next(iter(cluster.workers.values()))
+                os.kill(victim.process.process.pid, signal.SIGKILL)
+            found += chunk
     assert sorted(found, key=lambda row: int(row["run"])) == rows
-    gc.collect()
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_interrupt_ends_the_workers_of_dask_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where another one was started in the place of a killed one, the command waited for it."""
-    pytest.importorskip("distributed")
-    from distributed import Client, Nanny
-    from distributed.core import Status
-    from distributed.deploy.spec import close_clusters
-
-    start, close = Nanny.instantiate, Client.close
-    started: list[Any] = []
-
-    async def instantiate(nanny: Any) -> Any:
-        started.append(nanny)
-        return await start(nanny)
-
-    def close_late(client: Any, **given: Any) -> Any:
-        until = time.monotonic() + 10.0
-        while started[0].status is Status.running and time.monotonic() < until:
-            time.sleep(0.01)
-        return close(client, **given)
-
-    monkeypatch.setattr(Nanny, "instantiate", instantiate)
-    monkeypatch.setattr(Client, "close", close_late)
-    chunks: Any = workers.on_dask(_job(), range(12), "local:1", lambda _: None)
-    next(chunks)
-    with pytest.raises(KeyboardInterrupt):
-        chunks.throw(KeyboardInterrupt)
-    atexit.register(close_clusters)
-    assert len(started) == 1
     gc.collect()
 
 
@@ -444,8 +415,6 @@ def test_scheduler_that_does_not_answer_is_one_line(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(workers, "_DASK_TIMEOUT", 0.5)
     with pytest.raises(PopsteerError, match=r"--dask tcp://127\.0\.0\.1:9: no scheduler answers"):
         list(workers.on_dask(_job(), range(2), "tcp://127.0.0.1:9", lambda _: None))
-    with pytest.raises(ConfigError, match="local:N"):
-        list(workers.on_dask(_job(), range(2), "local:none", lambda _: None))
 
 
 def test_job_replaced_is_another(rows: list[dict[str, Any]]) -> None:

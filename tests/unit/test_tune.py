@@ -18,7 +18,7 @@ import popsteer
 from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import tune
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.tune.report import judge, losses
 from popsteer.lab.tune.study import Trial, Tuned
 

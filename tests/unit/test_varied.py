@@ -10,8 +10,7 @@ import pytest
 import popsteer
 from popsteer import sim
 from popsteer.errors import ConfigError
-from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.varied import draws, run_seed, usual, varied, varying
+from popsteer.lab.common.varied import distribution, draws, run_seed, usual, varied, varying
 from tests.helpers import looped
 
 PATH = popsteer.Path([(float(x), 0.0) for x in range(81)])

@@ -13,7 +13,7 @@ from rich.text import Text
 import popsteer
 from popsteer.errors import ConfigError
 from popsteer.lab import sweep
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.sweep.summary import ERROR
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pytest
 import popsteer
 from popsteer import sim
 from popsteer.lab import replay, sweep, tune
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.sweep import summary
 from popsteer.lab.tune.problem import Score
 from popsteer.logs import Log, LogError

@@ -167,7 +167,7 @@ sweep --controller pop --waypoints way.csv
  --set-longitudinal kp=0.7
  --dt 0.02
  --workers 3
- --dask local:2
+ --dask tcp://far:8786
 sweep --controller pop --waypoints fast.csv
  --longitudinal speed-pid
 sweep --controller pop

@@ -181,7 +181,7 @@ def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
 
 
 def test_parameters_of_a_page_are_toml_that_says_what_they_are() -> None:
-    from popsteer.lab.report.origin import _toml
+    from popsteer.lab.report.page import _toml
     from popsteer.toml_file import tomllib
 
     pid = popsteer.SpeedPidParams(kp=2.0, ki=0.5)

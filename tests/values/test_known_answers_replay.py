@@ -169,8 +169,8 @@ def test_bars_of_an_identification_stand_in_the_middle_of_what_they_count() -> N
 
 def test_identified_values_are_shown_in_the_units_of_their_rows() -> None:
     pytest.importorskip("scipy")
-    from popsteer.lab.identify.table import caption as identified_caption
-    from popsteer.lab.identify.table import identified_table
+    from popsteer.lab.identify import caption as identified_caption
+    from popsteer.lab.identify import identified_table
 
     found = identification()
     assert found.yaw_rate_residual == pytest.approx(0.1)

@@ -173,8 +173,8 @@ def test_step_time_of_a_comparison_holds_a_reading_of_the_clock_a_batch(
             now += 250
             return 0.0
 
-    monkeypatch.setattr(compare.steps, "perf_counter_ns", clock)
-    monkeypatch.setattr(compare.steps, "controller", lambda *_: Slow())
+    monkeypatch.setattr(compare.comparison, "perf_counter_ns", clock)
+    monkeypatch.setattr(compare.comparison, "controller", lambda *_: Slow())
     driven = compare.run(PATH, compare.parameters(["stanley"], "default"))
     run = replace(driven.runs["stanley"], law="slow")
     found = compare.time_steps(replace(driven, runs={"slow": run}), {"slow": None})

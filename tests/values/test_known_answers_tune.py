@@ -15,7 +15,7 @@ import popsteer
 from popsteer import sim
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import tune
-from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.varied import distribution
 from popsteer.lab.tune import report, study
 from popsteer.lab.tune.problem import Score, usual_search
 from popsteer.lab.tune.report import Judged

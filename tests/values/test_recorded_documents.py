@@ -16,8 +16,8 @@ import pytest
 
 import popsteer
 from popsteer import Status, sim
-from popsteer.lab.common.distributions import distribution
 from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.varied import distribution
 from tests.values import tables
 from tests.values import tables as documents
 from tests.values.test_known_answers_replay import identification, replay

@@ -13,8 +13,7 @@ from popsteer import controllers, plants, sim
 from popsteer._core import AdaptParams, MonitorParams
 from popsteer.lab import sweep, tune
 from popsteer.lab.common import longitudinal
-from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.varied import varied, varying
+from popsteer.lab.common.varied import distribution, varied, varying
 from popsteer.lab.sweep import rows as files
 from popsteer.lab.sweep.job import from_text
 from popsteer.planning import SpeedLimits

@@ -10,8 +10,7 @@ import pytest
 import popsteer
 from popsteer import controllers, planning, sim
 from popsteer.lab import replay, sweep, tune
-from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.varied import run_seed
+from popsteer.lab.common.varied import distribution, run_seed
 from popsteer.logs import Log
 from popsteer.planning import SpeedLimits, speed_profile
 from tests.values.tables import BACKWARDS, MIRRORED, SELF, Twin

@@ -81,9 +81,6 @@ def made(pages: Sequence[str] = PAGES) -> typer.Typer:
     app.callback(invoke_without_command=True)(_popsteer)
     for name in pages:
         page = import_module(f"popsteer.cli.{name}")
-        if name == "tracks":
-            app.add_typer(page.app, name=name, short_help=page.list_tracks.__doc__)
-        else:
-            command = getattr(page, name)
-            app.command(name, help=page.HELP, short_help=command.__doc__)(command)
+        command = getattr(page, name)
+        app.command(name, help=page.HELP, short_help=command.__doc__)(command)
     return app

@@ -5,25 +5,17 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
 
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_known
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from typing_extensions import Self
-
 _TRUTH = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+_SETTABLE = (bool, int, float, str)  # what a text can be the value of
 
 
-class _Params(Protocol):
-    def as_dict(self) -> dict[str, Any]: ...
-    def replace(self, **changes: Any) -> Self: ...  # noqa: ANN401
-
-
-_P = TypeVar("_P", bound=_Params)
+_P = TypeVar("_P")
 
 
 def pairs(
@@ -62,7 +54,10 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     >>> tuning.horizon, tuning.min_speed, adapt.slip_time
     (2.0, 1.0, 3.0)
     """
-    known = [_settable(params) for params in parts]
+    known = [
+        {k: v for k, v in each.as_dict().items() if v is None or isinstance(v, _SETTABLE)}
+        for each in parts
+    ]
     names = list(dict.fromkeys(name for fields in known for name in fields))
     changes: list[dict[str, Any]] = [{} for _ in parts]
     for name, text in pairs(f"a parameter of {owner}", assignments):
@@ -73,13 +68,7 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     return [_replaced(params, changed) for params, changed in zip(parts, changes, strict=True)]
 
 
-def _settable(params: _Params) -> dict[str, Any]:
-    """Give the parameters that a text can be the value of."""
-    fields = params.as_dict()
-    return {k: v for k, v in fields.items() if v is None or isinstance(v, bool | int | float | str)}
-
-
-def _replaced(params: _P, changes: dict[str, Any]) -> _P:
+def _replaced(params: Any, changes: dict[str, Any]) -> Any:  # noqa: ANN401 - any parameters
     """Give a changed copy; of one that must not be None say so."""
     if not changes:
         return params

@@ -35,7 +35,6 @@ _ALSO = {
 }
 _NOW = {
     "--laws": "--controllers",
-    "export-all": "tracks --out",
     "simulate": "compare --controllers NAME",
     "--replay-run": "sweep --run",
     "--suite": "popsteer suite",
@@ -56,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     Examples
     --------
-    >>> main(["tracks", "export", "nowhere", "track.csv"])
+    >>> main(["tracks", "--tracks", "nowhere"])
     Traceback (most recent call last):
     SystemExit: 2
     """

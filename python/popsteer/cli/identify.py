@@ -10,7 +10,7 @@ import typer
 
 from popsteer import lab
 from popsteer._core import Vehicle
-from popsteer.cli import inputs, logs, options, outputs
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.files import write_files_atomic
@@ -35,7 +35,7 @@ Examples:
 
 def identify(
     *,
-    log: logs.Log,
+    log: options.Log,
     out: Annotated[
         Path | None,
         optional("FILE", "File for the vehicle, *.toml; a figure and data are written beside it."),
@@ -46,8 +46,8 @@ def identify(
     set_vehicle: options.SetVehicle = None,
     columns: options.Columns = None,
     origin: options.Origin = None,
-    topic: logs.Topic = None,
-    unit: logs.Unit = None,
+    topic: options.Topic = None,
+    unit: options.Unit = None,
     course: Annotated[
         bool, options.flag("--course", "The yaw is the course over ground, not the heading.")
     ] = False,
@@ -64,13 +64,12 @@ def identify(
     given: Vehicle | None = None
     if vehicle is not None or set_vehicle:
         given = inputs.believed(vehicle, set_vehicle)
-    outputs.check_file(out, ".toml")
-    outputs.check_page(report)
+    outputs.check_file(out, report, ".toml")
     with Progress() as progress:
-        drive = logs.read(log, columns, topic, unit, origin, progress)
+        drive = inputs.log(log, columns, topic, unit, origin, progress)
         second = None
         if stops is not None:
-            second = logs.read([stops], columns, topic, unit, origin, progress)
+            second = inputs.log([stops], columns, topic, unit, origin, progress)
         update = partial(progress.update, "identify")
         update(0.0)
         found = identified(drive, given, course=course, stops=second, progress=update)

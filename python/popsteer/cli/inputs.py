@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import own, plants, sim, toml_file, tracks, vehicle_file, vehicles
+from popsteer import logs, own, plants, sim, toml_file, tracks, vehicle_file, vehicles
 from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
+from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError, PopsteerError, printable
-from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
 from popsteer.lab.common.names import controller_names
-from popsteer.lab.common.varied import usual, varying
+from popsteer.lab.common.varied import Distribution, distribution, usual, varying
 from popsteer.lab.compare import parameters
 from popsteer.lab.compare.runs import tunings
 from popsteer.params_file import load_all
@@ -103,6 +104,25 @@ def place(origin: str | None) -> tuple[float, float] | None:
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ConfigError("--origin", origin, "LAT,LON in degrees")
     return latitude, longitude
+
+
+def log(
+    files: list[FilePath],
+    columns: str | None,
+    topics: list[str] | None,
+    units: list[str] | None,
+    origin: str | None,
+    progress: Progress,
+) -> logs.Log:
+    """Read the log that the options name; LogError where it cannot be."""
+    return logs.read(
+        files,
+        columns=columns,
+        topics=dict(pairs("--topic", topics, whole=True)),
+        units=dict(pairs("--unit", units, whole=True)),
+        origin=place(origin),
+        progress=partial(progress.update, "read"),
+    )
 
 
 def _check_of_file(**given: object) -> None:

@@ -10,6 +10,7 @@ import typer
 from typer.models import OptionInfo
 
 from popsteer.errors import ConfigError
+from popsteer.logs.bag import TOPICS
 from popsteer.sim import Settings
 
 
@@ -112,6 +113,22 @@ Dt: TypeAlias = Annotated[float, valued("SECONDS", "Control period.")]
 Out: TypeAlias = Annotated[Path | None, optional("DIR", "Folder for tables, figures and records.")]
 Report: TypeAlias = Annotated[
     Path | None, optional("FILE", "One page *.html to look at (docs/report.md).")
+]
+
+Log: TypeAlias = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="LOG...",
+        help="A table, or several with one clock; MCAP; a ROS 2 bag.",
+        show_default=False,
+    ),
+]
+Topic: TypeAlias = Annotated[
+    list[str] | None, optional("NAME=TOPIC", f"The topic of a bag; NAME of {', '.join(TOPICS)}.")
+]
+Unit: TypeAlias = Annotated[
+    list[str] | None,
+    optional("NAME=UNIT", "A unit, as steer=deg, speed=km/h, or a factor: steer=deg/15.5."),
 ]
 
 

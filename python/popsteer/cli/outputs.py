@@ -6,34 +6,33 @@ import os
 import shlex
 import sys
 import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
+from rich.table import Table
 from rich.text import Text
 
 from popsteer import files, lab
 from popsteer._core import build_profile
 from popsteer.errors import ConfigError, printable
 from popsteer.lab.common.layout import BAD, SIGN, WIDE, figure_names
+from popsteer.lab.common.theme import Theme
+from popsteer.lab.compare import Comparison
 from popsteer.lab.compare.table import heading, notes
+from popsteer.sim import Run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    import typer
     from matplotlib.figure import Figure
-    from rich.table import Table
     from typing_extensions import Self
 
-    from popsteer.lab.common.theme import Theme
-    from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
-    from popsteer.sim import Run
 
 _PATIENCE = 1.0  # seconds without a bar
 
@@ -85,9 +84,6 @@ def kept_in(where: object) -> Iterator[None]:
         raise
 
 
-_KINDS = (".html", ".htm")
-
-
 def figure_paths(out: Path) -> list[Path]:
     """Name the figures beside a file; none if its name has no suffix, as ``/dev/stdout``."""
     return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
@@ -131,8 +127,20 @@ def show(
     `read` are the sources of the files that were read; each is said in a line first. The page is
     made last, by `draw`: if it fails, or nobody reads the table, nothing else is lost.
     """
+    at = console()
     try:
-        _print(head, tables, below, said, read)
+        for source in filter(None, read):
+            say(f"Read {source}.", "dim")
+        say(head, "bold")
+        for table in tables:
+            at.print()
+            at.print(table)
+        for index, note in enumerate(below):
+            if index == 0:
+                at.print()
+            say(note, BAD if note.startswith(SIGN) else "dim")
+        for line in said.splitlines():
+            print(printable(line))
     finally:
         if page is not None and not isinstance(sys.exc_info()[1], KeyboardInterrupt):
             with Progress() as progress:
@@ -140,24 +148,6 @@ def show(
                 files.write_bytes_atomic(page, draw(progress))
     if page is not None:
         print(f"Written to {printable(str(page))}")
-
-
-def _print(
-    head: str, tables: Iterable[Table], below: Iterable[str], said: str, read: Iterable[str | None]
-) -> None:
-    at = console()
-    for source in filter(None, read):
-        say(f"Read {source}.", "dim")
-    say(head, "bold")
-    for table in tables:
-        at.print()
-        at.print(table)
-    for index, note in enumerate(below):
-        if index == 0:
-            at.print()
-        say(note, BAD if note.startswith(SIGN) else "dim")
-    for line in said.splitlines():
-        print(printable(line))
 
 
 def deliver(
@@ -227,24 +217,24 @@ def check_folder(out: Path | None, names: Iterable[str], report: Path | None = N
     """Refuse a folder of files and a page that cannot be written, before the work for them."""
     if out is not None:
         files.check_folder(out, names)
-    check_page(report)
+    _check_page(report)
 
 
-def check_file(out: Path | None, kind: str = "") -> list[Path]:
-    """Refuse a file that cannot be written, or is not of its kind; give its figures' files."""
-    if out is None:
-        return []
-    if not out.suffix.lower().endswith(kind):
-        raise ConfigError("--out", str(out), f"a file *{kind}")
-    pictures = figure_paths(out)
-    files.check_files([out, *pictures])
+def check_file(out: Path | None, report: Path | None, kind: str = "") -> list[Path]:
+    """Refuse a file that is not of its `kind`, or cannot be written; give its figures' files."""
+    pictures = []
+    if out is not None:
+        if not out.suffix.lower().endswith(kind):
+            raise ConfigError("--out", str(out), f"a file *{kind}")
+        pictures = figure_paths(out)
+        files.check_files([out, *pictures])
+    _check_page(report)
     return pictures
 
 
-def check_page(file: Path | None) -> None:
-    """Refuse the page of --report where it cannot be written, before the work for it."""
+def _check_page(file: Path | None) -> None:
     if file is not None:
-        if file.suffix.lower() not in _KINDS:
+        if file.suffix.lower() not in (".html", ".htm"):
             raise ConfigError("--report", str(file), "a file *.html")
         files.check_files([file])
 

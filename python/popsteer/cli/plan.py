@@ -80,7 +80,7 @@ def plan(
     context: typer.Context,
 ) -> None:
     """Find the fastest speeds along a path."""
-    from popsteer.lab.plan.table import plan_caption, plan_table
+    from popsteer.lab.plan import plan_caption, plan_table
 
     car = inputs.believed(vehicle, set_vehicle)
     limits = assigned(SpeedLimits(), set_, "the limits")
@@ -88,8 +88,7 @@ def plan(
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
-    pictures = outputs.check_file(out)
-    outputs.check_page(report)
+    pictures = outputs.check_file(out, report)
     if out in pictures or out == waypoints:
         raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     if smooth is not None and keep_speeds:

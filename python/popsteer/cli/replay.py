@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, logs, options, outputs
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
 from popsteer.lab.replay.runs import Replay
@@ -35,7 +35,7 @@ Examples:
 
 def replay(
     *,
-    log: logs.Log,
+    log: options.Log,
     vehicle: Annotated[
         str | None,
         optional("NAME|FILE", "What the controllers know: a vehicle *.toml. By default paper."),
@@ -54,8 +54,8 @@ def replay(
     path_columns: Annotated[str | None, optional("NAMES", "As --columns, of --waypoints.")] = None,
     origin: options.Origin = None,
     columns: options.Columns = None,
-    topic: logs.Topic = None,
-    unit: logs.Unit = None,
+    topic: options.Topic = None,
+    unit: options.Unit = None,
     out: options.Out = None,
     report: options.Report = None,
     context: typer.Context,
@@ -83,7 +83,7 @@ def replay(
         course = inputs.course(waypoints, track, closed=closed, columns=path_columns, origin=origin)
     outputs.check_folder(out, FILES, report)
     with Progress() as progress:
-        drive = logs.read(log, columns, topic, unit, origin, progress)
+        drive = inputs.log(log, columns, topic, unit, origin, progress)
         found = replayed(
             drive,
             chosen,

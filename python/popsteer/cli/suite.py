@@ -9,9 +9,8 @@ from popsteer import lab
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.options import optional
 from popsteer.cli.outputs import Progress
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.runs import PLANTS, SUITE_CAR
-from popsteer.lab.suite.scenarios import SCENARIOS
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS
 
 _CONTROLLERS, _PLANTS = ",".join(inputs.OWN_CONTROLLERS), ",".join(PLANTS)
 

@@ -67,13 +67,9 @@ def sweep(
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[int | None, optional("N", "Threads or processes; else one a core.")] = None,
-    dask: Annotated[
-        str | None,
-        optional("ADDRESS", "Scheduler of Dask, or local:N; extra 'dask'."),
-    ] = None,
+    dask: Annotated[str | None, optional("ADDRESS", "Scheduler of Dask; extra 'dask'.")] = None,
     run: Annotated[
-        str | None,
-        optional("FILE:RUN", "Drive this run again, to the last bit."),
+        str | None, optional("FILE:RUN", "Drive this run again, to the last bit.")
     ] = None,
     out: Annotated[
         Path | None, optional("FILE", "Rows, *.parquet or *.csv; a folder of --run.")
@@ -110,8 +106,7 @@ def sweep(
         label=label,
     )
     job = replace(job, settings=job.joining([course.path]), joined=True)
-    pictures = outputs.check_file(out)
-    outputs.check_page(report)
+    pictures = outputs.check_file(out, report)
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:

@@ -15,8 +15,7 @@ from popsteer.cli.assignments import pairs
 from popsteer.cli.options import optional, valued
 from popsteer.cli.outputs import Progress, kept_in
 from popsteer.files import write_files_atomic
-from popsteer.lab.common.distributions import distribution
-from popsteer.lab.common.varied import START
+from popsteer.lab.common.varied import START, distribution
 from popsteer.params_file import as_toml
 from popsteer.sim import Settings, vehicle_of
 
@@ -113,11 +112,8 @@ def tune(
     )
     joining = problem.joining(problem.paths.values())
     problem = replace(problem, settings=joining, joined=True)
-    kept: str | Path | None = storage
-    pictures = outputs.check_file(out, ".toml")
-    outputs.check_page(report)
-    if out is not None and storage is None:
-        kept = out.with_suffix(".journal")
+    pictures = outputs.check_file(out, report, ".toml")
+    kept = out.with_suffix(".journal") if out is not None and storage is None else storage
     with kept_in(kept), Progress() as progress:
         tuned = lab.tune.run(
             problem,

@@ -6,18 +6,16 @@ import base64
 import zlib
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import plants, sim
 from popsteer._core import Path, Vehicle
 from popsteer.lab.common import longitudinal
-from popsteer.lab.common.distributions import Distribution
+from popsteer.lab.common.varied import Distribution
 from popsteer.sim.geometry import CORE_PLANTS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _MOST_WAYPOINTS = 10_000_000
 

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import io
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
 
 from popsteer.lab.common.layout import figure_name
 from popsteer.lab.common.theme import THEMES, Theme
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from popsteer.sim import Run
+from popsteer.sim import Run
 
 _DPI = 150
 _MOST_POINTS = 4000  # of a line; more cannot be told apart

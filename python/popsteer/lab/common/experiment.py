@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,23 +21,18 @@ from popsteer._core import (
     SpeedTrackerParams,
     Vehicle,
 )
+from popsteer.controllers import Controller, Params
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning
 from popsteer.lab.common.longitudinal import made as pedals_of
 from popsteer.lab.common.names import law_of
-from popsteer.lab.common.varied import START, Varied, varied
+from popsteer.lab.common.varied import START, Distribution, Varied, varied
+from popsteer.parameters import Parameters
+from popsteer.sim import OwnSimpleController, Run
 from popsteer.sim.closed_loop import at_constant_speed, start_speed
 from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
-    from popsteer.controllers import Controller, Params
-    from popsteer.lab.common.distributions import Distribution
-    from popsteer.parameters import Parameters
-    from popsteer.sim import OwnSimpleController, Run
-
-    Road: TypeAlias = tuple[Path, Longitudinal | None]
+Road: TypeAlias = tuple[Path, Longitudinal | None]
 
 
 def controller(

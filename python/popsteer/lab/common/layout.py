@@ -6,15 +6,17 @@ import csv
 import io
 import json
 import math
+import os
+import platform
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+from popsteer.status import Status
 
+if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
-
-    from popsteer.status import Status
 
 WIDE = 160
 """Characters of a line where no terminal says how many it has."""
@@ -103,3 +105,25 @@ def finite(value: object) -> object:
 def json_text(document: dict[str, Any]) -> str:
     """Write a document as JSON that people can read as well; its numbers have to be finite."""
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def this_machine() -> dict[str, str]:
+    """Name what a benchmark ran on: ``cpu``, ``cores``, ``python`` and ``platform``."""
+    return {
+        "cpu": _cpu(),
+        "cores": str(os.cpu_count() or "unknown"),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        "platform": platform.platform(),
+    }
+
+
+def _cpu() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:  # not on Linux
+        text = ""
+    for line in text.splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "model name" and value.strip():
+            return value.strip()
+    return platform.processor() or platform.machine() or "unknown"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import TypeAlias
 
 from popsteer._core import (
     CoupledLongitudinal,
@@ -17,14 +18,8 @@ from popsteer._core import (
 )
 from popsteer.ranges import check_known
 from popsteer.sim.closed_loop import start_speed
-from popsteer.sim.geometry import object_of, vehicle_of
-from popsteer.sim.pedals import PedalMap
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from popsteer.sim.geometry import Plant, Pose
-    from popsteer.sim.pedals import Longitudinal
+from popsteer.sim.geometry import Plant, Pose, object_of, vehicle_of
+from popsteer.sim.pedals import Longitudinal, PedalMap
 
 LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams
 """Parameters of a longitudinal controller, of one class each."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 from popsteer import controllers, own
+from popsteer._core import Vehicle
 from popsteer.lab import baselines
 from popsteer.ranges import check_known
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from popsteer._core import Vehicle
 
 
 def controller_names() -> tuple[str, ...]:

@@ -7,9 +7,8 @@ several.
 
 from popsteer.lab.common.experiment import controller
 from popsteer.lab.compare import files, paper, table
-from popsteer.lab.compare.comparison import Comparison
+from popsteer.lab.compare.comparison import Comparison, time_steps
 from popsteer.lab.compare.runs import parameters, run, run_each
-from popsteer.lab.compare.steps import time_steps
 
 __all__ = [
     "Comparison",

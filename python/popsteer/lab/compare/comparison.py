@@ -1,15 +1,23 @@
-"""What several controllers did on one plant and one path."""
+"""What several controllers did on one plant and one path, and what their steps took."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+import gc
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from time import perf_counter_ns
+from typing import Any, Literal, cast
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+import numpy as np
 
-    from popsteer._core import Path, Vehicle
-    from popsteer.sim import Run
+from popsteer import controllers
+from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle, build_profile
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab.common.experiment import controller
+from popsteer.sim import Run
+from popsteer.sim.steering import step_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,3 +90,128 @@ def _point(at: float | None, vehicle: Vehicle) -> str:
     no_slip = vehicle.rear_axle if vehicle.no_slip_point is None else vehicle.no_slip_point
     known = ((vehicle.front_axle, "front"), (vehicle.rear_axle, "rear"), (no_slip, "no-slip"))
     return next((name for ahead, name in known if at == ahead), f"{at:.3g} m ahead")
+
+
+# Of a slow controller as many as take a second or so, of a fast one as many as steady its median.
+_CALLS = 1000
+_BATCH = 32
+
+
+def time_steps(
+    comparison: Comparison,
+    params: Mapping[str, Any],
+    progress: Callable[[str, float], object] | None = None,
+    *,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    monitor: MonitorParams | Literal["auto"] | None = "auto",
+) -> Comparison:
+    """Measure the step of each controller on the states of its own run.
+
+    Each controller, fresh, is shown the recorded states from the start, again and again, and asked
+    for the angle alone, with warm caches and no garbage collection: 32 states one by one, as the
+    clock reads each, then the same as a whole, whose mean holds 1/32 of a reading.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs, with their records.
+    params : mapping
+        The tuning by name of the controller, as `popsteer.lab.compare.runs.parameters` gives it.
+    progress : callable, optional
+        Called with the name of the controller and the share of its timing done, 0 to 1.
+    adapt, monitor : AdaptParams or None, MonitorParams or None, optional
+        As `popsteer.lab.compare.run` has them.
+
+    Returns
+    -------
+    Comparison
+        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns];
+        without those of runs that code of your own ended.
+
+    Raises
+    ------
+    ConfigError
+        The runs kept no records.
+    PopsteerError
+        The extension module is a debug build, whose times would mean nothing.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> from popsteer.lab.compare import parameters
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> params = parameters(["pop"], "default")
+    >>> timed = time_steps(compare.run(path, params), params)
+    >>> timed.step_times["pop"] > 0.0
+    True
+    """
+    if build_profile == "debug":
+        raise PopsteerError("step times of a debug build mean nothing: install a release build")
+    times: dict[str, float] = {}
+    latencies: dict[str, Sequence[int]] = {}
+    for name, run in comparison.runs.items():
+        if run.traceback:
+            continue  # there is no step to time
+        make = partial(
+            controller, name, run.path, comparison.believed, params[name], adapt, monitor
+        )
+        advance = partial(progress or nothing, f"time {name}")
+        times[name], latencies[name] = _step_time(run, make, advance)
+    return replace(comparison, step_times=times, latencies=latencies)
+
+
+def nothing(*_: object) -> None:
+    """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
+
+
+def _reset_of(made: Any) -> Callable[[], None]:  # noqa: ANN401 - of one's own
+    """Give the `reset` of one's own controller, if it can be called as this would call it."""
+    reset: Any = getattr(made, "reset", None)
+    try:
+        inspect.signature(reset).bind()
+    except (TypeError, ValueError):
+        return nothing
+    return cast("Callable[[], None]", reset)
+
+
+def _step_time(
+    run: Run, make: Callable[[], Any], progress: Callable[[float], object]
+) -> tuple[float, Sequence[int]]:
+    """Give the median of a run's controller [s], and what each single step took [ns]."""
+    records = run.records
+    if not len(records["x"]):
+        raise ConfigError("keep_records", value=False, requirement="true where steps are timed")
+    table = np.column_stack([records[column] for column in ("x", "y", "yaw", "speed")])
+    blocks = [table[at : at + _BATCH].tolist() for at in range(0, len(table), _BATCH)]
+    # The controllers of popsteer measure errors in `step` besides; `steer` is the angle alone.
+    own = run.law not in controllers.names()
+    made = [make(), make()]
+    single, batched = ((step_of(each) if own else each.steer) for each in made)
+    resets = [_reset_of(each) if own else each.reset for each in made]
+    singles: list[int] = []
+    means: list[float] = []
+    clock, dt = perf_counter_ns, run.dt
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        for turn in range(1 + -(-_CALLS // len(table))):  # the first warms up
+            for reset in resets:
+                reset()
+            for block in blocks:
+                took = []
+                for x, y, yaw, speed in block:
+                    begin = clock()
+                    single(x, y, yaw, speed, dt)
+                    took.append(clock() - begin)
+                begin = clock()
+                for x, y, yaw, speed in block:
+                    batched(x, y, yaw, speed, dt)
+                if turn:
+                    means.append((clock() - begin) / len(block))
+                    singles += took
+            progress(len(singles) / max(_CALLS, len(table)))
+    finally:
+        if was_on:
+            gc.enable()
+    return 1e-9 * float(np.median(means)), singles

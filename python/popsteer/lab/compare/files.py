@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from functools import partial
 from itertools import chain, count
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from popsteer._core import __version__
 from popsteer.errors import ConfigError
-from popsteer.lab.common.layout import csv_text, figure_names, finite, json_text
-from popsteer.lab.common.machine import describe
+from popsteer.lab.common.layout import csv_text, figure_names, finite, json_text, this_machine
 from popsteer.lab.common.names import title_of
+from popsteer.lab.compare.comparison import Comparison
 from popsteer.lab.compare.paper import PAPER
+from popsteer.sim import Metrics, Run
 from popsteer.status import Status
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from popsteer.lab.compare import Comparison
-    from popsteer.sim import Metrics, Run
 
 _METRICS, _MATRIX = "metrics.json", "matrix"
 _DRAWN = ("results", "overview")
@@ -39,8 +35,7 @@ def files(
     ConfigError where the runs kept no records.
     """
     from popsteer.lab.common.draw import files_of
-    from popsteer.lab.compare.effort import effort_figure
-    from popsteer.lab.compare.figures import overview_figure, results_figure
+    from popsteer.lab.compare.figures import effort_figure, overview_figure, results_figure
 
     comparison, *others = comparisons
     if others:
@@ -50,7 +45,7 @@ def files(
         document = {
             "schema": SCHEMA,
             "version": __version__,
-            "machine": describe(),
+            "machine": this_machine(),
             "constant_speed": comparison.constant_speed,
             "comparisons": [metrics_document(each) for each in comparisons],
         }
@@ -228,7 +223,7 @@ def _matrix_markdown(comparisons: Sequence[Comparison]) -> str:
             time = [f"{1e6 * median(times):.2f}"] if timed else []
             lines.append([title_of(law, here[0].runs), points, *cells, *time])
         tables.append("".join(f"| {' | '.join(line)} |\n" for line in lines))
-    on = describe()
+    on = this_machine()
     machine = [f"{on['cpu']}, {on['cores']} cores; {on['python']}.\n"] if timed else []
     return "\n".join(tables + machine)
 

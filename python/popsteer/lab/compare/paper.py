@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from popsteer import presets, tracks
 from popsteer._core import CarlaIdentified, CoupledLongitudinal, Path
 from popsteer.lab.compare import runs
+from popsteer.lab.compare.comparison import Comparison
 from popsteer.sim.closed_loop import START_OFFSET, default_start
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from popsteer.lab.compare.comparison import Comparison
 
 
 class PaperFigures(NamedTuple):

@@ -5,25 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from popsteer import controllers, presets, sim
+from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
+from popsteer.controllers import Params
 from popsteer.errors import ConfigError
 from popsteer.lab.common.experiment import Experiment, controller
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning, made, usual
 from popsteer.lab.common.names import law_of
-from popsteer.lab.compare.comparison import Comparison
-from popsteer.lab.compare.steps import nothing, time_steps
+from popsteer.lab.compare.comparison import Comparison, nothing, time_steps
+from popsteer.parameters import Parameters
 from popsteer.sim import Plant, Run, plant_name, vehicle_of
-from popsteer.sim.geometry import object_of
-
-if TYPE_CHECKING:
-    from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
-    from popsteer.controllers import Params
-    from popsteer.parameters import Parameters
-    from popsteer.sim.geometry import Pose, StartAt
-    from popsteer.sim.pedals import Longitudinal
-
+from popsteer.sim.geometry import Pose, StartAt, object_of
+from popsteer.sim.pedals import Longitudinal
 
 DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
 """The controllers of the paper, in the order of its table."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,15 +19,12 @@ from popsteer.lab.common.layout import (
     outcome,
 )
 from popsteer.lab.common.names import counted, differences, title_of, where_they_differ
+from popsteer.lab.compare.comparison import Comparison
 from popsteer.lab.compare.paper import PAPER, is_authors_path
+from popsteer.sim import Run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from rich.table import Table
-
-    from popsteer.lab.compare import Comparison
-    from popsteer.sim import Run
 
 
 WHERE = (

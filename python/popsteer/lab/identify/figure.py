@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
+from popsteer.identification import Identification
 from popsteer.lab.common.draw import headline, logarithmic, plot_broken
-from popsteer.lab.identify.table import caption, smoothed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
-
-    from popsteer.identification import Identification
-    from popsteer.lab.common.theme import Theme
+from popsteer.lab.common.theme import Theme
+from popsteer.lab.identify import caption, smoothed
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:

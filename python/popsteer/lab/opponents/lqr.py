@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer.lab.opponents.observer import Opponent, Seen
 from popsteer.parameters import Parameters
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Matrix = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 
 def model(speed: float, length: float, lag: float, rate: float, dt: float) -> tuple[Matrix, Matrix]:

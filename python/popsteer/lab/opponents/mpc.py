@@ -9,20 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from popsteer._core import Path, Vehicle
 from popsteer.errors import PopsteerError
 from popsteer.extras import require
 from popsteer.lab.opponents import lqr
 from popsteer.lab.opponents.lqr import cost_to_go, model, weights
 from popsteer.lab.opponents.observer import Opponent, Seen
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from popsteer._core import Path, Vehicle
 
 _STAGES, _STAGE = 20, 0.05  # how many, and how long [s]
 # The problem's matrices are kept while speed and gain move less than these shares.

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from popsteer.lab.common.theme import Theme
+from popsteer.planning import SpeedProfile
 from popsteer.planning.profile import LIMITS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from popsteer.lab.common.theme import Theme
-    from popsteer.planning import SpeedProfile
 
 # Limits that are alike share a colour of the theme.
 COLOURS = {

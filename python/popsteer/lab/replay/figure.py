@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from popsteer.lab.common.draw import headline, plot_broken
 from popsteer.lab.common.names import title_of
+from popsteer.lab.common.theme import Theme
+from popsteer.lab.replay.runs import Replay
 from popsteer.lab.replay.table import caption
 from popsteer.status import Status
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from popsteer.lab.common.theme import Theme
-    from popsteer.lab.replay.runs import Replay
 
 
 def replay_figure(found: Replay, theme: Theme) -> Figure:

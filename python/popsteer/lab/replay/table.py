@@ -9,12 +9,11 @@ import numpy as np
 
 from popsteer.lab.common.layout import BAD, add_numbers, blank_table, csv_text, figure_names
 from popsteer.lab.common.names import title_of
+from popsteer.lab.replay.runs import Replay, Shadow
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-    from popsteer.lab.replay.runs import Replay, Shadow
 
 FILES = (*figure_names("replay"), "replay.csv", "summary.csv")
 """The names of the files: the figure, a row for each row of the log, and the table."""

@@ -17,7 +17,7 @@ True
 
 from popsteer.lab.report.compare import of_comparison
 from popsteer.lab.report.identify import of_identification
-from popsteer.lab.report.origin import Origin
+from popsteer.lab.report.page import Origin
 from popsteer.lab.report.plan import of_plan
 from popsteer.lab.report.replay import of_replay
 from popsteer.lab.report.stability import of_stability

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 Colour = list[str]
 """The colour on a light, and on a dark background."""

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from popsteer.errors import ConfigError
-from popsteer.lab.common.machine import describe
+from popsteer.lab.common.layout import this_machine
 from popsteer.lab.common.names import counted, title_of
+from popsteer.lab.compare import Comparison
 from popsteer.lab.compare.table import heading, notes, tables
 from popsteer.lab.report.colours import Colour, colours_of, dots, figure, log_axis, stairs
 from popsteer.lab.report.markup import badge, escape, html_table, paragraphs, plain_table, table
-from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page
+from popsteer.lab.report.page import Origin, Page, settings_block, tuning, vehicles
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from popsteer.lab.compare import Comparison
-    from popsteer.sim import Run
+from popsteer.sim import Run
 
 _MARKERS = ("circle", "square", "diamond", "triangle-up", "cross", "star", "hexagon", "x")
 PANELS = (
@@ -237,7 +233,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
         traces.append(
             stairs(name, comparison.latencies, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover)
         )
-    on = describe()
+    on = this_machine()
     machine = f"{on['cpu']}, {on['cores']} cores, {on['python']}"
     note = f"Share of the steps, as the clock read each; {machine}.{beyond}"
     up = {"title": {"text": "steps [%]"}, "rangemode": "tozero"}

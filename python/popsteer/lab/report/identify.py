@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import vehicle_file
-from popsteer.lab.identify.table import caption, identified_table, smoothed
+from popsteer._core import Vehicle
+from popsteer.identification import Identification
+from popsteer.lab.identify import caption, identified_table, smoothed
 from popsteer.lab.report.colours import figure, named, rounded
 from popsteer.lab.report.markup import badge, block, paragraphs, table
-from popsteer.lab.report.origin import Origin
-from popsteer.lab.report.page import Page, Section
+from popsteer.lab.report.page import Origin, Page, Section
 from popsteer.lab.report.replay import broken
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from popsteer._core import Vehicle
-    from popsteer.identification import Identification
 
 _PANELS = (
     Panel("yaw_rate", "Yaw rate, smoothed over 0.25 s [rad/s]", "yaw rate [rad/s]", 3),

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from popsteer.lab.common.names import counted
+from popsteer.lab.plan import plan_caption, plan_table
 from popsteer.lab.plan.figures import COLOURS
-from popsteer.lab.plan.table import plan_caption, plan_table
 from popsteer.lab.report.colours import figure, line, named
 from popsteer.lab.report.markup import badge, block, table
-from popsteer.lab.report.origin import Origin, vehicles
-from popsteer.lab.report.page import Page, Section
+from popsteer.lab.report.page import Origin, Page, Section, vehicles
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene
+from popsteer.planning import SpeedProfile
 from popsteer.planning.profile import LIMITS
-
-if TYPE_CHECKING:
-    from popsteer.planning import SpeedProfile
 
 _PANELS = (
     Panel("speed", "Speed [m/s]", "v [m/s]", 2),

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer.lab.common.names import counted, title_of
+from popsteer.lab.replay import Replay
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
 from popsteer.lab.report.colours import colours_of, figure, named, stairs
 from popsteer.lab.report.compare import PANELS
 from popsteer.lab.report.markup import badge, paragraphs, table
-from popsteer.lab.report.origin import Origin, tuning, vehicles
-from popsteer.lab.report.page import Page
+from popsteer.lab.report.page import Origin, Page, tuning, vehicles
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from popsteer.lab.replay import Replay
 
 _DRIVER = "driver"
 _PANELS = (

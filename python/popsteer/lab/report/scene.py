@@ -5,22 +5,18 @@ from __future__ import annotations
 import base64
 import math
 import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from popsteer._core import Path, Vehicle
+from popsteer.lab.report.colours import Colour
 from popsteer.status import Status
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from popsteer._core import Path, Vehicle
-    from popsteer.lab.report.colours import Colour
-
-    Array = NDArray[Any]
+Array = NDArray[Any]
 
 HOLE = -(2**31)
 """What stands for a number that is not finite."""

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.colours import colours_of, figure, line, log_axis
 from popsteer.lab.report.markup import badge, paragraphs, table
-from popsteer.lab.report.origin import Origin, tuning, vehicles
-from popsteer.lab.report.page import Page
+from popsteer.lab.report.page import Origin, Page, tuning, vehicles
+from popsteer.lab.stability import Stability
 from popsteer.lab.stability.figures import USUAL, middle, responses
 from popsteer.lab.stability.table import NOTE, stability_caption, stability_table
-
-if TYPE_CHECKING:
-    from popsteer.lab.stability import Stability
-
 
 _EVERY = 8  # of the frequencies one is drawn: more cannot be told apart
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import sim
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.colours import dots, figure, log_axis, named, ranked, rounded
 from popsteer.lab.report.compare import PANELS, actor_of
 from popsteer.lab.report.markup import badge, block, paragraphs, plain_table, table
-from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
-from popsteer.lab.report.page import Page, Section
+from popsteer.lab.report.page import Origin, Page, Section, settings_block, tuning, vehicles
 from popsteer.lab.report.scene import Scene, distances
-from popsteer.lab.sweep import summary
+from popsteer.lab.sweep import Job, summary
 from popsteer.lab.sweep.job import repeat
 from popsteer.lab.sweep.summary import (
     axis_title,
@@ -30,13 +31,6 @@ from popsteer.lab.sweep.summary import (
     worst,
 )
 from popsteer.status import Status
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from popsteer.lab.sweep import Job
 
 _WORST = 6
 _TABLE = 10

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.colours import dots, figure, line, log_axis, named
 from popsteer.lab.report.markup import badge, block, paragraphs, table
-from popsteer.lab.report.origin import Origin, vehicles
-from popsteer.lab.report.page import Page, Section
-from popsteer.lab.tune import report
+from popsteer.lab.report.page import Origin, Page, Section, vehicles
+from popsteer.lab.tune import Tuned, report
+from popsteer.lab.tune.report import Judged
 from popsteer.params_file import as_toml
-
-if TYPE_CHECKING:
-    from popsteer.lab.tune import Tuned
-    from popsteer.lab.tune.report import Judged
 
 
 def of_tuning(tuned: Tuned, judged: list[Judged], origin: Origin | None = None) -> bytes:

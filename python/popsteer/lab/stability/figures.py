@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
+from numpy.typing import NDArray
 
-from popsteer._core import PopParams, PurePursuitParams
+from popsteer._core import PopParams, PurePursuitParams, Vehicle
 from popsteer.lab.common.draw import files_of, headline
 from popsteer.lab.common.names import title_of
+from popsteer.lab.common.theme import Theme
 from popsteer.lab.stability.linear import lookahead
-from popsteer.lab.stability.response import Response, respond
-from popsteer.lab.stability.runs import dead_time_map, run
+from popsteer.lab.stability.loop import Response, respond
+from popsteer.lab.stability.runs import Stability, dead_time_map, run
 from popsteer.lab.stability.table import stability_caption
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from numpy.typing import NDArray
-
-    from popsteer._core import Vehicle
-    from popsteer.lab.common.theme import Theme
-    from popsteer.lab.stability import Stability
-
 
 USUAL = ((2.0, 5.0), (30.0, 60.0))
 """Gain [-] and phase margins [deg] that are usual: K. J. Åström, R. M. Murray, *Feedback Systems*,

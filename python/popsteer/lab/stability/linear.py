@@ -18,10 +18,12 @@ Without a and c, δ is a ratio of polynomials of b.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from popsteer import controllers
 from popsteer._core import (
@@ -32,18 +34,12 @@ from popsteer._core import (
     StanleyParams,
     Vehicle,
 )
+from popsteer.controllers import Params
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from popsteer.controllers import Params
-
-    _Weights = tuple[list[float], ...]
-    """Those of `LinearLaw`, in its order; what is left out is its default."""
+_Weights = tuple[list[float], ...]
+"""Those of `LinearLaw`, in its order; what is left out is its default."""
 
 
 _BACK = Polynomial([0.0, 1.0])  # b, one period back

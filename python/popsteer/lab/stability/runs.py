@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import controllers, presets
 from popsteer._core import PopParams, PurePursuitParams, Vehicle
+from popsteer.controllers import Params
 from popsteer.lab.stability.linear import linearised
-from popsteer.lab.stability.loop import Loop
-from popsteer.lab.stability.response import crossings
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from popsteer.controllers import Params
+from popsteer.lab.stability.loop import Loop, crossings
 
 _SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)  # that are looked at by default [m/s]
 

@@ -9,11 +9,10 @@ from popsteer._core import __version__
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table, finite, json_text
 from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.stability.linear import lookahead
+from popsteer.lab.stability.runs import Margins, Stability
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-    from popsteer.lab.stability import Margins, Stability
 
 SCHEMA = 2
 """Version of the document's layout."""

@@ -13,8 +13,7 @@ Examples
 """
 
 from popsteer.lab.suite import table
-from popsteer.lab.suite.conditions import Condition
 from popsteer.lab.suite.runs import Cell, Suite, names, run
-from popsteer.lab.suite.scenarios import Scenario, suite_car
+from popsteer.lab.suite.scenarios import Condition, Scenario, suite_car
 
 __all__ = ["Cell", "Condition", "Scenario", "Suite", "names", "run", "suite_car", "table"]

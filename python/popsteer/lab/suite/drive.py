@@ -6,25 +6,20 @@ import itertools
 import math
 import time
 import zlib
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import controllers, own
 from popsteer._core import Path, Settings, Simulation, SpeedTracker, Vehicle, _path_cusps
 from popsteer.errors import InputError
 from popsteer.lab.common.varied import varied
+from popsteer.lab.suite.scenarios import Condition, Scenario
 from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import PedalMap
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from popsteer.lab.suite.conditions import Condition
-    from popsteer.lab.suite.scenarios import Scenario
 
 LATERAL = 4.0
 """Lateral acceleration that speeds are planned for [m/s²]."""

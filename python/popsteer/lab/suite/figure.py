@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import counted, title_of
+from popsteer.lab.common.theme import Theme
 from popsteer.lab.suite.runs import Suite, mean_error, rows
-
-if TYPE_CHECKING:
-    from popsteer.lab.common.theme import Theme
 
 _LOW, _HIGH = 1e-3, 1.0  # of the colours [m]
 _LEAST_EFFORT = 1e-3  # of the logarithmic axis, which has no place for wheels that stand [rad/s]

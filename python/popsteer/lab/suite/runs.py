@@ -15,9 +15,8 @@ from popsteer._core import AdaptParams, KinematicBicycle, MonitorParams
 from popsteer.errors import ConfigError
 from popsteer.lab.common.experiment import controller
 from popsteer.lab.common.names import law_of
-from popsteer.lab.suite.conditions import CONDITIONS
 from popsteer.lab.suite.drive import GIVE_UP, Driven, drive, seed_of
-from popsteer.lab.suite.scenarios import SCENARIOS, suite_car
+from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS, suite_car
 from popsteer.ranges import check_known
 from popsteer.sim.geometry import object_of
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import partial
 from statistics import fmean
@@ -20,14 +21,12 @@ from popsteer.lab.common.layout import (
     figure_names,
     finite,
     json_text,
+    this_machine,
 )
-from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.suite.runs import Cell, Suite, grouped, leaders, mean_error, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
     from rich.table import Table
 
 
@@ -151,7 +150,7 @@ def suite_files(found: Suite) -> dict[str, bytes]:
         "schema": SCHEMA,
         "version": __version__,
         "suite": found.name,
-        "machine": describe(),
+        "machine": this_machine(),
         "step_times": finite(dict(found.step_times)),
         "cells": [finite(asdict(each)) for each in found.cells],
     }

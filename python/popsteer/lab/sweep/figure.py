@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,13 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from popsteer.lab.common.draw import logarithmic
+from popsteer.lab.common.theme import Theme
+from popsteer.lab.sweep.job import Job
 from popsteer.lab.sweep.summary import axis_title, caption, influence, outcomes, success_rates
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from popsteer.lab.common.theme import Theme
-    from popsteer.lab.sweep.job import Job
 
 _MOST = 9
 

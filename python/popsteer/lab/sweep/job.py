@@ -4,33 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import own, sim
 from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle, __version__
+from popsteer.controllers import Params
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common import longitudinal
-from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields, path_of, plant_of
-from popsteer.lab.common.experiment import Experiment
+from popsteer.lab.common.experiment import Experiment, Road
 from popsteer.lab.common.names import law_of
-from popsteer.lab.common.varied import Varied, draws, run_seed, varied
+from popsteer.lab.common.varied import Distribution, Varied, distribution, draws, run_seed, varied
+from popsteer.own import What
+from popsteer.parameters import Parameters
 from popsteer.ranges import check_count, check_in_range
-from popsteer.sim import plant_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from popsteer.controllers import Params
-    from popsteer.lab.common.experiment import Road
-    from popsteer.own import What
-    from popsteer.parameters import Parameters
-    from popsteer.sim import Plant, Run
+from popsteer.sim import Plant, Run, plant_name
 
 SCHEMA = "popsteer-sweep/3"
 """What a file of a sweep says it is."""

@@ -6,8 +6,10 @@ import csv
 import io
 import json
 import os
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
+from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from popsteer.errors import ConfigError, PopsteerError
@@ -18,12 +20,9 @@ from popsteer.lab.sweep.job import Job, document_of, from_text
 from popsteer.sim import Metrics
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
-    from pathlib import Path
-
     from typing_extensions import Self
 
-    _Rows = list[tuple[str, dict[str, Any]]]
+_Rows = list[tuple[str, dict[str, Any]]]
 
 _KINDS = (".parquet", ".csv")
 _META = b"popsteer"

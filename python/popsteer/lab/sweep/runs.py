@@ -6,33 +6,29 @@ If a worker dies, another one gets its chunk.
 
 from __future__ import annotations
 
-import atexit
 import logging
 import multiprocessing
 import os
 import signal
 import threading
-import warnings
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
 from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from popsteer import own
 from popsteer._core import __version__
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import PopsteerError
 from popsteer.extras import require
 from popsteer.lab.sweep.job import Job, drive, drive_text
 from popsteer.lab.sweep.rows import Journal, journal_of, read_rows, write
 from popsteer.ranges import check_count
 from popsteer.sim import plant_name
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Sequence
-
-    Rows = list[dict[str, Any]]
+Rows = list[dict[str, Any]]
 
 _LOOK = 0.05  # s between looks at signals
 _CORE_CHUNK = 250  # runs between writes: seconds of work, and cores that seldom wait for the last
@@ -94,25 +90,19 @@ def on_processes(
 def on_dask(
     job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
 ) -> Generator[Rows, None, None]:
-    """Drive runs on Dask: a scheduler's address, or ``local:N`` for N processes of its own."""
+    """Drive runs on a Dask cluster, by the address of its scheduler."""
     require("--dask", "dask")
     import dask
     from distributed import Client, as_completed
-    from distributed.deploy.spec import close_clusters
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
-    others = set(multiprocessing.active_children())
-    cluster: Any = None
-    client = None
     try:
-        if where.startswith("local:"):
-            cluster = _beside(lambda: _cluster(where))
-        try:
-            client = Client(cluster or where, timeout=_DASK_TIMEOUT)
-        except (OSError, ValueError) as error:
-            raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
+        client = Client(where, timeout=_DASK_TIMEOUT)
+    except (OSError, ValueError) as error:
+        raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
+    try:
         _check_versions(client, where)
         workers = max(len(client.nthreads()), 1)
         sent = client.scatter((job.text, _code(job)), broadcast=True)
@@ -125,22 +115,9 @@ def on_dask(
             done += len(rows)
             yield rows
             progress(done)
-    except (KeyboardInterrupt, GeneratorExit) as ended:
-        # Its workers have nothing to lose: closing would wait for what they do, and for those that
-        # would begin in the place of killed ones.
-        for nanny in [] if cluster is None else cluster.workers.values():
-            nanny.close_gracefully()
-        for process in set(multiprocessing.active_children()) - others:
-            process.kill()
-        if isinstance(ended, KeyboardInterrupt):
-            atexit.unregister(close_clusters)
-        raise
     finally:
         with suppress(Exception):
-            if client is not None:
-                client.close(timeout=0.2)
-            if cluster is not None:
-                cluster.close(timeout=0.2)
+            client.close(timeout=0.2)
 
 
 def _code(job: Job) -> tuple[tuple[str, bytes], ...]:
@@ -160,42 +137,6 @@ def _drive_sent(sent: tuple[str, tuple[tuple[str, bytes], ...]], runs: Sequence[
     with _receiving:
         own.receive(files, Path(get_worker().local_directory))
     return drive_text(text, runs)
-
-
-def _beside(make: Callable[[], Any]) -> Any:  # noqa: ANN401 - whatever it makes
-    """Make something that starts processes in another thread: Ctrl-C reaches this one alone."""
-    made: Future[Any] = Future()
-
-    def held() -> None:
-        with _interrupts_held():
-            try:
-                made.set_result(make())
-            except BaseException as error:  # noqa: BLE001 - raised where it is waited for
-                made.set_exception(error)
-
-    threading.Thread(target=held, daemon=True).start()
-    while not made.done():
-        wait([made], timeout=_LOOK)
-    return made.result()
-
-
-def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
-    from distributed import LocalCluster
-
-    text = where.partition(":")[2]
-    count = int(text) if text.isdecimal() else 0
-    if not 1 <= count <= 1024:
-        raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
-    with warnings.catch_warnings():
-        # Its dashboard is not used, and another cluster may have the usual port.
-        warnings.filterwarnings("ignore", message="Port .* is already in use")
-        return LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
@@ -274,7 +215,7 @@ def run(
         The file for the rows, ``*.parquet`` or ``*.csv``. Until all are there, they are in a
         journal beside it, ``*.part``, from which the same sweep goes on after it was stopped.
     dask : str, optional
-        The address of a Dask scheduler, or ``local:N``.
+        The address of a Dask scheduler.
     workers : int, optional
         How many threads, or processes where plant or controller are in Python; as many as there
         are cores by default.

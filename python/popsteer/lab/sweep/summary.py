@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer.lab.common.layout import BAD, SIGN, add_numbers, blank_table
 from popsteer.lab.common.names import counted
+from popsteer.lab.sweep.job import Job
 from popsteer.sim import plant_name
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
     from rich.table import Table
-
-    from popsteer.lab.sweep.job import Job
 
 ERROR = "settled_max_abs_cross_track_error"
 """The error that decides whether a run succeeds."""

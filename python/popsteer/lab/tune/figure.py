@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import counted, title_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from popsteer.lab.common.theme import Theme
-    from popsteer.lab.tune.problem import Score
-    from popsteer.lab.tune.study import Trial, Tuned
+from popsteer.lab.common.theme import Theme
+from popsteer.lab.tune.problem import Score
+from popsteer.lab.tune.study import Trial, Tuned
 
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:

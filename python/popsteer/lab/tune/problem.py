@@ -5,25 +5,21 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from popsteer import controllers, own
 from popsteer._core import Path, Vehicle, __version__
+from popsteer.controllers import Params
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.document import of_fields
 from popsteer.lab.common.experiment import Experiment
-from popsteer.lab.common.varied import draws, run_seed, varied
+from popsteer.lab.common.varied import Distribution, distribution, draws, run_seed, varied
 from popsteer.ranges import check_count, check_known
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from popsteer.controllers import Params
 
 SCHEMA = "popsteer-tune/3"
 """What a study says it is."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,14 +11,11 @@ from popsteer import tracks
 from popsteer._core import Path, SpeedPidParams
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 from popsteer.lab.common.names import where_they_differ
+from popsteer.lab.tune.problem import Problem, Score
+from popsteer.lab.tune.study import Tuned
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     from rich.table import Table
-
-    from popsteer.lab.tune.problem import Problem, Score
-    from popsteer.lab.tune.study import Tuned
 
 
 class Judged(NamedTuple):

@@ -6,23 +6,20 @@ import math
 import os
 import time
 import warnings
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from json import JSONDecodeError
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from popsteer.controllers import Params
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.extras import require
 from popsteer.lab.common.document import differing
+from popsteer.lab.tune.problem import Problem, Score
 from popsteer.ranges import check_count, check_in_range
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from popsteer.controllers import Params
-    from popsteer.lab.tune.problem import Problem, Score
 
 _NAME = "popsteer-tune"
 _STARTUP = 15  # random trials before the model of the others proposes any

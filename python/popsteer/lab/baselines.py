@@ -1,20 +1,32 @@
-"""The baselines by name."""
+"""Controllers that others would use, to compare with; they drive like one of your own.
+
+``mpc``
+    The model-predictive controller `popsteer.lab.opponents.mpc.Mpc`, on daqp. It needs the extra
+    ``mpc``.
+
+Examples
+--------
+>>> from popsteer.lab import baselines
+>>> baselines.names()
+('mpc',)
+>>> baselines.get("mpc").title
+'MPC'
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from popsteer import Path, Vehicle, own
 from popsteer.errors import ConfigError
 from popsteer.extras import MissingExtra
 from popsteer.lab.opponents.mpc import Mpc
 from popsteer.ranges import check_known
+from popsteer.sim.steering import OwnSimpleController
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from popsteer.sim.steering import OwnSimpleController
+__all__ = ["Baseline", "get", "names"]
 
 
 class Baseline(NamedTuple):
