@@ -62,13 +62,7 @@ def _popsteer(
 
 
 def made(pages: Sequence[str] = PAGES) -> typer.Typer:
-    """Make the command with the commands of some pages; the modules of the others are not loaded.
-
-    Examples
-    --------
-    >>> len(made(["new"]).registered_commands)
-    1
-    """
+    """Make the command with the commands of some pages; the others are not loaded."""
     app = typer.Typer(
         name="popsteer",
         help=_HELP,

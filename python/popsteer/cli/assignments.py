@@ -44,15 +44,6 @@ def assigned_each(parts: Sequence[Any], assignments: Sequence[str] | None, owner
     The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
     counts. `owner` says in messages whose parameters they are. Only numbers, truth values, texts
     and None can be set. Sets of which nothing was named are the same objects.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> tuning, adapt = popsteer.PreviewPopParams(), popsteer.AdaptParams()
-    >>> named = ["horizon=2", "min_speed=1", "slip_time=3"]
-    >>> tuning, adapt = assigned_each([tuning, adapt], named, "preview-pop")
-    >>> tuning.horizon, tuning.min_speed, adapt.slip_time
-    (2.0, 1.0, 3.0)
     """
     known = [
         {k: v for k, v in each.as_dict().items() if v is None or isinstance(v, _SETTABLE)}
@@ -102,12 +93,6 @@ def described(kind: type[object]) -> dict[str, tuple[str, str]]:
     """Give what the documentation of a class says of each parameter: its text, and its range.
 
     Defaults, which stand there as the declaration has them, are left out.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> described(popsteer.PopParams)["min_lookahead"]
-    ('Lookahead at rest `ld_min` [m].', '0 to 10000')
     """
     _, _, rest = (inspect.getdoc(kind) or "").partition("Parameters\n----------\n")
     entries = re.split(r"\n\n", rest, maxsplit=1)[0]

@@ -85,10 +85,10 @@ def compare(
             for name, mover in movers.items()
         }
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
-        outputs.check_folder(
-            out, lab.compare.files.file_names(tuning.params, several=several), report
-        )
+        wanted = lab.compare.files.file_names(tuning.params, several=several)
+        outputs.check_folder(out, wanted, report)
         _check_record(record, len(names) * len(courses) * len(movers))
+        pedals = longitudinal, set_longitudinal, constant_speed, courses, movers.values()
         found = lab.compare.run_each(
             {course.name: course.path for course in courses},
             tuning.params,
@@ -102,9 +102,7 @@ def compare(
             start_offset=start_offset,
             speed=speed,
             constant_speed=constant_speed,
-            longitudinal=inputs.longitudinal(
-                longitudinal, set_longitudinal, constant_speed, courses, movers.values()
-            ),
+            longitudinal=inputs.longitudinal(*pedals),
             settings=settings,
             joined=not any(name == "settling_time" for name, _ in pairs("--set-run", set_run)),
             step_time=step_time,

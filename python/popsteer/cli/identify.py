@@ -66,10 +66,9 @@ def identify(
         given = inputs.believed(vehicle, set_vehicle)
     outputs.check_file(out, report, ".toml")
     with Progress() as progress:
-        drive = inputs.log(log, columns, topic, unit, origin, progress)
-        second = None
-        if stops is not None:
-            second = inputs.log([stops], columns, topic, unit, origin, progress)
+        how = columns, topic, unit, origin, progress
+        drive = inputs.log(log, *how)
+        second = None if stops is None else inputs.log([stops], *how)
         update = partial(progress.update, "identify")
         update(0.0)
         found = identified(drive, given, course=course, stops=second, progress=update)
@@ -79,17 +78,9 @@ def identify(
     said = outputs.written(out, (file for file in content if file != out), nothing)
     write_files_atomic(content)
     below = (found.verdict, found.driven, *(f"- {note}" for note in found.notes))
-    tables = [identified_table(found, given)]
+    shown = caption(found), [identified_table(found, given)], below, said, report, [drive.source]
     made_by = lab.report.Origin(outputs.command_line(context))
-    outputs.show(
-        caption(found),
-        tables,
-        below,
-        said,
-        report,
-        [drive.source],
-        lambda _: lab.report.of_identification(found, given, made_by),
-    )
+    outputs.show(*shown, lambda _: lab.report.of_identification(found, given, made_by))
 
 
 def _files(

@@ -39,12 +39,10 @@ _PLAUSIBLE = {
     "wheelbase": (0.05, 20.0, "m"),
     "rear_axle": (-20.0, 20.0, "m"),
     "max_steer_rate": (0.01, 20.0, "rad/s"),
-    "steer_lag": (0.0, 3.0, "s"),
-    "dead_time": (0.0, 3.0, "s"),
+    **dict.fromkeys(("steer_lag", "dead_time"), (0.0, 3.0, "s")),
     "drive_delay": (0.0, 5.0, "s"),
     "max_lateral_acceleration": (0.1, 60.0, "m/s²"),
-    "max_acceleration": (0.05, 60.0, "m/s²"),
-    "max_deceleration": (0.05, 60.0, "m/s²"),
+    **dict.fromkeys(("max_acceleration", "max_deceleration"), (0.05, 60.0, "m/s²")),
     "max_speed": (0.05, 150.0, "m/s"),
 }
 _OF_FILE = "given with --waypoints"
@@ -90,7 +88,7 @@ def course(
     if track is not None and own.is_reference(track):
         return Course(_own_path(track), own.title(track))
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
-    return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name)
+    return Course(_of_track(shipped), shipped.name)
 
 
 def place(origin: str | None) -> tuple[float, float] | None:
@@ -132,6 +130,10 @@ def _check_of_file(**given: object) -> None:
             raise ConfigError(f"--{name}", value, _CLOSED if name == "closed" else _OF_FILE)
 
 
+def _of_track(track: tracks.Track) -> Path:
+    return Path(track.xy, speed=track.speed, closed=track.closed)
+
+
 def _own_path(name: str) -> Path:
     """Give the path that a function of your own makes, or that stands there: of (x, y) rows too."""
     made = own.load("track", name)
@@ -139,12 +141,10 @@ def _own_path(name: str) -> Path:
         found = made() if callable(made) else made
     except Exception as error:
         raise own.OwnCodeError(name, error) from error
-    if isinstance(found, Path):
-        return found
     if isinstance(found, tracks.Track):
-        return Path(found.xy, speed=found.speed, closed=found.closed)
+        return _of_track(found)
     try:
-        return Path(found)
+        return found if isinstance(found, Path) else Path(found)
     except PopsteerError as error:
         raise PopsteerError(f"{name}: {error}") from None
 
@@ -163,11 +163,9 @@ def courses(
     shipped = [] if tracks is None else names("--tracks", tracks)
     if not waypoints and not shipped:
         shipped = [DEFAULT_TRACK]
+    how: Any = {"closed": closed, "columns": columns, "origin": origin}
     found = [course(None, name, closed=False) for name in shipped]
-    found += [
-        course(file, None, closed=closed, columns=columns, origin=origin)
-        for file in waypoints or []
-    ]
+    found += [course(file, None, **how) for file in waypoints or []]
     for place, each in enumerate(found):
         if each.name in (other.name for other in found[:place]):
             raise ConfigError("--waypoints", each.name, "files and tracks of different names")

@@ -37,14 +37,8 @@ What is in DIR:
 """
 
 # The car of car.py, except for what is never known exactly.
-_VEHICLE = Vehicle(
-    wheelbase=2.7,
-    rear_axle=-1.35,
-    steer_lag=0.15,
-    dead_time=0.15,
-    max_steer=0.6,
-    max_steer_rate=0.4,
-    max_speed=10.0,
+_VEHICLE = Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.15, dead_time=0.15).replace(
+    max_steer=0.6, max_steer_rate=0.4, max_speed=10.0
 )
 _SUFFIX = ".template"
 

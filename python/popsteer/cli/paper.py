@@ -44,7 +44,6 @@ def paper(
     with Progress() as progress:
         found = lab.compare.paper.run(course.path, preset, progress.update)
         found = replace(found, track=course.name)
-        origin = lab.report.Origin(
-            outputs.command_line(context), params, "auto", {found.plant: CarlaIdentified()}
-        )
+        line, driven = outputs.command_line(context), {found.plant: CarlaIdentified()}
+        origin = lab.report.Origin(line, params, plants=driven)
         outputs.deliver([found], out, progress, report, origin)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Any, NamedTuple
 
 import typer
+from rich.table import Table
+from rich.text import Text
 
 from popsteer import controllers, own, plants, presets, sim, vehicles
 from popsteer._core import AdaptParams, MonitorParams, Vehicle
@@ -20,11 +23,6 @@ from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.ranges import check_known
 from popsteer.sim import Settings
 from popsteer.sim.geometry import CORE_PLANTS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rich.table import Table
 
 HELP = """\
 List the parameters that can be set by name, with defaults, ranges and meaning.
@@ -95,22 +93,19 @@ def params(
 ) -> None:
     """List the parameters that can be set by name."""
     if name is None:
-        outputs.show(
-            "Names that options take; popsteer params NAME lists the parameters of what has some.",
-            [_overview()],
+        said = (
+            "Names that options take; popsteer params NAME lists the parameters of what has some."
         )
+        outputs.show(said, [_table(_overview(), "names")])
         return
-    car = inputs.believed(vehicle, None)
-    kind = _kind(name)
+    car, kind = inputs.believed(vehicle, None), _kind(name)
     rows = list(_rows(kind.params, car))
-    head = (
-        f"{name}, set by {kind.option} NAME=VALUE{kind.also}"
-        if rows
-        else f"{name} has no parameters"
-    )
+    head = f"{name}, set by {kind.option} NAME=VALUE{kind.also}"
+    if not rows:
+        head = f"{name} has no parameters"
     scaled = f"* scales with the vehicle, here {vehicle or 'one'} of {car.wheelbase:g} m wheelbase"
     notes = [scaled] if any("*" in default for _, default, _, _ in rows) else []
-    outputs.show(head, [_table(rows)] if rows else [], notes)
+    outputs.show(head, [_table(rows, "name", "default", "range")] if rows else [], notes)
 
 
 def _kind(name: str) -> _Kind:
@@ -142,34 +137,25 @@ def _rows(kind: type[Any], car: Vehicle) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _word(value: object) -> str:
-    if isinstance(value, bool):
+    if value is None or isinstance(value, bool):
         return str(value).lower()
-    if value is None:
-        return "none"
     return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
 
 
-def _table(rows: list[tuple[str, str, str, str]]) -> Table:
-    from rich.text import Text
-
+def _table(rows: Iterable[tuple[str, ...]], *heads: str) -> Table:
     table = blank_table()
-    for head in ("name", "default", "range"):
-        table.add_column(head, no_wrap=True)
+    for head in heads:
+        table.add_column(head, no_wrap=len(heads) > 1)  # names alone may be many
     table.add_column("", overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
     return table
 
 
-def _overview() -> Table:
-    """Set out the names of all that has parameters, and of the presets."""
-    from rich.text import Text
-
-    table = blank_table()
-    table.add_column("names")
-    table.add_column("")
+def _overview() -> list[tuple[str, str]]:
+    """Name all that has parameters, and the presets, each with what it is."""
     shipped = ", ".join(sim.plant_names())
-    lines = [
+    return [
         (", ".join(controllers.names()), "--controllers: the controllers of popsteer"),
         (", ".join(baselines.names()), "--controllers: needs the extra 'mpc'"),
         ("adapt, monitor", "what the controllers estimate, and what they take for a fault"),
@@ -184,6 +170,3 @@ def _overview() -> Table:
         *((name, f"--preset: {_PRESETS[name]}") for name in presets.names("pop")),
         ("FILE.py:NAME", "a controller, plant or track of your own"),
     ]
-    for line in lines:
-        table.add_row(*map(Text, line))
-    return table

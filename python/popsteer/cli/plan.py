@@ -117,13 +117,10 @@ def plan(
             " more sharply than the wheels turn (max_steer)."
         )
     said = outputs.written(out, pictures, "--out FILE writes the course, and a figure of it.")
-    name, line = waypoints.name, outputs.command_line(context)
-
-    def draw(_: object) -> bytes:
-        return lab.report.of_plan(profile, name, lab.report.Origin(line))
-
-    caption = plan_caption(profile, name)
-    outputs.show(caption, [plan_table(profile)], below, said, report, [found.source()], draw)
+    name, read = waypoints.name, [found.source()]
+    shown = plan_caption(profile, name), [plan_table(profile)], below, said, report, read
+    made_by = lab.report.Origin(outputs.command_line(context))
+    outputs.show(*shown, lambda _: lab.report.of_plan(profile, name, made_by))
 
 
 def _recorded(found: Waypoints, *, closed: bool) -> Path | np.ndarray:

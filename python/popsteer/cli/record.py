@@ -48,17 +48,10 @@ def record(
 
     topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
     stopped = stop_on_signals()
-    node = "popsteer_record"
-    participant = Participant(domain, local=True if localhost else None, node=node)
+    participant = Participant(domain, local=localhost or None, node="popsteer_record")
+    ends = {"timeout": timeout, "seconds": float("inf") if seconds is None else seconds}
     with Recording(file) as recording:
-        counts = tap(
-            participant,
-            topics.types(),
-            recording,
-            stopped,
-            timeout=timeout,
-            seconds=float("inf") if seconds is None else seconds,
-        )
+        counts = tap(participant, topics.types(), recording, stopped, **ends)
     for name, count in counts.items():
         print(f"{count:7d}  {name}")
     print(f"Written to {printable(str(file))}")

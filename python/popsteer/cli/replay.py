@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -69,14 +69,9 @@ def replay(
     called = inputs.plant_label(vehicle or "paper") + (" with changes" if set_vehicle else "")
     called += "; no --vehicle says what drove" if vehicle is None else ""
     names = ",".join(load_all(params)) if controllers is None and params else controllers
-    tuning = inputs.tuned(
-        inputs.names("--controllers", names or _DEFAULT),
-        preset,
-        set_,
-        no_adapt=no_adapt,
-        params=params,
-        known=inputs.OWN_CONTROLLERS,
-    )
+    who, known = inputs.names("--controllers", names or _DEFAULT), inputs.OWN_CONTROLLERS
+    how: Any = {"no_adapt": no_adapt, "params": params, "known": known}
+    tuning = inputs.tuned(who, preset, set_, **how)
     chosen = tuning.params
     course = None
     if waypoints is not None or track is not None or closed or path_columns:
@@ -98,22 +93,14 @@ def replay(
         files = {} if out is None else _files(found, progress)
     nothing = "--out DIR writes a row for each row of the log, the table, and a figure."
     said = outputs.write(files, out, nothing)
-    made_by = lab.report.Origin(
-        outputs.command_line(context), chosen, tuning.adapt, monitor=tuning.monitor
-    )
+    line = outputs.command_line(context)
+    made_by = lab.report.Origin(line, chosen, tuning.adapt, monitor=tuning.monitor)
     driven = [(drive.t, drive.speed, drive.steer)]
     hangs = inputs.defaults_note(vehicle, set_vehicle, driven, stops=False)
     below = (*statuses(found), *drive.remarks, *hangs, NOTE)
     read = [drive.source, None if course is None else course.path.source]
-    outputs.show(
-        caption(found),
-        [replay_table(found)],
-        below,
-        said,
-        report,
-        read,
-        lambda _: lab.report.of_replay(found, made_by),
-    )
+    shown = caption(found), [replay_table(found)], below, said, report, read
+    outputs.show(*shown, lambda _: lab.report.of_replay(found, made_by))
 
 
 def _files(found: Replay, progress: Progress) -> dict[str, bytes]:

@@ -81,17 +81,9 @@ def ros2(
     del ros_args  # the options after it say the same without it
     names = ros2_options.names_of(remap)
     topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware, names=names)
-    chosen: dict[str, Any] = {
-        "rate": rate,
-        "stale": stale,
-        "hold": hold,
-        "keep_path": keep_path,
-        "timeout": timeout,
-        "closed": closed,
-        "max_speed": max_speed,
-        "use_sim_time": sim_time,
-        **ros2_options.parameters_of(param, params_file, names),
-    }
+    chosen: dict[str, Any] = {"rate": rate, "stale": stale, "hold": hold, "keep_path": keep_path}
+    chosen |= {"timeout": timeout, "closed": closed, "max_speed": max_speed}
+    chosen |= {"use_sim_time": sim_time, **ros2_options.parameters_of(param, params_file, names)}
     max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
     printed = ros2_options.says(log_level)
@@ -102,9 +94,8 @@ def ros2(
     stopped = stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.
-        participant = Participant(
-            domain, local=True if localhost else None, node=names.node, namespace=names.namespace
-        )
+        local, named = localhost or None, {"node": names.node, "namespace": names.namespace}
+        participant = Participant(domain, local=local, **named)
         recording = None if record is None else stack.enter_context(Recording(record))
         node = Node(participant, make, settings, recording=recording, say=say)
         say(
@@ -112,11 +103,10 @@ def ros2(
             f" at {settings.rate:g} Hz"
         )
         spin(node, participant, stopped)
-    loop, intake = node.loop, node.intake
+    loop, odometry, paths = node.loop, node.intake.odometry, node.intake.courses
     print(
-        f"{loop.cycles} cycles, {loop.missed} missed; odometry: {intake.odometry.received}"
-        f" messages, {intake.odometry.refused} refused; path: {intake.courses.received},"
-        f" {intake.courses.refused} refused"
+        f"{loop.cycles} cycles, {loop.missed} missed; odometry: {odometry.received} messages,"
+        f" {odometry.refused} refused; path: {paths.received}, {paths.refused} refused"
     )
     if recording is not None:
         print(f"Written to {printable(str(record))}: {recording.count} messages")

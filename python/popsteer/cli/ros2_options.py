@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from popsteer.cli.assignments import pairs
-from popsteer.cli.options import flag, optional, valued
+from popsteer.cli.options import Text, Texts, flag, optional, valued
 from popsteer.errors import ConfigError
 from popsteer.extras import require
 from popsteer.files import read_bytes
@@ -23,43 +23,24 @@ _LEVELS = ("debug", "info", "warn", "error", "fatal")
 _FLAGS = ("closed", "use_sim_time")
 _PARAMETERS = ("rate", "stale", "hold", "keep_path", "timeout", "max_speed", *_FLAGS)
 
-Domain: TypeAlias = Annotated[
-    int | None, optional("ID", "DDS domain; by default that of ROS_DOMAIN_ID.")
+Domain = Annotated[int | None, optional("ID", "DDS domain; by default that of ROS_DOMAIN_ID.")]
+Localhost = Annotated[bool, flag("--localhost", "Stay on this machine.")]
+Autoware = Annotated[bool, flag("--autoware", "Autoware's messages and names of topics.")]
+PathType = Annotated[Text, optional("path|trajectory", "Type: nav_msgs/Path or a Trajectory.")]
+CommandType = Annotated[
+    Text, optional("TYPE", "Command: ackermann, control, twist or twist-stamped.")
 ]
-Localhost: TypeAlias = Annotated[bool, flag("--localhost", "Stay on this machine.")]
-Autoware: TypeAlias = Annotated[
-    bool, flag("--autoware", "Autoware's messages and names of topics.")
+Topic = Annotated[Texts, optional("NAME=TOPIC", "Another topic for odometry, path, command, ...")]
+RosArgs = Annotated[bool, flag("--ros-args", "What follows is as ROS's launch files write it.")]
+_REMAP = "Another name, as ROS has it: of a topic, __node, __ns."
+Remap = Annotated[Texts, optional("FROM:=TO", _REMAP, "-r", "--remap")]
+_PARAM = "A ROS parameter, such as rate or max_speed."
+Param = Annotated[Texts, optional("NAME:=VALUE", _PARAM, "-p", "--param")]
+ParamsFile = Annotated[Texts, optional("FILE", "A YAML file of ROS parameters.", "--params-file")]
+LogLevel = Annotated[
+    Text, optional("LEVEL", "Print debug, info, warn, error or fatal.", "--log-level")
 ]
-PathType: TypeAlias = Annotated[
-    str | None, optional("path|trajectory", "Type: nav_msgs/Path or a Trajectory.")
-]
-CommandType: TypeAlias = Annotated[
-    str | None, optional("TYPE", "Command: ackermann, control, twist or twist-stamped.")
-]
-Topic: TypeAlias = Annotated[
-    list[str] | None, optional("NAME=TOPIC", "Another topic for odometry, path, command, ...")
-]
-RosArgs: TypeAlias = Annotated[
-    bool, flag("--ros-args", "What follows is as ROS's launch files write it.")
-]
-Remap: TypeAlias = Annotated[
-    list[str] | None,
-    optional(
-        "FROM:=TO", "Another name, as ROS has it: of a topic, __node, __ns.", *("-r", "--remap")
-    ),
-]
-Param: TypeAlias = Annotated[
-    list[str] | None,
-    optional("NAME:=VALUE", "A ROS parameter, such as rate or max_speed.", *("-p", "--param")),
-]
-ParamsFile: TypeAlias = Annotated[
-    list[str] | None, optional("FILE", "A YAML file of ROS parameters.", "--params-file")
-]
-LogLevel: TypeAlias = Annotated[
-    str | None,
-    optional("LEVEL", "Print debug, info, warn, error or fatal.", "--log-level"),
-]
-Timeout: TypeAlias = Annotated[float, valued("SECONDS", "Wait so long for the first messages.")]
+Timeout = Annotated[float, valued("SECONDS", "Wait so long for the first messages.")]
 
 
 class Names(NamedTuple):
@@ -159,15 +140,8 @@ def topics_of(
     asked = [each.partition("=")[0] for each in renamed or []]
     if twice := [name for name in asked if asked.count(name) > 1]:
         raise ConfigError("--topic", twice[0], "given once")
-    return replace(
-        topics,
-        path_type=_chosen("--path-type", path_type, paths, topics.path_type),
-        command_type=_chosen("--command-type", command_type, commands, topics.command_type),
-    ).renamed(dict(pairs("--topic", renamed, whole=True)), *(names or Names()))
-
-
-def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:
-    if word is None:
-        return default
-    check_known(option, word, known)
-    return known[word]
+    for name, word, known in (("path", path_type, paths), ("command", command_type, commands)):
+        if word is not None:
+            check_known(f"--{name}-type", word, known)
+            topics = replace(topics, **{f"{name}_type": known[word]})
+    return topics.renamed(dict(pairs("--topic", renamed, whole=True)), *(names or Names()))

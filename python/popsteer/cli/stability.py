@@ -87,14 +87,8 @@ def stability(
     said = outputs.write(content, out, "--out DIR writes stability.json and figures.")
     table = lab.stability.table
     made_by = lab.report.Origin(outputs.command_line(context), tuning.params)
-    outputs.show(
-        table.stability_caption(result),
-        [table.stability_table(result)],
-        [table.NOTE],
-        said,
-        report,
-        draw=lambda _: lab.report.of_stability(result, made_by),
-    )
+    shown = table.stability_caption(result), [table.stability_table(result)], [table.NOTE], said
+    outputs.show(*shown, report, draw=lambda _: lab.report.of_stability(result, made_by))
 
 
 def _speeds(text: str) -> list[float]:

@@ -52,13 +52,11 @@ def suite(
     names, movers = inputs.names("--controllers", controllers), inputs.names("--plants", plants)
     outputs.check_folder(out, lab.suite.table.FILES)
     tuning = inputs.tuned(names, "default", set_, no_adapt=no_adapt, params=params)
+    shipped = {SUITE_CAR: lab.suite.suite_car()}
     with Progress() as progress:
         found = lab.suite.run(
             tuning.params,
-            {
-                each: lab.suite.suite_car() if each == SUITE_CAR else inputs.plant(each)
-                for each in movers
-            },
+            {each: shipped.get(each) or inputs.plant(each) for each in movers},
             scenarios=None if scenarios is None else inputs.names("--scenarios", scenarios),
             conditions=None if conditions is None else inputs.names("--conditions", conditions),
             adapt=tuning.adapt,

@@ -85,14 +85,9 @@ def sweep(
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [course], [moved])
+    varies = inputs.distributions(vary, distributions, moved)
     job = lab.sweep.Job(
-        course.path,
-        name,
-        tuning.params[name],
-        moved,
-        inputs.distributions(vary, distributions, moved),
-        runs,
-        seed,
+        *(course.path, name, tuning.params[name], moved, varies, runs, seed),
         vehicle=given,
         adapt=tuning.adapt,
         monitor=tuning.monitor,
@@ -123,15 +118,10 @@ def sweep(
         named = [f" --{k} {quote(v)}" for k, v in own_code.items() if own.is_reference(v)]
         again = f"{quote(f'{out}:{worst}')}{''.join(named)}"
         said += f"\nThe worst run again: popsteer sweep --run {again}"
-    below = summary.notes(job, rows)
-    tables, read = summary.tables(job, rows), [course.path.source]
-
-    def draw_page(progress: Progress) -> bytes:
-        made_by = lab.report.Origin(outputs.command_line(context))
-        named = "" if out is None else str(out)
-        return lab.report.of_sweep(job, rows, named, made_by, progress.update)
-
-    outputs.show(summary.caption(job, rows), tables, below, said, report, read, draw_page)
+    shown = summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows), said
+    page = job, rows, str(out or ""), lab.report.Origin(outputs.command_line(context))
+    read = [course.path.source]
+    outputs.show(*shown, report, read, lambda bar: lab.report.of_sweep(*page, bar.update))
     if not job.is_of_core:
         stopped = next((row["run"] for row in rows if not row["finished"]), None)
         outputs.say_raised([] if stopped is None else [lab.sweep.repeat(job, stopped)])
@@ -171,13 +161,9 @@ def _again(
             plant=job.label,
             track=job.course,
         )
-        made_by = lab.report.Origin(
-            outputs.command_line(context),
-            {job.controller: job.params},
-            job.adapt,
-            {job.label: job.made(run).plant},
-            job.monitor,
-        )
+        line, driven = outputs.command_line(context), {job.label: job.made(run).plant}
+        tuned = {job.controller: job.params}
+        made_by = lab.report.Origin(line, tuned, job.adapt, driven, job.monitor)
         outputs.deliver([comparison], out, progress, report, made_by)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)

@@ -44,8 +44,7 @@ def tune(
     set_: options.Set = None,
     no_adapt: options.NoAdapt = False,
     search: Annotated[
-        list[str] | None,
-        optional("NAME=DISTRIBUTION", "Try uniform(LOW,HIGH) or loguniform(...)."),
+        list[str] | None, optional("NAME=DISTRIBUTION", "Try uniform(LOW,HIGH) or loguniform(...).")
     ] = None,
     waypoints: options.SeveralWaypoints = None,
     tracks: options.Tracks = None,
@@ -70,8 +69,7 @@ def tune(
     seconds: Annotated[float | None, optional("S", "How long to search, at most.")] = None,
     effort_limit: Annotated[float, valued("FACTOR", "Times the effort before.")] = 1.1,
     storage: Annotated[
-        str | None,
-        optional("URL|FILE", "Optuna's storage of trials, or a journal."),
+        str | None, optional("URL|FILE", "Optuna's storage of trials, or a journal.")
     ] = None,
     out: Annotated[
         Path | None, optional("FILE", "The tuning, *.toml; a figure is drawn beside.")
@@ -94,15 +92,9 @@ def tune(
         varies = {k: v for k, v in varies.items() if k in telling}
     courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
+    paths = {each.name: each.path for each in courses}
     problem = lab.tune.Problem(
-        {each.name: each.path for each in courses},
-        name,
-        base,
-        wanted,
-        moved,
-        varies,
-        cars,
-        seed,
+        *(paths, name, base, wanted, moved, varies, cars, seed),
         vehicle=given,
         adapt=tuning.adapt,
         monitor=tuning.monitor,
@@ -134,11 +126,7 @@ def tune(
     said = outputs.written(out, pictures, nothing)
     if out is not None:
         said += f"\nThe trials are in {kept}."
-    below = judging.notes(tuned, judged)
+    shown = judging.caption(tuned), judging.tables(judged), judging.notes(tuned, judged), said
     read = [course.path.source for course in courses]
     made_by = lab.report.Origin(outputs.command_line(context))
-
-    def draw(_: object) -> bytes:
-        return lab.report.of_tuning(tuned, judged, made_by)
-
-    outputs.show(judging.caption(tuned), judging.tables(judged), below, said, report, read, draw)
+    outputs.show(*shown, report, read, lambda _: lab.report.of_tuning(tuned, judged, made_by))
