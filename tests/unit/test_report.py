@@ -18,6 +18,7 @@ from popsteer import sim, tracks
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import compare, replay
 from popsteer.lab.common.layout import blank_table
+from popsteer.lab.compare.comparison import distances
 from popsteer.lab.report import compare as compare_page
 from popsteer.lab.report import of_comparison
 from popsteer.lab.report import page as page_module
@@ -27,7 +28,7 @@ from popsteer.lab.report.colours import log_axis, style
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import json_for_script, table
 from popsteer.lab.report.page import Page
-from popsteer.lab.report.scene import Pack, _path, deflated, distances
+from popsteer.lab.report.scene import Pack, _path, deflated
 from popsteer.logs import Log
 from popsteer.status import Status
 from tests.pages_of_html import Html, columns

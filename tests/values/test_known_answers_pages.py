@@ -14,7 +14,7 @@ import popsteer
 from popsteer import sim
 from popsteer.lab import compare
 from popsteer.lab.compare import table as compare_table
-from popsteer.lab.compare.files import metrics_json
+from popsteer.lab.compare.files import metrics_document
 from popsteer.lab.report import compare as times
 from popsteer.lab.report import sweep as sweep_page
 from popsteer.lab.report.colours import log_axis
@@ -66,11 +66,9 @@ def test_table_of_a_comparison_marks_the_best_of_those_that_finished() -> None:
     runs = {"pop": _run(0.02), "stanley": _run(0.01, False), "pid": _run(0.03)}
     comparison: Any = SimpleNamespace(runs={**runs, "mpc": _run(0.01, faults=1)})
     column = compare_table._Column("", lambda run: _settled(run.metrics), ".2f", ranked=True)
-    best = compare_table._best(comparison, column)
-    assert best == 0.02
-    assert not compare_table._equal(comparison, column, best)
+    assert compare_table._best(comparison, column) == 0.02
     comparison.runs["tied"] = _run(0.0204)
-    assert compare_table._equal(comparison, column, best)
+    assert compare_table._best(comparison, column) is None
 
 
 def _settled(metrics: Any) -> float:
@@ -132,7 +130,7 @@ def test_worst_runs_are_marked_where_their_settled_error_is_greatest() -> None:
 
 def test_document_of_a_comparison_has_every_figure_of_its_runs() -> None:
     found = compare.run(STRAIGHT, ["stanley", "pop"], "kinematic-bicycle", constant_speed=5.0)
-    document = json.loads(metrics_json(found))
+    document = json.loads(json.dumps(metrics_document(found)))
     for name, run in found.runs.items():
         written = document["controllers"][name]
         assert written["faults"] == list(run.metrics.faults.names)

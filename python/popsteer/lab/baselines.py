@@ -52,11 +52,7 @@ class _Broken:
 
 
 def _own(
-    name: str,
-    kind: Any,  # noqa: ANN401 - a class or a function
-    path: Path,
-    vehicle: Vehicle | None,
-    params: Any,  # noqa: ANN401 - of a class of its own
+    name: str, kind: Any, path: Path, vehicle: Vehicle | None, params: Any
 ) -> OwnSimpleController:
     try:
         made: OwnSimpleController = own.called(kind, path, vehicle, params=params)

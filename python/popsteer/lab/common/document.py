@@ -20,7 +20,7 @@ from popsteer.sim.geometry import CORE_PLANTS
 _MOST_WAYPOINTS = 10_000_000
 
 
-def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:  # noqa: ANN401 - dataclasses
+def of_fields(experiment: Any, **resolved: Any) -> dict[str, Any]:
     """Give all fields of a dataclass as JSON has it; `resolved` stand for those of their names."""
     values = {each.name: getattr(experiment, each.name) for each in fields(experiment)}
     return {name: plain(value) for name, value in (values | resolved).items()}
@@ -32,7 +32,7 @@ def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     return [name for name, both in there.items() if not all(both) or one[name] != other[name]]
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401, PLR0911 - a kind of value a line
+def plain(value: Any) -> Any:  # noqa: PLR0911 - a kind of value a line
     """Give a value of a field as JSON has it; waypoints to the last bit."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -63,7 +63,7 @@ def _of_path(path: Path) -> dict[str, Any]:
     }
 
 
-def _of_plant(plant: Any) -> dict[str, Any]:  # noqa: ANN401 - any kind of plant
+def _of_plant(plant: Any) -> dict[str, Any]:
     core = isinstance(plant, tuple(CORE_PLANTS.values()))
     params = plant if core else getattr(plant, "params", None)
     own = {} if params is None else params.as_dict()
@@ -88,7 +88,7 @@ def path_of(document: Mapping[str, Any]) -> Path:
     return made
 
 
-def plant_of(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
+def plant_of(document: Mapping[str, Any]) -> Any:
     """Make the plant of what `plain` gave."""
     name, vehicle = document["name"], Vehicle(**document["vehicle"])
     if name in CORE_PLANTS:
@@ -98,7 +98,7 @@ def plant_of(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of 
     return found.with_steering(dead_time=vehicle.dead_time, steer_offset=vehicle.steer_offset)
 
 
-def _packed(column: Any) -> str:  # noqa: ANN401 - any array
+def _packed(column: Any) -> str:
     data = np.asarray(column, dtype=np.float64).tobytes()
     return base64.b64encode(zlib.compress(data)).decode("ascii")
 

@@ -50,23 +50,18 @@ def files_of(
 ) -> dict[str, bytes]:
     """Draw figures into the files that `popsteer.lab.common.layout.figure_names` names."""
     content = {}
+    tell = progress or (lambda *_: None)
     wanted = [(stem, draw, name) for stem, draw in figures.items() for name in THEMES]
     for done, (stem, draw, name) in enumerate(wanted):
-        if progress is not None:
-            progress("figures", done / len(wanted))
+        tell("figures", done / len(wanted))
         for kind, data in drawn(draw, THEMES[name]).items():
             content[figure_name(stem, name, kind)] = data
-    if progress is not None:
-        progress("figures", 1.0)
+    tell("figures", 1.0)
     return content
 
 
 def plot_broken(
-    panel: Axes,
-    x: NDArray[Any],
-    y: NDArray[Any],
-    breaks: Sequence[int],
-    **style: Any,  # noqa: ANN401 - as matplotlib takes it
+    panel: Axes, x: NDArray[Any], y: NDArray[Any], breaks: Sequence[int], **style: Any
 ) -> None:
     """Draw a line that breaks before the rows `breaks`, with no more points than can be seen."""
     y = np.array(y, dtype=np.float64)
@@ -83,7 +78,7 @@ def headline(figure: Figure, text: str, theme: Theme) -> None:
 class _Decades(LogLocator):
     """Ticks at 1, 2 and 5 of each decade; over many decades at 1 alone, for which there is room."""
 
-    def tick_values(self, vmin: float, vmax: float) -> Any:  # noqa: ANN401 - as matplotlib has it
+    def tick_values(self, vmin: float, vmax: float) -> Any:
         self.set_params(subs=(1.0, 2.0, 5.0) if vmax < _MANY * vmin else (1.0,))
         return super().tick_values(vmin, vmax)
 
@@ -116,12 +111,7 @@ def starting(run: Run) -> int:
 
 
 def plot_settling(
-    panel: Axes,
-    x: NDArray[Any],
-    y: NDArray[Any],
-    first: int,
-    bound: float,
-    **style: Any,  # noqa: ANN401 - as matplotlib takes it
+    panel: Axes, x: NDArray[Any], y: NDArray[Any], first: int, bound: float, **style: Any
 ) -> None:
     """Draw a line whose `first` points are faint, and mark its peaks beyond ``-bound, bound``."""
     alpha = style.pop("alpha", 1.0)

@@ -35,52 +35,27 @@ from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 Road: TypeAlias = tuple[Path, Longitudinal | None]
 
 
+Adapt: TypeAlias = AdaptParams | Literal["auto"] | None
+"""How a controller adapts; None: not at all."""
+Monitor: TypeAlias = MonitorParams | Literal["auto"] | None
+"""How it watches for faults, likewise."""
+
+
 def controller(
     name: str,
     path: Path,
     vehicle: Vehicle,
     params: Params | Parameters,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
+    adapt: Adapt = "auto",
+    monitor: Monitor = "auto",
 ) -> Controller | OwnSimpleController:
-    """Make what steers.
+    """Make what steers, one of `controller_names` or your own, in a fresh state.
 
-    Parameters
-    ----------
-    name : str
-        One of `popsteer.lab.common.names.controller_names`, or one of your own as `popsteer.own`
-        has it.
-    path : Path
-        What it follows.
-    vehicle : Vehicle
-        The vehicle that it is given.
-    params : parameters of that controller
-        As `popsteer.lab.compare.parameters` gives them.
-    adapt, monitor : AdaptParams or None, MonitorParams or None, optional
-        As `popsteer.lab.compare.run` has them. Baselines neither adapt nor watch.
-
-    Returns
-    -------
-    Controller or OwnSimpleController
-        In a fresh state.
-
-    Raises
-    ------
-    PopsteerError
-        The controller needs an extra that is not installed.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> pop = controller("pop", path, popsteer.Vehicle(), popsteer.PopParams())
-    >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
-    0.0
+    Baselines neither adapt nor watch. Raises PopsteerError where one needs a missing extra.
     """
     make: Any = law_of(name).controller  # the registries pair each with its parameters
     how = {"adapt": adapt, "monitor": monitor} if name in controllers.names() else {}
-    found: Controller | OwnSimpleController = make(path, vehicle, params, **how)
-    return found
+    return make(path, vehicle, params, **how)  # type: ignore[no-any-return]
 
 
 JOINED = 10.0
@@ -101,9 +76,9 @@ class Experiment(_Driven):
 
     vehicle: Vehicle | None = None
     """What the controller is given, in all runs; by default what the plant is before it varies."""
-    adapt: AdaptParams | Literal["auto"] | None = "auto"
+    adapt: Adapt = "auto"
     """How the controller adapts; None: not at all."""
-    monitor: MonitorParams | Literal["auto"] | None = "auto"
+    monitor: Monitor = "auto"
     """How it watches for faults, likewise."""
     speed: float | None = None
     """Speed at the start, as `popsteer.sim.run` has it; left out where the draws have it."""
@@ -119,7 +94,7 @@ class Experiment(_Driven):
     """Whether the settling time is that of `joining`, which reports then say."""
 
     @cached_property
-    def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
+    def whole(self) -> Any:
         """The plant before it varies, as an object; by default parameters where it was a name."""
         return object_of(self.plant)
 
@@ -137,11 +112,9 @@ class Experiment(_Driven):
     @cached_property
     def code(self) -> dict[str, dict[str, dict[str, str]]]:
         """Give hashes of the code of one's own that is run: a file of other code is another's."""
-        found = {
-            self.controller: own.code("controller", self.controller),
-            (plant := sim.plant_name(self.whole)): own.code("plant", plant),
-        }
-        kept = {name: hashes for name, hashes in found.items() if hashes}
+        plant = sim.plant_name(self.whole)
+        found = {self.controller: own.code("controller", self.controller)}
+        kept = {k: v for k, v in (found | {plant: own.code("plant", plant)}).items() if v}
         return {"files": kept} if kept else {}
 
     @property
@@ -194,11 +167,7 @@ class Experiment(_Driven):
         return f"{said}, in which the vehicle drives {JOINED:g} wheelbases ({distance:.3g} m)"
 
     def begins(
-        self,
-        road: Road,
-        plant: Any,  # noqa: ANN401 - any kind
-        vary: Mapping[str, Distribution],
-        offset: float | None = None,
+        self, road: Road, plant: Any, vary: Mapping[str, Distribution], offset: float | None = None
     ) -> str:
         """Say in one line where the runs of a plant start, and how fast they then drive."""
         path, pedals = road
@@ -217,7 +186,7 @@ class Experiment(_Driven):
         seed: int,
         *,
         keep_records: bool = False,
-        **how: Any,  # noqa: ANN401 - as `popsteer.sim.run` takes it
+        **how: Any,
     ) -> Run:
         """Drive one run, from its plant, start and noise."""
         return sim.run(
@@ -272,13 +241,10 @@ class Experiment(_Driven):
         return found
 
     def _driver(self, params: Params | Parameters, road: Road) -> Controller | OwnSimpleController:
-        name, how = self.controller, (self.adapt, self.monitor)
-        return controller(name, road[0], self.given, params, *how)
+        given = road[0], self.given, params, self.adapt, self.monitor
+        return controller(self.controller, *given)
 
     def _speed(self, road: Road, made: Varied) -> float:
         """Give the speed at the start [m/s]: the one drawn, the one given, or the path's."""
-        if made.speed is not None:
-            return made.speed
-        if self.speed is not None:
-            return self.speed
-        return start_speed(road[0], self.constant_speed, self.whole)
+        given = self.speed if made.speed is None else made.speed
+        return start_speed(road[0], self.constant_speed, self.whole) if given is None else given

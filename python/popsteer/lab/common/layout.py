@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,13 +35,8 @@ def blank_table(gap: int = 2) -> Table:
     from rich import box
     from rich.table import Table
 
-    return Table(
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        show_edge=False,
-        padding=(0, gap, 0, 0),
-        header_style="",
-    )
+    look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "show_edge": False}
+    return Table(**look, padding=(0, gap, 0, 0), header_style="")
 
 
 def add_names(table: Table, head: str, names: Iterable[str]) -> None:
@@ -122,8 +118,5 @@ def _cpu() -> str:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:  # not on Linux
         text = ""
-    for line in text.splitlines():
-        key, _, value = line.partition(":")
-        if key.strip() == "model name" and value.strip():
-            return value.strip()
-    return platform.processor() or platform.machine() or "unknown"
+    named = re.search(r"^model name\s*:[ \t]*(\S.*?)\s*$", text, re.MULTILINE)
+    return named[1] if named else platform.processor() or platform.machine() or "unknown"

@@ -84,12 +84,11 @@ def beginning(
         axle, ahead = "rear", car.rear_axle
     x, y, yaw = start
     at = path.project(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw))
-    aside = at.cross_track_error
+    aside, arc = at.cross_track_error, at.arc_length
     left = "left" if aside > 0.0 else "right"
     side = f"{abs(aside):.2f} m {left} of the path" if abs(aside) > 5e-3 else "on the path"
     if "start_offset" in said:
         side = f"left of the path by {said['start_offset']} m"
-    arc = at.arc_length
     first = "at" if side == "on the path" else "beside"
     place = f"{arc:.1f} m along it" if arc > 0.05 else f"{first} its first waypoint"
     if "start_yaw" in said:

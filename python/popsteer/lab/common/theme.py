@@ -40,35 +40,26 @@ class Theme(NamedTuple):
         return {name: known[name] if name in known else next(others) for name in names}
 
     @property
-    def settings(self) -> Any:  # noqa: ANN401 - matplotlib lists the keys, which change with it
+    def settings(self) -> Any:
         """Settings of matplotlib that go with the theme, for ``matplotlib.rc_context``."""
+        coloured = {
+            self.background: ("axes.facecolor", "figure.facecolor", "savefig.facecolor"),
+            self.text: ("axes.labelcolor", "axes.titlecolor", "legend.labelcolor", "text.color"),
+            self.faint: ("xtick.labelcolor", "ytick.labelcolor"),
+            self.grid: ("axes.edgecolor", "grid.color", "xtick.color", "ytick.color"),
+        }
         return {
-            "axes.edgecolor": self.grid,
-            "axes.facecolor": self.background,
+            **{name: colour for colour, names in coloured.items() for name in names},
+            **dict.fromkeys(("axes.labelsize", "font.size"), 9.5),
+            **dict.fromkeys(("axes.spines.right", "axes.spines.top", "legend.frameon"), False),
             "axes.grid": True,
-            "axes.labelcolor": self.text,
-            "axes.labelsize": 9.5,
-            "axes.spines.right": False,
-            "axes.spines.top": False,
-            "axes.titlecolor": self.text,
             "axes.titlesize": 12.0,
             "axes.titleweight": "bold",
             "axes.unicode_minus": True,
-            "figure.facecolor": self.background,
             "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture everywhere
-            "font.size": 9.5,
-            "grid.color": self.grid,
             "grid.linewidth": 0.6,
-            "legend.frameon": False,
-            "legend.labelcolor": self.text,
             "lines.solid_joinstyle": "round",
-            "savefig.facecolor": self.background,
             "svg.hashsalt": "popsteer",  # the same figure is the same file
-            "text.color": self.text,
-            "xtick.color": self.grid,
-            "xtick.labelcolor": self.faint,
-            "ytick.color": self.grid,
-            "ytick.labelcolor": self.faint,
         }
 
 
@@ -87,30 +78,25 @@ _DASHES: tuple[Any, ...] = (
     *("--", "-.", (0, (1.0, 1.2)), "-"),
     *((0, (7.0, 1.5)), (0, (4.0, 1.0, 1.0, 1.0, 1.0, 1.0))),
 )
-_LIGHT, _DARK = ({name: each[k] for name, each in _LAW_COLOURS.items()} for k in (0, 1))
+# Of each field of the themes what it is on light and on dark.
+_COLOURS: dict[str, tuple[Any, ...]] = {
+    "background": ("#ffffff", "#0d1117"),
+    "text": ("#1f2328", "#e6edf3"),
+    "faint": ("#59636e", "#9aa4af"),
+    "grid": ("#dfe3e8", "#2b323b"),
+    "path": ("#c3c9d1", "#4c5661"),
+    "laws": tuple({name: each[k] for name, each in _LAW_COLOURS.items()} for k in (0, 1)),
+    "others": (
+        ("#332288", "#117733", "#882255", "#44aa99"),
+        ("#b7a8ff", "#88ccee", "#ff9da7", "#ddcc77"),
+    ),
+    "speed": ("#8a6d00", "#f0e442"),
+}
 
 THEMES: Mapping[str, Theme] = MappingProxyType(
     {
-        "light": Theme(
-            background="#ffffff",
-            text="#1f2328",
-            faint="#59636e",
-            grid="#dfe3e8",
-            path="#c3c9d1",
-            laws=_LIGHT,
-            others=("#332288", "#117733", "#882255", "#44aa99"),
-            speed="#8a6d00",
-        ),
-        "dark": Theme(
-            background="#0d1117",
-            text="#e6edf3",
-            faint="#9aa4af",
-            grid="#2b323b",
-            path="#4c5661",
-            laws=_DARK,
-            others=("#b7a8ff", "#88ccee", "#ff9da7", "#ddcc77"),
-            speed="#f0e442",
-        ),
+        name: Theme(**{field: each[k] for field, each in _COLOURS.items()})
+        for k, name in enumerate(("light", "dark"))
     }
 )
 """The themes by name."""

@@ -37,16 +37,7 @@ _EDGE = 2.0**-53  # the quantiles of 0 and 1 of the normal distribution are infi
 
 
 class Distribution(NamedTuple):
-    """A distribution, by its name and its numbers.
-
-    Examples
-    --------
-    >>> lag = distribution("steer_lag", "uniform(0.1, 0.3)")
-    >>> lag.quantile(0.5)
-    0.2
-    >>> str(lag)
-    'uniform(0.1,0.3)'
-    """
+    """A distribution, by its name and its numbers."""
 
     name: str
     """One of the names above; "constant" for a number."""
@@ -98,8 +89,9 @@ def distribution(name: str, text: str | float) -> Distribution:
 
     Examples
     --------
-    >>> distribution("steer_lag", 0.1).quantile(0.9)
-    0.1
+    >>> lag = distribution("steer_lag", "uniform(0.1, 0.3)")
+    >>> lag.quantile(0.5), str(lag)
+    (0.2, 'uniform(0.1,0.3)')
     >>> distribution("steer_lag", "uniform(0.3, 0.1)")
     Traceback (most recent call last):
     popsteer.errors.ConfigError: steer_lag must be uniform(LOW,HIGH) with LOW < HIGH, \
@@ -115,15 +107,14 @@ got 'uniform(0.3, 0.1)'
         raise ConfigError(name, text, _FORMS)
     if not all(map(math.isfinite, numbers)):
         raise ConfigError(name, text, "of finite numbers")
-    if kind in ("uniform", "loguniform") and not numbers[0] < numbers[1]:
+    first, last = numbers[0], numbers[-1]
+    if kind in ("uniform", "loguniform") and not first < last:
         raise ConfigError(name, text, f"{kind}(LOW,HIGH) with LOW < HIGH")
-    if kind == "loguniform" and not numbers[0] > 0.0:
+    if kind == "loguniform" and not first > 0.0:
         raise ConfigError(name, text, "loguniform(LOW,HIGH) with LOW > 0")
-    if kind == "normal" and not numbers[1] >= 0.0:
+    if kind == "normal" and not last >= 0.0:
         raise ConfigError(name, text, "normal(MEAN,DEVIATION) with a deviation of 0 or more")
-    if kind == "triangular" and not (
-        numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]
-    ):
+    if kind == "triangular" and not (first <= numbers[1] <= last and first < last):
         raise ConfigError(name, text, "triangular(LOW,MODE,HIGH) in this order")
     return Distribution(kind, numbers)
 
@@ -149,14 +140,12 @@ class Varied(NamedTuple):
 def varying(plant: Plant) -> tuple[str, ...]:
     """Name what can vary: fields of the vehicle, parameters of the plant, noise and start."""
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        known = (*plant.vehicle.as_dict(), *plant.as_dict())
         # The place of the pose's point is no property of the car, and a yes or no has no range.
-        fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point", "steers_at_rest")
-        of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
-    else:
-        params: Any = getattr(plant, "params", None)
-        fixed = ()
-        of_plant = [*_STEERING, *(params.as_dict() if params is not None else ())]
-    return (*(name for name in of_plant if name not in fixed), *_NOISE, *START)
+        fixed = ("vehicle", "rear_axle", "no_slip_point", "steers_at_rest")
+        return (*(name for name in known if name not in fixed), *_NOISE, *START)
+    params: Any = getattr(plant, "params", None)
+    return (*_STEERING, *(() if params is None else params.as_dict()), *_NOISE, *START)
 
 
 def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
@@ -221,7 +210,7 @@ def varied(
     )
 
 
-def _moved(plant: Any, values: Mapping[str, float]) -> Any:  # noqa: ANN401 - any kind of plant
+def _moved(plant: Any, values: Mapping[str, float]) -> Any:
     if not values:
         return plant
     core = isinstance(plant, CarlaIdentified | KinematicBicycle)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import gc
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter_ns
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from popsteer import controllers
-from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle, build_profile
+from popsteer._core import Path, Vehicle, build_profile
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.common.experiment import controller
+from popsteer.lab.common.experiment import Adapt, Monitor, controller
 from popsteer.sim import Run
 from popsteer.sim.steering import step_of
 
@@ -95,6 +97,7 @@ def _point(at: float | None, vehicle: Vehicle) -> str:
 # Of a slow controller as many as take a second or so, of a fast one as many as steady its median.
 _CALLS = 1000
 _BATCH = 32
+_REACH = 10.0  # m of path, either way, in which the next place is looked for
 
 
 def time_steps(
@@ -102,8 +105,8 @@ def time_steps(
     params: Mapping[str, Any],
     progress: Callable[[str, float], object] | None = None,
     *,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
+    adapt: Adapt = "auto",
+    monitor: Monitor = "auto",
 ) -> Comparison:
     """Measure the step of each controller on the states of its own run.
 
@@ -165,7 +168,7 @@ def nothing(*_: object) -> None:
     """Stand for a `progress` that is not given, or a `reset` that one's own controller lacks."""
 
 
-def _reset_of(made: Any) -> Callable[[], None]:  # noqa: ANN401 - of one's own
+def _reset_of(made: Any) -> Callable[[], None]:
     """Give the `reset` of one's own controller, if it can be called as this would call it."""
     reset: Any = getattr(made, "reset", None)
     try:
@@ -215,3 +218,31 @@ def _step_time(
         if was_on:
             gc.enable()
     return 1e-9 * float(np.median(means)), singles
+
+
+def distances(path: Path, *driven: NDArray[Any]) -> NDArray[np.float64]:
+    """Tell how far along a path a vehicle was [m], never less than before; as `arcs` takes it."""
+    return np.maximum.accumulate(arcs(path, *driven))
+
+
+def arcs(path: Path, *driven: NDArray[Any]) -> NDArray[np.float64]:
+    """Give the arc lengths [m] of the closest points, from sample to sample, lap after lap.
+
+    What was `driven` are the poses x, y, yaw [m, m, rad] and the speeds [m/s].
+    """
+    rows = np.column_stack(driven).tolist()
+    found = np.empty(len(rows))
+    laps, last, waypoint = 0.0, math.nan, -1
+    for k, (px, py, heading, v) in enumerate(rows):
+        if waypoint < 0:
+            waypoint = path.relocalise(px, py, heading)
+        driving = heading + math.pi if v < 0.0 else heading
+        place = path.locate(px, py, driving, waypoint, _REACH)
+        waypoint = place.segment
+        if k == 0 and path.closed and path.length - place.arc_length < _REACH:
+            laps = -path.length  # just before the start of its first lap
+        if path.closed and last - place.arc_length > 0.5 * path.length:
+            laps += path.length
+        last = place.arc_length
+        found[k] = laps + last
+    return found

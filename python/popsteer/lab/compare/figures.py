@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ from popsteer.lab.common.draw import (
 )
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.common.theme import Theme
-from popsteer.lab.compare.comparison import Comparison
+from popsteer.lab.compare.comparison import Comparison, arcs
 from popsteer.lab.compare.paper import PAPER, is_authors_path
 from popsteer.lab.compare.table import WHERE, caption, notes
 from popsteer.sim import Run
@@ -36,6 +37,7 @@ from popsteer.sim import Run
 _COLUMN = 4.1  # inches
 _ROW = 1.75
 _MARGIN = 0.12  # of the track's extent
+_ticks = partial(MaxNLocator, steps=[1, 2, 5, 10])
 
 
 class _Series(NamedTuple):
@@ -68,20 +70,22 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
     """
     runs = comparison.runs
     extent = _extent(comparison)
-    track_row = _track_height(extent)
-    height = 1.2 + track_row + len(_SERIES) * _ROW
+    across, up = extent[1] - extent[0]
+    # A row of tracks that lets a track fill its column.
+    ratios = [float(min(0.5 + 0.9 * _COLUMN * up / across, 1.35 * _COLUMN)), *[_ROW] * len(_SERIES)]
     figure = Figure(
-        figsize=(max(_COLUMN * len(runs) + 0.4, 6.4), height),
+        figsize=(max(_COLUMN * len(runs) + 0.4, 6.4), 1.2 + sum(ratios)),
         layout=ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.07),
     )
-    ratios = [track_row, *[_ROW] * len(_SERIES)]
     axes = figure.subplots(len(ratios), len(runs), squeeze=False, height_ratios=ratios)
     colours = theme.colours(runs)
     bounds = {
         each.record: nice_limit([limit(run, each.record) * each.scale for run in runs.values()])
         for each in _SERIES
     }
-    error = ScalarMappable(Normalize(0.0, bounds["cross_track_error"]), _errors(theme))
+    # From the colour of the path to a red that the eye goes to.
+    reds = LinearSegmentedColormap.from_list("errors", [theme.path, theme.laws["pid"]])
+    error = ScalarMappable(Normalize(0.0, bounds["cross_track_error"]), reds)
     end = max(run.metrics.time for run in runs.values())
     for column, (name, run) in enumerate(runs.items()):
         track, *panels = axes[:, column]
@@ -120,17 +124,6 @@ def _extent(comparison: Comparison) -> NDArray[np.float64]:
     return np.array([middle - half, middle + half])
 
 
-def _track_height(extent: NDArray[np.float64]) -> float:
-    """Height of the row of tracks [inch] that lets a track fill its column."""
-    width, height = extent[1] - extent[0]
-    return float(min(0.5 + 0.9 * _COLUMN * height / width, 1.35 * _COLUMN))
-
-
-def _errors(theme: Theme) -> LinearSegmentedColormap:
-    """Give the colours of errors: from that of the path to a red that the eye goes to."""
-    return LinearSegmentedColormap.from_list("errors", [theme.path, theme.laws["pid"]])
-
-
 def _draw_track(
     panel: Axes, run: Run, extent: NDArray[np.float64], error: ScalarMappable, theme: Theme
 ) -> None:
@@ -141,20 +134,16 @@ def _draw_track(
         x, y = np.append(x, x[0]), np.append(y, y[0])
     panel.plot(x, y, color=theme.faint, linewidth=0.7, linestyle=":")
     driven = np.column_stack((run.records["reference_x"], run.records["reference_y"]))
-    line = LineCollection(
-        list(np.stack((driven[:-1], driven[1:]), axis=1)),
-        cmap=error.cmap,
-        norm=error.norm,
-        linewidths=3.0,
-        capstyle="round",
-    )
+    segments = list(np.stack((driven[:-1], driven[1:]), axis=1))
+    look: Any = {"cmap": error.cmap, "norm": error.norm, "linewidths": 3.0, "capstyle": "round"}
+    line = LineCollection(segments, **look)
     line.set_array(np.abs(run.records["cross_track_error"][1:]))
     panel.add_collection(line)
     edge: dict[str, Any] = {"markeredgecolor": theme.text, "markeredgewidth": 1.3}
     panel.plot(*driven[:1].T, "o", markersize=6, color=theme.background, zorder=3, **edge)
     panel.set(xlim=extent[:, 0], ylim=extent[:, 1], aspect="equal")  # alike for all controllers
-    panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    panel.xaxis.set_major_locator(_ticks(5))
+    panel.yaxis.set_major_locator(_ticks(5))
 
 
 def _draw_series(
@@ -167,19 +156,11 @@ def _draw_series(
     note = run.ending  # where code of one's own raised in its first step
     if len(values):
         note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
-    panel.text(
-        0.98,
-        0.96,
-        note,
-        transform=panel.transAxes,
-        ha="right",
-        va="top",
-        fontsize=8.5,
-        color=theme.faint,
-        bbox={"facecolor": theme.background, "edgecolor": "none", "alpha": 0.9, "pad": 1.5},
-    )
-    panel.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], symmetric=True))
-    panel.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    box = {"facecolor": theme.background, "edgecolor": "none", "alpha": 0.9, "pad": 1.5}
+    place: dict[str, Any] = {"transform": panel.transAxes, "ha": "right", "va": "top"}
+    panel.text(0.98, 0.96, note, **place, fontsize=8.5, color=theme.faint, bbox=box)
+    panel.yaxis.set_major_locator(_ticks(5, symmetric=True))
+    panel.xaxis.set_major_locator(_ticks(6))
 
 
 _BAR = 0.42  # of the distance between controllers
@@ -191,12 +172,10 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
     colours = theme.colours(comparison.runs)
     _draw_all(panels["all"], comparison, colours, theme)
-    for place, label, quantity in (
-        ("cross-track", "mean |cross-track error| [m]", "mean_abs_cross_track_error"),
-        ("heading", "mean |heading error| [rad]", "mean_abs_heading_error"),
-    ):
+    for place, unit in (("cross-track", "m"), ("heading", "rad")):
+        quantity = f"mean_abs_{place.replace('-', '_')}_error"
         _draw_bars(panels[place], comparison, quantity, theme)
-        panels[place].set_title(label, fontsize=10.5)
+        panels[place].set_title(f"mean |{place} error| [{unit}]", fontsize=10.5)
     if is_authors_path(comparison.path):
         said = [each for each in notes(comparison) if each not in (comparison.begins, WHERE)]
         figure.supxlabel("\n".join(said), fontsize=8.5, color=theme.faint)
@@ -231,21 +210,11 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
 
 def _distance(run: Run) -> NDArray[np.float64]:
     """Distance along the path of each record [m]."""
-    path = run.path
-    reach = 2.0 * run.plant_vehicle.wheelbase
-    segment: int | None = None
-    along = np.empty(len(run.records["time"]))
-    columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw"))
-    for index, (x, y, yaw) in enumerate(zip(*columns, strict=True)):
-        # Near the last one, which keeps to the branch where a path crosses itself: as far as the
-        # controllers search, two wheelbases.
-        if segment is None:
-            segment = path.relocalise(x, y, yaw)
-        backwards = path.reverse is not None and path.reverse[segment]
-        projection = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, reach)
-        segment, along[index] = projection.segment, projection.arc_length
-    # A gap in the line where a closed path begins again.
-    along[1:][np.diff(along) < -0.5 * path.length] = np.nan
+    columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw", "speed"))
+    along, path = arcs(run.path, *columns), run.path
+    if path.closed:
+        along %= path.length
+        along[1:][np.diff(along) < -0.5 * path.length] = np.nan  # a gap where it begins again
     return along
 
 
@@ -269,19 +238,11 @@ def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme)
     for place, (colour, pair) in enumerate(zip(colours, pairs, strict=True)):
         shown = [value for value in pair if math.isfinite(value)]
         for number, value in enumerate(shown):
-            _draw_bar(
-                panel,
-                place + _BAR * (number - 0.5 * (len(shown) - 1)),
-                value,
-                top,
-                facecolor=theme.background if number else colour,
-                edgecolor=colour,
-                hatch="////" if number else "",
-            )
-    names = [
-        title_of(name, runs) + ("" if good else "\n(not finished)")
-        for name, good in zip(runs, ended, strict=True)
-    ]
+            at = place + _BAR * (number - 0.5 * (len(shown) - 1))
+            fill, hatch = (theme.background, "////") if number else (colour, "")
+            _draw_bar(panel, at, value, top, facecolor=fill, edgecolor=colour, hatch=hatch)
+    marks = ("" if good else "\n(not finished)" for good in ended)
+    names = [title_of(name, runs) + mark for name, mark in zip(runs, marks, strict=True)]
     panel.set_xticks(range(len(runs)), names)
     panel.tick_params(axis="x", length=0, labelcolor=theme.text)
     panel.set_xlim(-0.6, len(runs) - 0.4)
@@ -299,15 +260,9 @@ def _draw_bar(panel: Axes, place: float, value: float, top: float, **style: str)
     """Draw one bar with its number above; one that is too tall ends at the top."""
     height = min(value, 1.1 * top)
     panel.bar(place, height, _BAR - 0.05, linewidth=1.2, zorder=2, **style)  # type: ignore[arg-type]
-    panel.annotate(
-        f"{value:.4f}" if height == value else f"{value:.2g} ↑",
-        (place, height),
-        xytext=(0, 3),
-        textcoords="offset points",
-        ha="center",
-        va="bottom",
-        fontsize=8,
-    )
+    said = f"{value:.4f}" if height == value else f"{value:.2g} ↑"
+    above: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
+    panel.annotate(said, (place, height), va="bottom", fontsize=8, **above)
 
 
 _MARKERS = "osD^vP*X"
@@ -326,25 +281,22 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
     for spare in grid.flat[len(plants) :]:
         spare.set_visible(False)
+    panels = dict(zip(plants, grid.flat, strict=False))
     runs = [(each, law, run.metrics) for each in comparisons for law, run in each.runs.items()]
-    # What is 0 has no place on logarithmic axes.
-    shown = [
-        (each, law, metrics)
-        for each, law, metrics in runs
-        if metrics.settled_mean_abs_cross_track_error > 0.0 and metrics.rms_steer_rate > 0.0
-    ]
-    for panel, plant in zip(grid.flat, plants, strict=False):
-        for each, law, metrics in shown:
-            if each.plant != plant:
-                continue
-            # Hollow: the error of a run that did not finish says little.
-            inside, edge = colours[law], theme.background
-            if not metrics.finished:
-                inside, edge = edge, inside
-            look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
-            effort = math.degrees(metrics.rms_steer_rate)
-            error = metrics.settled_mean_abs_cross_track_error
-            panel.plot(effort, error, markers[each.track], markersize=8.5, **look)
+    left_out = 0
+    for each, law, metrics in runs:
+        error, effort = metrics.settled_mean_abs_cross_track_error, metrics.rms_steer_rate
+        if not (error > 0.0 and effort > 0.0):  # what is 0 has no place on logarithmic axes
+            left_out += 1
+            continue
+        # Hollow: the error of a run that did not finish says little.
+        inside, edge = colours[law], theme.background
+        if not metrics.finished:
+            inside, edge = edge, inside
+        look: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": edge}
+        at = math.degrees(effort), error
+        panels[each.plant].plot(*at, markers[each.track], markersize=8.5, **look)
+    for plant, panel in panels.items():
         logarithmic(panel, "xy")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
@@ -354,22 +306,22 @@ def effort_figure(comparisons: Sequence[Comparison], theme: Theme) -> Figure:
     settling = first.first.settings.settling_time
     for panel in grid[:, 0]:
         panel.set_ylabel(f"mean |cross-track error|\nafter {settling:g} s [m]")
+    mark: Any = partial(Line2D, [], [], linestyle="")
     handles = [
-        Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law, first.runs))
-        for law, colour in colours.items()
-    ] + [
-        Line2D([], [], linestyle="", marker=marker, color=theme.faint, label=track)
-        for track, marker in markers.items()
+        *(
+            mark(marker="o", color=each, label=title_of(law, first.runs))
+            for law, each in colours.items()
+        ),
+        *(mark(marker=each, color=theme.faint, label=track) for track, each in markers.items()),
     ]
     if not all(metrics.finished for _, _, metrics in runs):
-        hollow = Line2D([], [], linestyle="", marker="o", color=theme.faint, label="not finished")
-        hollow.set_markerfacecolor(theme.background)
-        handles.append(hollow)
+        hollow = {"color": theme.faint, "markerfacecolor": theme.background}
+        handles.append(mark(marker="o", label="not finished", **hollow))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     speed = first.constant_speed
     pace = "" if speed is None else f", constant {speed:g} m/s"
     title = f"Tracking error against the effort of steering{pace}"
-    if left_out := len(runs) - len(shown):
+    if left_out:
         title += f"; not drawn: {counted(left_out, 'run')} without an error or an effort"
     figure.suptitle(title, fontsize=11, wrap=True)
     return figure

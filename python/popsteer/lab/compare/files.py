@@ -58,7 +58,7 @@ def files(
     figures = zip(_DRAWN, (results_figure, overview_figure), strict=True)
     content |= files_of({name: partial(draw, comparison) for name, draw in figures}, progress)
     # Written last: where it exists, the others do too.
-    content[_METRICS] = metrics_json(comparison).encode()
+    content[_METRICS] = json_text(metrics_document(comparison)).encode()
     return content
 
 
@@ -85,22 +85,12 @@ def _record_names(laws: Iterable[str]) -> list[str]:
 
 
 _UNITS = {
+    **dict.fromkeys(("x", "y", "reference_x", "reference_y", "target_x", "target_y"), "m"),
+    **dict.fromkeys(("cross_track_error", "rear_cross_track_error"), "m"),
+    **dict.fromkeys(("yaw", "steer", "heading_error", "rear_heading_error"), "rad"),
+    **dict.fromkeys(("throttle", "brake"), "0 to 1"),
     "time": "s",
-    "x": "m",
-    "y": "m",
-    "yaw": "rad",
     "speed": "m/s",
-    "steer": "rad",
-    "throttle": "0 to 1",
-    "brake": "0 to 1",
-    "reference_x": "m",
-    "reference_y": "m",
-    "cross_track_error": "m",
-    "heading_error": "rad",
-    "rear_cross_track_error": "m",
-    "rear_heading_error": "rad",
-    "target_x": "m",
-    "target_y": "m",
     "status": "bits: " + " | ".join(f"{int(each)} {each}" for each in Status if each),
 }
 
@@ -151,31 +141,19 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def metrics_json(comparison: Comparison) -> str:
-    """Write `metrics_document` as JSON."""
-    return json_text(metrics_document(comparison))
-
-
 def _controller(run: Run) -> dict[str, Any]:
     """Lay out one run: its metrics, and the controller's tuning and vehicle."""
+    metrics = asdict(run.metrics)
+    rear = {name: metrics.pop(name) for name in list(metrics) if name.startswith(_REAR)}
+    metrics["faults"] = list(run.metrics.faults.names)
     return {
-        **_metrics(run.metrics),
+        **{name: finite(value) for name, value in metrics.items()},
+        "rear_axle": {name.removeprefix(_REAR): finite(value) for name, value in rear.items()},
         "ending": run.ending,
         **({"traceback": run.traceback} if run.traceback else {}),
         "params": {name: finite(value) for name, value in run.params.items()},
         "vehicle": None if run.vehicle is None else run.vehicle.as_dict(),
     }
-
-
-def _metrics(metrics: Metrics) -> dict[str, Any]:
-    plain: dict[str, Any] = {}
-    rear: dict[str, Any] = {}
-    for name, value in asdict(metrics).items():
-        if name.startswith(_REAR):
-            rear[name.removeprefix(_REAR)] = finite(value)
-        else:
-            plain[name] = list(value.names) if isinstance(value, Status) else finite(value)
-    return {**plain, "rear_axle": rear}
 
 
 _REAR_SETTLED = "rear_axle_settled_mean_abs_cross_track_error"
@@ -231,6 +209,5 @@ def _matrix_markdown(comparisons: Sequence[Comparison]) -> str:
 def _error(metrics: Metrics, name: str) -> str:
     """Show a mean error after settling; of a run that did not finish in brackets."""
     error = getattr(metrics, name)
-    if not math.isfinite(error):
-        return "–"
-    return f"{error:.4f}" if metrics.finished else f"({error:.4f})"
+    said = f"{error:.4f}" if math.isfinite(error) else "–"
+    return said if metrics.finished or said == "–" else f"({said})"

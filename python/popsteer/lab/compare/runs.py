@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 from popsteer import controllers, presets, sim
-from popsteer._core import AdaptParams, MonitorParams, Path, Settings, Vehicle
+from popsteer._core import Path, Settings, Vehicle
 from popsteer.controllers import Params
 from popsteer.errors import ConfigError
-from popsteer.lab.common.experiment import Experiment, controller
+from popsteer.lab.common.experiment import Adapt, Experiment, Monitor, controller
 from popsteer.lab.common.longitudinal import LongitudinalParams, beginning, made, usual
 from popsteer.lab.common.names import law_of
 from popsteer.lab.compare.comparison import Comparison, nothing, time_steps
@@ -70,8 +70,8 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     plant: Plant = "carla-identified",
     *,
     vehicle: Vehicle | None = None,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
+    adapt: Adapt = "auto",
+    monitor: Monitor = "auto",
     preset: str | Mapping[str, str] = "default",
     start: Pose | None = None,
     start_at: StartAt = "pose",
@@ -166,17 +166,11 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         )
         runs[name] = replace(run, law=name, params=run.params or chosen[name].as_dict())
         progress(name, 1.0)
-    begins = ""
-    if runs:
-        first = next(iter(runs.values()))
-        begins = beginning(first.start, path, plant, speed, constant_speed, longitudinal)
-    return Comparison(
-        runs=runs,
-        tuning=tunings(runs, preset),
-        plant=plant_name(plant),
-        begins=begins,
-        constant_speed=constant_speed,
+    found = Comparison(
+        runs, tunings(runs, preset), plant_name(plant), constant_speed=constant_speed
     )
+    how = plant, speed, constant_speed, longitudinal
+    return replace(found, begins=beginning(found.first.start, path, *how)) if runs else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,25 +178,6 @@ class _Joining(Experiment):
     """What finds out when a plant has joined a path."""
 
     plant: Any
-
-
-def _check_some(**given: Collection[Any]) -> None:
-    for name, each in given.items():
-        if not each:
-            raise ConfigError(name, list(each), "at least one")
-
-
-def _joined(
-    paths: Mapping[str, Path],
-    movers: Mapping[str, Any],
-    longitudinal: LongitudinalParams | None,
-    how: Mapping[str, Any],
-) -> Settings:
-    keys = ("speed", "constant_speed", "settings")
-    alike: dict[str, Any] = {key: how[key] for key in keys if how.get(key) is not None}
-    each = [_Joining(mover, longitudinal=longitudinal, **alike) for mover in movers.values()]
-    found = [joining.joining(paths.values()) for joining in each]
-    return max(found, key=lambda settings: settings.settling_time)
 
 
 def run_each(  # noqa: PLR0913 - as `run`
@@ -216,7 +191,7 @@ def run_each(  # noqa: PLR0913 - as `run`
     joined: bool = False,
     step_time: bool = False,
     progress: Callable[[str, float], object] | None = None,
-    **how: Any,  # noqa: ANN401 - as `run` takes it
+    **how: Any,
 ) -> list[Comparison]:
     """Let several controllers drive each of several plants along each of several paths.
 
@@ -268,7 +243,9 @@ def run_each(  # noqa: PLR0913 - as `run`
     >>> [(each.plant, each.track, list(each.runs)) for each in found]
     [('kinematic-bicycle', 'straight', ['pop'])]
     """
-    _check_some(tracks=paths, controllers=names, plants=plants)
+    for what, given in {"tracks": paths, "controllers": names, "plants": plants}.items():
+        if not given:
+            raise ConfigError(what, list(given), "at least one")
     if not isinstance(plants, Mapping):
         plants = {plant_name(plant): plant for plant in plants}
     movers = {name: object_of(plant) for name, plant in plants.items()}
@@ -281,31 +258,29 @@ def run_each(  # noqa: PLR0913 - as `run`
     if longitudinal is None and how.get("constant_speed") is None:
         longitudinal = usual(paths.values(), movers.values())
     if joined:
-        how["settings"] = _joined(paths, movers, longitudinal, how)
+        keys = ("speed", "constant_speed", "settings")
+        alike: dict[str, Any] = {key: how[key] for key in keys if how.get(key) is not None}
+        experiments = (
+            _Joining(each, longitudinal=longitudinal, **alike) for each in movers.values()
+        )
+        settings = [each.joining(paths.values()) for each in experiments]
+        how["settings"] = max(settings, key=lambda each: each.settling_time)
     cells = [(name, track) for name in movers for track in paths]
     total, done = len(cells) * len(params) * (2 if step_time else 1), 0
-    found = []
+    found, tell = [], progress or nothing
     for name, track in cells:
         where = f"{name}, {track}: " if len(cells) > 1 else ""
 
         def advance(what: str, share: float, where: str = where) -> None:
             nonlocal done
-            if progress is not None:
-                progress(f"{where}{what}", min((done + share) / total, 1.0))
+            tell(f"{where}{what}", min((done + share) / total, 1.0))
             done += share >= 1.0
 
         plant, path = movers[name], paths[track]
         if start_offset is not None:
             how["start"] = sim.default_start(path, start_offset, plant.vehicle)
-        comparison = run(
-            path,
-            params,
-            plant,
-            vehicle=believed[name],
-            longitudinal=made(longitudinal, path, believed[name]),
-            progress=advance,
-            **how,
-        )
+        how["longitudinal"] = made(longitudinal, path, believed[name])
+        comparison = run(path, params, plant, vehicle=believed[name], progress=advance, **how)
         comparison = replace(comparison, track=track, plant=name, joined=joined)
         if step_time:
             watching = {key: how[key] for key in ("adapt", "monitor") if key in how}

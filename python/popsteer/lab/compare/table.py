@@ -57,26 +57,17 @@ def heading(*comparisons: Comparison) -> str:
 
 def notes(*comparisons: Comparison) -> list[str]:
     """Say what a reader has to know of the figures."""
-    runs = [
-        (
-            title_of(name, each.runs),
-            f" on {each.plant}, {each.track}" if len(comparisons) > 1 else "",
-            run,
-        )
-        for each in comparisons
-        for name, run in each.runs.items()
-    ]
-    said = [
-        f"{SIGN} {title}{where} came to an end after {run.metrics.time:.1f} s: {run.ending}."
-        for title, where, run in runs
-        if not run.metrics.finished
-    ]
-    said += [
-        f"{SIGN} Fault of {title}{where}: {', '.join(run.metrics.faults.names)}"
-        f"{_while_faulty(run)}."
-        for title, where, run in runs
-        if run.metrics.faults
-    ]
+    ended, faulty = [], []
+    for each in comparisons:
+        where = f" on {each.plant}, {each.track}" if len(comparisons) > 1 else ""
+        for name, run in each.runs.items():
+            who, found = f"{title_of(name, each.runs)}{where}", run.metrics
+            if not found.finished:
+                ended.append(f"{SIGN} {who} came to an end after {found.time:.1f} s: {run.ending}.")
+            if found.faults:
+                named = ", ".join(found.faults.names)
+                faulty.append(f"{SIGN} Fault of {who}: {named}{_while_faulty(run)}.")
+    said = ended + faulty
     begun = (((each.plant, each.track), each.begins) for each in comparisons if each.begins)
     said += [*where_they_differ(begun), WHERE]
     first = comparisons[0]
@@ -118,17 +109,16 @@ def tables(*comparisons: Comparison, width: int = WIDE) -> list[Table]:
     several runs are equal to the last digit shown, none is the best.
     """
     first, *others = comparisons
-    settling_time = first.first.settings.settling_time
-    timed = [_step_time(comparisons)] if any(each.step_times for each in comparisons) else []
+    more = _more(first.first.settings.settling_time, several=bool(others))
+    if any(each.step_times for each in comparisons):
+        more.append(_step_time(comparisons))
     if others:
-        columns = [*_of_several(settling_time), *timed]
-        whole = _table(comparisons, columns, named=True)
-        parts = [_table([each], columns, titled=True) for each in comparisons]
+        whole = _table(comparisons, more, named=True)
+        parts = [_table([each], more, titled=True) for each in comparisons]
     else:
         # On another track the paper's figures would be no target.
         there = is_authors_path(first.path)
         against_paper = [each for each in _AGAINST_PAPER if there or not each.of_paper]
-        more = [*_more(settling_time), *timed]
         whole = _table(comparisons, against_paper + more)
         parts = [_table(comparisons, against_paper), _table(comparisons, more, told=False)]
     return [whole] if fits(whole, width) else parts
@@ -155,11 +145,8 @@ def _table(
     if named:
         add_names(table, "plant", (each.plant for each in comparisons))
         add_names(table, "track", (each.track for each in comparisons))
-    add_names(
-        table,
-        "controller",
-        (title_of(name, each.runs) for each in comparisons for name in each.runs),
-    )
+    titles = (title_of(name, each.runs) for each in comparisons for name in each.runs)
+    add_names(table, "controller", titles)
     if told:
         table.add_column("outcome", overflow="fold")
         add_names(table, "tuning", (of for each in comparisons for of in each.tuning.values()))
@@ -167,16 +154,15 @@ def _table(
     add_numbers(table, *(column.head for column in columns))
     for comparison in comparisons:
         best = [_best(comparison, column) for column in columns]
-        equal = [_equal(comparison, *each) for each in zip(columns, best, strict=True)]
         for name, run in comparison.runs.items():
             cells = [Text(comparison.plant), Text(comparison.track)] if named else []
             cells.append(Text(title_of(name, comparison.runs)))
             if told:
                 cells.append(outcome(run.metrics.faults, finished=run.metrics.finished))
                 cells += [Text(comparison.tuning[name]), Text(comparison.points[name])]
-            for column, least, tied in zip(columns, best, equal, strict=True):
+            for column, least in zip(columns, best, strict=True):
                 value = column.value(run)
-                style = "bold" if value is not None and value == least and not tied else ""
+                style = "bold" if value is not None and value == least else ""
                 cells.append(Text(column.show(run), style=style))
             table.add_row(*cells)
     return table
@@ -202,24 +188,17 @@ class _Column(NamedTuple):
 
 
 def _best(comparison: Comparison, column: _Column) -> float | None:
-    """Find the least figure of the runs without a fault that finished, if a column has a best."""
-    if not column.ranked or len(comparison.runs) < 2:
-        return None
-    values = [column.value(run) for run in _sound(comparison)]
-    return min((value for value in values if value is not None), default=None)
+    """Find the least figure of the runs without a fault that finished; None where several show it.
 
-
-def _equal(comparison: Comparison, column: _Column, best: float | None) -> bool:
-    """Whether several of these runs show the best figure of a column."""
-    shown = [(column.value(run) == best, column.show(run)) for run in _sound(comparison)]
-    least = [said for is_best, said in shown if is_best and best is not None]
-    return bool(least) and [said for _, said in shown].count(least[0]) > 1
-
-
-def _sound(comparison: Comparison) -> list[Run]:
-    """Give the runs that reached the end without a fault."""
+    Only a column that is ranked has one, of several runs.
+    """
     runs = comparison.runs.values()
-    return [run for run in runs if run.metrics.finished and not run.metrics.faults]
+    sound = [run for run in runs if run.metrics.finished and not run.metrics.faults]
+    shown = [(value, column.show(run)) for run in sound if (value := column.value(run)) is not None]
+    if not column.ranked or len(runs) < 2 or not shown:
+        return None
+    least, said = min(shown)
+    return None if [word for _, word in shown].count(said) > 1 else least
 
 
 def _metric(head: str, name: str, form: str, scale: float = 1.0) -> _Column:
@@ -244,10 +223,7 @@ _AGAINST_PAPER = [
     _metric("mean\n|ψe|\n[rad]", _HEADING, ".4f"),
     _Column("paper\n\n[rad]", _of_paper(_HEADING), ".4f", of_paper=True),
 ]
-
-
 _DEGREES = math.degrees(1.0)
-_RATE = _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", _DEGREES)
 
 
 def _step_time(comparisons: Sequence[Comparison]) -> _Column:
@@ -259,27 +235,23 @@ def _step_time(comparisons: Sequence[Comparison]) -> _Column:
     return _Column("step\np50\n[µs]", lambda run: 1e6 * times[id(run)], ".2f", ranked=True)
 
 
-def _after(settling_time: float) -> list[_Column]:
+def _more(settling_time: float, *, several: bool) -> list[_Column]:
+    """Give the columns of several comparisons, or those of one besides `_AGAINST_PAPER`."""
     since = f"after\n{settling_time:g} s"
-    return [
+    settled = [
         _metric(f"{since}\n[m]", f"settled_{_CROSS}", ".4f"),
         _metric(f"max [m]\n{since}", "settled_max_abs_cross_track_error", ".3f"),
     ]
-
-
-def _of_several(settling_time: float) -> list[_Column]:
-    rear = f"rear\nafter\n{settling_time:g} s"
-    settled = [*_after(settling_time), _metric(rear, f"rear_axle_settled_{_CROSS}", ".4f")]
-    return [*settled, _RATE]
-
-
-def _more(settling_time: float) -> list[_Column]:
+    rate = _metric("rms\nδ rate\n[deg/s]", "rms_steer_rate", ".1f", _DEGREES)
+    if several:
+        rear = _metric(f"rear\n{since}", f"rear_axle_settled_{_CROSS}", ".4f")
+        return [*settled, rear, rate]
     return [
         _metric("rms\ne\n[m]", "rms_cross_track_error", ".3f"),
         _metric("max\n|e|\n[m]", "max_abs_cross_track_error", ".2f"),
-        *_after(settling_time),
+        *settled,
         _metric("rear\naxle\n[m]", f"rear_axle_{_CROSS}", ".4f"),
         _metric("max\n|δ|\n[deg]", "max_abs_steer", ".1f", _DEGREES),
-        _RATE,
+        rate,
         _Column("time\n\n[s]", lambda r: r.metrics.time, ".1f"),
     ]

@@ -27,10 +27,8 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     halves = figure.add_gridspec(2, 1, height_ratios=(2.0, 1.0))
     upper, lower = figure.add_subfigure(halves[0]), figure.add_subfigure(halves[1])
     grid = upper.add_gridspec(3, 2, width_ratios=(1.0, 1.5))
-    track = upper.add_subplot(grid[:, 0])
-    rates = upper.add_subplot(grid[0, 1])
-    left = upper.add_subplot(grid[1, 1], sharex=rates)
-    off = upper.add_subplot(grid[2, 1], sharex=rates)
+    track, rates = upper.add_subplot(grid[:, 0]), upper.add_subplot(grid[0, 1])
+    left, off = (upper.add_subplot(grid[row, 1], sharex=rates) for row in (1, 2))
     wide: dict[str, Any] = {"color": theme.path, "linewidth": 5.0, "solid_capstyle": "round"}
     line(track, records["x"], records["y"], label="measured", **wide)
     counts = records["counts"]
@@ -70,24 +68,21 @@ def _reasons(found: Identification, figure: SubFigure, theme: Theme) -> None:
     spectrum.plot(middle, [each.power for each in found.octaves], "o-", color=theme.laws["pop"])
     spectrum.plot(middle, [each.most for each in found.octaves], color=theme.laws["pid"])
     logarithmic(spectrum, "xy")
-    spectrum.set(
-        xlabel="octave [Hz]", ylabel="power over the noise's", title="Innovations, and the limit"
-    )
+    spectrum.set(xlabel="octave [Hz]", ylabel="power over the noise's")
+    spectrum.set_title("Innovations, and the limit")
     log, moves = found.log, np.abs(found.log.speed) > 0.0
-    driven.plot(
-        np.degrees(log.steer[moves]), log.speed[moves], ",", color=theme.laws["pop"], alpha=0.5
-    )
+    places = np.degrees(log.steer[moves]), log.speed[moves]
+    driven.plot(*places, ",", color=theme.laws["pop"], alpha=0.5)
     driven.set(xlabel="steer [deg]", ylabel="speed [m/s]", title="What was driven")
     share = np.linspace(-1.0, 1.0, 9)
     for name, error in found.fit.errors.items():
         if name == "load_shift" or not math.isfinite(error):
             continue
         values = found.fit.values[name] + 4.0 * error * share
-        likelihood = found.fit.profile(name, values[values >= min(0.0, values[4])].tolist())
-        shown = 4.0 * share[values >= min(0.0, values[4])]
-        likely.plot(shown, np.maximum(likelihood, -12.0), linewidth=1.0, label=name)
+        there = values >= min(0.0, values[4])
+        likelihood = np.maximum(found.fit.profile(name, values[there].tolist()), -12.0)
+        likely.plot(4.0 * share[there], likelihood, linewidth=1.0, label=name)
     likely.axhline(-2.0, color=theme.path, linewidth=0.8)
-    likely.set(
-        xlabel="off the estimate [errors]", ylabel="log-likelihood", title="Profile likelihoods"
-    )
+    likely.set(xlabel="off the estimate [errors]", ylabel="log-likelihood")
+    likely.set_title("Profile likelihoods")
     likely.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5)

@@ -20,11 +20,8 @@ from popsteer.lab.opponents.observer import Observer, Seen
 __all__ = ["Observer", "Seen", "names"]
 
 _NAMES = (
-    "mpc:Mpc",
-    "lqr:Lqr",
-    "rear_wheel:RearWheelFeedback",
-    "pure_pursuit:AutowarePurePursuit",
-    "pure_pursuit:AccelerationPursuit",
+    *("mpc:Mpc", "lqr:Lqr", "rear_wheel:RearWheelFeedback"),
+    *("pure_pursuit:AutowarePurePursuit", "pure_pursuit:AccelerationPursuit"),
 )
 
 

@@ -49,9 +49,8 @@ def cost_to_go(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     """
     g, p = b @ np.linalg.solve(r, b.T), q
     for _ in range(50):
-        past, with_g = np.split(
-            np.linalg.solve(np.eye(len(a)) + g @ p, np.hstack((a, g))), 2, axis=1
-        )
+        both = np.linalg.solve(np.eye(len(a)) + g @ p, np.hstack((a, g)))
+        past, with_g = np.split(both, 2, axis=1)
         more = a.T @ p @ past
         g, p, a = g + a @ with_g @ a.T, p + more, a @ past
         if np.abs(more).max() <= 1e-12 * np.abs(p).max():
@@ -100,11 +99,7 @@ class Lqr(Opponent):
         before = self.observer.steer + self.observer.eye.estimate.steer_offset
         before = -before if self.observer.reverse else before
         # From farther off the path is approached as from a wheelbase.
-        state = (
-            min(max(seen.error, -length), length),
-            seen.heading + seen.slope * now,
-            seen.wheel,
-            before,
-        )
+        error = min(max(seen.error, -length), length)
+        state = (error, seen.heading + seen.slope * now, seen.wheel, before)
         reference = (0.0, 0.0, math.atan(seen.length * now), feed)
         return before - float(self._gain @ (np.array(state) - reference))

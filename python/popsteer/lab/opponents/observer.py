@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,10 +59,8 @@ class Ahead:
         length = float(self._s[k + 1] - self._s[k])
         t = min(max((arc - float(self._s[k])) / length, 0.0), 1.0)
         left = self._aside(k, t) / length
-        return (
-            float(start[0] + t * along[0] - left * along[1]),
-            float(start[1] + t * along[1] + left * along[0]),
-        )
+        (x, y), (ahead, aside) = start.tolist(), along.tolist()
+        return x + t * ahead - left * aside, y + t * aside + left * ahead
 
     def _aside(self, segment: int, share: float) -> float:
         """Give how far the curve lies left of a segment [m]: the parabola that turns as far."""
@@ -104,9 +102,8 @@ def _with_tangents(path: Path, reach: float) -> Path:
             # At a cusp the vehicle's heading is the mean of those that it comes and goes with.
             sines[at % count] += np.column_stack((np.cos(yaw), np.sin(yaw)))
         yaw = np.arctan2(sines[:, 1], sines[:, 0])
-    return Path(
-        xy, speed=path.speed, closed=path.closed, reverse=path.reverse, grade=path.grade, yaw=yaw
-    )
+    given: Any = {each: getattr(path, each) for each in ("speed", "closed", "reverse", "grade")}
+    return Path(xy, **given, yaw=yaw)
 
 
 def _within(s: Floats, reach: float) -> int:

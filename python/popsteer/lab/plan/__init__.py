@@ -29,15 +29,7 @@ _WORDS = {
 
 
 def plan_caption(profile: SpeedProfile, name: str) -> str:
-    """Say in one line what a plan comes to: name, length, time and speeds.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
-    >>> plan_caption(popsteer.planning.speed_profile(path), "straight")
-    'straight: path of 100.0 m, 101 waypoints, in 12.91 s, 7.7 m/s on average, 15.5 m/s at most'
-    """
+    """Say in one line what a plan comes to: name, length, time and speeds."""
     path = profile.path
     kind = "lap" if path.closed else "path"
     mean = path.length / profile.time
@@ -48,15 +40,7 @@ def plan_caption(profile: SpeedProfile, name: str) -> str:
 
 
 def plan_table(profile: SpeedProfile) -> Table:
-    """Set out what limits the speed along which share of the path, the largest share first.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
-    >>> plan_table(popsteer.planning.speed_profile(path)).row_count
-    3
-    """
+    """Set out what limits the speed along which share of the path, the largest share first."""
     table = blank_table()
     table.add_column("limited by", no_wrap=True)
     add_numbers(table, "share\n[%]", "length\n[m]", "speeds\n[m/s]")

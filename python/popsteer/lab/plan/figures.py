@@ -18,11 +18,9 @@ COLOURS = {
     "driving": "pure-pursuit",
     "braking": "pid",
     "lateral": "pop",
-    "steer rate": "stanley",
-    "steer angle": "stanley",
+    **dict.fromkeys(("steer rate", "steer angle"), "stanley"),
+    **dict.fromkeys(("top speed", "speed limit"), "speed"),
     "jerk": "mpc",
-    "top speed": "speed",
-    "speed limit": "speed",
     "stop": "preview-pop",
 }
 
@@ -38,14 +36,12 @@ def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
     bends = np.abs(bends)
     _draw_speeds(speeds, profile, (distance, speed, limit, bends), theme)
     along = np.append(profile.acceleration, profile.acceleration[-1])
-    pulls.step(
-        distance, along, where="post", color=theme.text, linewidth=1.1, label="along the path"
-    )
+    label = "along the path"
+    pulls.step(distance, along, where="post", color=theme.text, linewidth=1.1, label=label)
     aside = {"color": theme.laws["pop"], "label": "to the side (magnitude)"}
     pulls.plot(distance, speed * speed * bends, linewidth=1.1, **aside)
     pulls.axhline(0.0, color=theme.faint, linewidth=0.6)
-    pulls.set_ylabel("acceleration [m/s²]")
-    pulls.set_xlabel("distance along the path [m]")
+    pulls.set(xlabel="distance along the path [m]", ylabel="acceleration [m/s²]")
     pulls.set_xlim(0.0, path.length)
     low, high = pulls.get_ylim()
     pulls.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
@@ -60,25 +56,22 @@ def _draw_speeds(
     most: float = profile.limits.max_speed or float(speed.max())
     side: float = profile.limits.max_lateral_acceleration or 0.0
     bound = np.sqrt(side / np.maximum(bends, side / most**2))
-    panel.plot(
-        distance, bound, color=theme.faint, linewidth=1.0, linestyle=":", label="bend and top speed"
-    )
+    label = "bend and top speed"
+    panel.plot(distance, bound, ":", color=theme.faint, linewidth=1.0, label=label)
     stops = limit == LIMITS.index("stop")
     for name in profile.shares():
         colour = theme.colour(COLOURS[name])
         mine = limit == LIMITS.index(name)
         if name == "stop":
-            panel.scatter(
-                distance[mine], speed[mine], 24.0, color=colour, clip_on=False, zorder=3, label=name
-            )
+            look: Any = {"color": colour, "clip_on": False, "zorder": 3, "label": name}
+            panel.scatter(distance[mine], speed[mine], 24.0, **look)
             continue
         # A line has the colour of the limit at its end; up to a stop, of the limit at its start.
         shown = mine.copy()
         shown[:-1] |= mine[1:]
         shown[1:] |= mine[:-1] & stops[1:]
-        panel.plot(
-            distance, np.where(shown, speed, np.nan), color=colour, linewidth=2.0, label=name
-        )
+        stretch = np.where(shown, speed, np.nan)
+        panel.plot(distance, stretch, color=colour, linewidth=2.0, label=name)
     panel.set_ylim(0.0, 1.18 * max(float(speed.max()), min(most, 1.3 * float(speed.max()))))
     panel.set_ylabel("speed [m/s]")
     panel.set_title(f"planned speed and what limits it: {profile.time:.1f} s", loc="left")

@@ -39,16 +39,11 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
     line(angles, t, np.degrees(log.steer), color=theme.path, linewidth=3.5, label="driver")
-    for place, shadow in enumerate(found.shadows.values()):
-        name = shadow.name
-        style: dict[str, Any] = {
-            "color": colours[name],
-            "linewidth": 1.1,
-            "linestyle": dashes[name],
-        }
-        line(
-            angles, t, np.degrees(shadow.steer), label=title_of(shadow.name, found.shadows), **style
-        )
+    titles = [title_of(name, found.shadows) for name in found.shadows]
+    for place, (name, shadow) in enumerate(found.shadows.items()):
+        style: dict[str, Any] = {"color": colours[name], "linestyle": dashes[name]}
+        style["linewidth"] = 1.1
+        line(angles, t, np.degrees(shadow.steer), label=titles[place], **style)
         line(differences, t, np.degrees(shadow.steer - log.steer), **style)
         line(errors, t, shadow.cross_track_error, **style)
         _draw_marks(marks, t, shadow.status, place, theme)
@@ -57,11 +52,7 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     differences.set(ylabel="less driver's [deg]")
     errors.set(ylabel="error [m]")
     marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
-    marks.set_yticks(
-        range(len(found.shadows)),
-        [title_of(name, found.shadows) for name in found.shadows],
-        fontsize=8.0,
-    )
+    marks.set_yticks(range(len(titles)), titles, fontsize=8.0)
     marks.invert_yaxis()
     handles = [
         Line2D([], [], label=level, **_mark(level, theme)) for level in ("degraded", "fault")

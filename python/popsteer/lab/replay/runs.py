@@ -8,15 +8,16 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from numbers import Real
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from popsteer import controllers, own
-from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
+from popsteer._core import Path, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.experiment import Adapt, Monitor
 from popsteer.logs import Log, LogError
 from popsteer.own import OwnCodeError
 from popsteer.sim.steering import step_of, told
@@ -38,15 +39,8 @@ class Watched(NamedTuple):
 class Watching:
     """A controller of your own, which is not told what the driver applied."""
 
-    def __init__(
-        self,
-        name: str,
-        path: Path,
-        vehicle: Vehicle,
-        params: Any,  # noqa: ANN401 - of a class of its own
-        adapt: object = None,  # noqa: ARG002 - one of your own adapts as it likes
-        monitor: object = None,  # noqa: ARG002 - and watches itself
-    ) -> None:
+    def __init__(self, name: str, path: Path, vehicle: Vehicle, params: Any, **_: object) -> None:
+        # What is left out says how to adapt and to watch: one of your own does both as it likes.
         found = baselines.get(name)
         params = found.params() if params is None else params
         self._name, self._path = name, path
@@ -60,14 +54,7 @@ class Watching:
         self._opposite = vehicle.wheelbase * 10.0 / 3.0
 
     def step_or_hold(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        *,
-        applied_steer: float,  # noqa: ARG002 - as the controllers of popsteer have it
+        self, x: float, y: float, yaw: float, speed: float, dt: float, **_: float
     ) -> Watched:
         """Answer a row of the log; OwnCodeError, with its traceback, if the controller raises."""
         try:
@@ -124,10 +111,8 @@ class Shadow:
 
     def conditions(self) -> dict[str, float]:
         """Give the share of the rows in which each condition held, those that did."""
-        shares = {
-            str(each): float(np.mean((self.status & int(each)) != 0)) for each in Status if each
-        }
-        return {name: share for name, share in shares.items() if share > 0.0}
+        held = ((str(each), (self.status & int(each)) != 0) for each in Status if each)
+        return {name: float(np.mean(rows)) for name, rows in held if rows.any()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +135,8 @@ def run(
     *,
     path: Path | None = None,
     course: str = "the log's own trajectory",
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
+    adapt: Adapt = "auto",
+    monitor: Monitor = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> Replay:
     """Let controllers watch a drive.
@@ -163,16 +148,6 @@ def run(
     `course` is what to call it. Raises ConfigError where no controller has such a name,
     OwnCodeError where one of your own raises, and LogError where the log's trajectory makes no
     path.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> from popsteer.logs import Log
-    >>> t = np.arange(0.0, 10.0, 0.05)
-    >>> log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t)
-    >>> shadow = run(log, {"stanley": None}, popsteer.Vehicle()).shadows["stanley"]
-    >>> bool(abs(shadow.steer).max() < 1e-6)
-    True
     """
     shadows = {}
     for name, params in tuning.items():
@@ -225,18 +200,11 @@ def own_path(log: Log, ahead: float = 0.0, wheelbase: float = 3.0) -> Path:
     backwards where the log drives backwards. The smoothing is Whittaker's, as that of
     `popsteer.planning.curvature`: a bend keeps its radius. Raises LogError where the car was driven
     for less than two wheelbases.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 10.0, 0.05)
-    >>> path = own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0)
-    >>> round(float(path.x[0]), 6)
-    1.0
     """
     return _own(log, ahead, wheelbase)[0]
 
 
-def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - one of several classes
+def _place(controller: Any, waypoint: int) -> None:
     """Give a controller its place: where laps overlap, it could find the wrong one."""
     if isinstance(controller, Watching):
         controller.segment = waypoint
@@ -278,14 +246,9 @@ def _own(log: Log, ahead: float, wheelbase: float) -> tuple[Path, NDArray[np.int
         inside = (way >= start) & (way <= end)
         if inside.sum() < 2:
             continue
-        pieces.append(
-            (
-                *_smoothed(way[inside], np.stack((x[inside], y[inside])), at, wheelbase),
-                np.interp(at, way, log.speed),
-                at,
-                np.full(len(at), np.interp(0.5 * (start + end), way, backwards) > 0.5),
-            )
-        )
+        line = _smoothed(way[inside], np.stack((x[inside], y[inside])), at, wheelbase)
+        back = np.full(len(at), np.interp(0.5 * (start + end), way, backwards) > 0.5)
+        pieces.append((*line, np.interp(at, way, log.speed), at, back))
     columns = [np.concatenate(parts) for parts in zip(*pieces, strict=True)]
     keep = np.concatenate(([True], np.hypot(np.diff(columns[0]), np.diff(columns[1])) > 1e-3))
     xy = np.column_stack((columns[0], columns[1]))[keep]

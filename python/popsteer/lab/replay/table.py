@@ -43,9 +43,8 @@ def replay_table(found: Replay) -> Table:
     table.add_column("", no_wrap=True)
     add_numbers(table, "differs\n[deg]", "max\n[deg]", "rate\n[deg/s]", "error\n[m]", "max\n[m]")
     add_numbers(table, "degraded\n[%]", "fault\n[%]")
-    table.add_row(
-        "driver", "", "", f"{_rate(found, found.log.steer):.2f}", *[""] * 4, end_section=True
-    )
+    rate = f"{_rate(found, found.log.steer):.2f}"
+    table.add_row("driver", "", "", rate, *[""] * 4, end_section=True)
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
         cells = (
@@ -71,21 +70,19 @@ _SHOWN = {
 def statuses(found: Replay) -> list[str]:
     """Say which conditions held how often, for each controller that was not always ok."""
     lines = []
-    for shadow in found.shadows.values():
-        held = ", ".join(
-            f"{name} {100.0 * share:.1f} %" for name, share in shadow.conditions().items()
-        )
-        if held:
-            lines.append(f"{title_of(shadow.name, found.shadows)}: {held}")
+    for name, shadow in found.shadows.items():
+        held = (f"{each} {100.0 * share:.1f} %" for each, share in shadow.conditions().items())
+        if said := ", ".join(held):
+            lines.append(f"{title_of(name, found.shadows)}: {said}")
     return lines
 
 
 def summary_csv(found: Replay) -> str:
     """Write the table as CSV: a row of names, and a row for each controller."""
-    rows = []
-    for shadow in found.shadows.values():
-        figures = _figures(found, shadow)
-        rows.append([shadow.name, *(f"{figures[key]:.9g}" for key in _SHOWN)])
+    rows = (
+        [name, *(f"{value:.9g}" for value in _figures(found, shadow).values())]
+        for name, shadow in found.shadows.items()
+    )
     return csv_text([], ["controller", *_SHOWN], rows)
 
 

@@ -87,7 +87,7 @@ def figure(
     traces: list[dict[str, Any]],
     x: str | dict[str, Any],
     y: str | dict[str, Any],
-    **layout: Any,  # noqa: ANN401 - as plotly takes it
+    **layout: Any,
 ) -> dict[str, Any]:
     """Describe a figure for plotly; each axis is a title, or described already."""
     across, up = ({"title": {"text": each}} if isinstance(each, str) else each for each in (x, y))
@@ -103,7 +103,7 @@ def line(
     *,
     width: float = 1.6,
     shape: str = "linear",
-    **more: Any,  # noqa: ANN401 - as plotly takes it
+    **more: Any,
 ) -> dict[str, Any]:
     """Draw a line of some colour, such as ``@pop``; where a number is not finite it breaks."""
     up = [float(f"{value:.5g}") if math.isfinite(value) else None for value in y]
@@ -121,15 +121,10 @@ def stairs(
     hover: str,
 ) -> dict[str, Any]:
     """Draw a controller's histogram as a line; a share [%] holds until the next edge."""
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": title_of(law, among),
-        "x": rounded(edges),
-        "y": [round(float(share), 3) for share in shares],
-        "line": {"color": f"@{law}", "shape": "hv", "width": width},
-        "hovertemplate": hover,
-    }
+    kind = {"type": "scatter", "mode": "lines", "name": title_of(law, among)}
+    places = {"x": rounded(edges), "y": [round(float(share), 3) for share in shares]}
+    look = {"color": f"@{law}", "shape": "hv", "width": width}
+    return {**kind, **places, "line": look, "hovertemplate": hover}
 
 
 def dots(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from html import escape
 from itertools import cycle
 from typing import Any
 
@@ -13,11 +14,12 @@ from popsteer.errors import ConfigError
 from popsteer.lab.common.layout import this_machine
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.compare import Comparison
+from popsteer.lab.compare.comparison import distances
 from popsteer.lab.compare.table import heading, notes, tables
 from popsteer.lab.report.colours import Colour, colours_of, dots, figure, log_axis, stairs
-from popsteer.lab.report.markup import badge, escape, html_table, paragraphs, plain_table, table
-from popsteer.lab.report.page import Origin, Page, settings_block, tuning, vehicles
-from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, distances
+from popsteer.lab.report.markup import badge, html_table, paragraphs, plain_table, table
+from popsteer.lab.report.page import NOWHERE, Origin, Page, settings_block, tuning, vehicles
+from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene
 from popsteer.sim import Run
 
 _MARKERS = ("circle", "square", "diamond", "triangle-up", "cross", "star", "hexagon", "x")
@@ -31,7 +33,7 @@ PANELS = (
 """What is drawn of a run."""
 
 
-def of_comparison(*comparisons: Comparison, origin: Origin | None = None) -> bytes:
+def of_comparison(*comparisons: Comparison, origin: Origin = NOWHERE) -> bytes:
     """Make the page of a comparison, or of several, whose maps are chosen by plant and track.
 
     The page is one HTML file, which needs nothing from the network. `origin` is the command and the
@@ -47,7 +49,6 @@ def of_comparison(*comparisons: Comparison, origin: Origin | None = None) -> byt
     >>> page.startswith(b"<!doctype html>"), len(page) < 2_500_000
     (True, True)
     """
-    origin = Origin() if origin is None else origin
     first, *others = comparisons
     if not first.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where a report is wanted")
@@ -71,10 +72,7 @@ def of_comparison(*comparisons: Comparison, origin: Origin | None = None) -> byt
         figures=_effort(comparisons) if others else [],
         roles=colours_of(first.runs),
         sections=[
-            vehicles(
-                {each.plant: each.vehicle for each in comparisons},
-                {each.plant: each.believed for each in comparisons},
-            ),
+            vehicles(*((each.plant, each.vehicle, each.believed) for each in comparisons)),
             tuning(origin, settings_block(first.first.settings)),
         ],
     ).content()
@@ -126,29 +124,25 @@ def _effort(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
     symbols = dict(zip(tracks, cycle(_MARKERS), strict=False))
     marks = ", ".join(f"{track}: {symbol}" for track, symbol in symbols.items())
     since = f"after {comparisons[0].first.settings.settling_time:g} s"
+    hover = "%{text}: %{y:.4f} m, %{x:.2f} deg/s"
     figures = []
     for plant in dict.fromkeys(each.plant for each in comparisons):
         traces = []
         for law in comparisons[0].runs:
-            own = [
-                (each.track, each.runs[law].metrics)
-                for each in comparisons
-                if each.plant == plant
-                and each.runs[law].metrics.settled_mean_abs_cross_track_error > 0.0
-            ]
-            ends = ["" if found.finished else "-open" for _, found in own]
-            said = ["" if found.finished else ", did not finish" for _, found in own]
-            symbol = [symbols[track] + end for (track, _), end in zip(own, ends, strict=True)]
-            traces.append(
-                dots(
-                    title_of(law, comparisons[0].runs),
-                    [math.degrees(found.rms_steer_rate) for _, found in own],
-                    [found.settled_mean_abs_cross_track_error for _, found in own],
-                    [track + end for (track, _), end in zip(own, said, strict=True)],
-                    {"color": f"@{law}", "size": 11, "symbol": symbol},
-                    "%{text}: %{y:.4f} m, %{x:.2f} deg/s",
-                )
-            )
+            across: list[float] = []
+            up: list[float] = []
+            said: list[str] = []
+            marker: dict[str, Any] = {"color": f"@{law}", "size": 11, "symbol": []}
+            for each in comparisons:
+                found = each.runs[law].metrics
+                if each.plant == plant and found.settled_mean_abs_cross_track_error > 0.0:
+                    across.append(math.degrees(found.rms_steer_rate))
+                    up.append(found.settled_mean_abs_cross_track_error)
+                    said.append(each.track + ("" if found.finished else ", did not finish"))
+                    end = "" if found.finished else "-open"
+                    marker["symbol"].append(symbols[each.track] + end)
+            titled = title_of(law, comparisons[0].runs)
+            traces.append(dots(titled, across, up, said, marker, hover))
         figures.append(
             figure(
                 f"Error over the effort of steering, {plant}",
@@ -230,9 +224,8 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
         shares = 100.0 * counts / len(each)
         hover = "%{y:.1f} % of the steps from %{x:.3g} µs"
         # Up at the first edge.
-        traces.append(
-            stairs(name, comparison.latencies, (edges[0], *edges), (0.0, *shares, 0.0), 2, hover)
-        )
+        steps = (edges[0], *edges), (0.0, *shares, 0.0)
+        traces.append(stairs(name, comparison.latencies, *steps, 2, hover))
     on = this_machine()
     machine = f"{on['cpu']}, {on['cores']} cores, {on['python']}"
     note = f"Share of the steps, as the clock read each; {machine}.{beyond}"
@@ -249,15 +242,8 @@ def latency_table(comparison: Comparison) -> str:
         values = np.percentile(np.array(each), _SHARES, method="higher")
         net = f"{1e6 * comparison.step_times[name]:.2f}"
         shown = [f"{1e-3 * value:.2f}" for value in values]
-        rows.append(
-            (
-                title_of(name, comparison.latencies),
-                net,
-                *shown,
-                f"{1e-3 * max(each):.1f}",
-                str(len(each)),
-            )
-        )
+        most, count = f"{1e-3 * max(each):.1f}", str(len(each))
+        rows.append((title_of(name, comparison.latencies), net, *shown, most, count))
     percentiles = [f"p{share:g} [µs]" for share in _SHARES]
     heads = ("controller", "net median [µs]", *percentiles, "max [µs]", "calls")
     note = (

@@ -14,7 +14,7 @@ from popsteer.identification import Identification
 from popsteer.lab.identify import caption, identified_table, smoothed
 from popsteer.lab.report.colours import figure, named, rounded
 from popsteer.lab.report.markup import badge, block, paragraphs, table
-from popsteer.lab.report.page import Origin, Page, Section
+from popsteer.lab.report.page import NOWHERE, Origin, Page, Section
 from popsteer.lab.report.replay import broken
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
 
@@ -28,13 +28,12 @@ _PANELS = (
 
 
 def of_identification(
-    found: Identification, given: Vehicle | None = None, origin: Origin | None = None
+    found: Identification, given: Vehicle | None = None, origin: Origin = NOWHERE
 ) -> bytes:
     """Make the page of an identification; `given` is the vehicle as it was known before.
 
     `origin` and errors are as `of_comparison` has them.
     """
-    origin = Origin() if origin is None else origin
     vehicle = block("The vehicle as found, for --vehicle", found.as_toml())
     if given is not None:
         vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
@@ -93,9 +92,8 @@ def _scene(found: Identification) -> Scene:
 
 
 def _histograms(found: Identification) -> list[dict[str, Any]]:
-    records = found.records
-    rate = records["yaw_rate"] - records["simulated_yaw_rate"]
-    aside = records["position_error"]
+    rate = found.records["yaw_rate"] - found.records["simulated_yaw_rate"]
+    aside = found.records["position_error"]
     return [
         _histogram(found, "Yaw rate, measured less simulated", "rad/s", rate),
         _histogram(found, "Position, measured less simulated, to the left", "m", aside),

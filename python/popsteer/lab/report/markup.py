@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import html
 import json
 import re
 from collections.abc import Iterable, Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from popsteer.lab.common.layout import BAD
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-
-def escape(text: str) -> str:
-    """Escape a text for HTML: for between tags and for attributes in quotes."""
-    return html.escape(text, quote=True)
 
 
 def json_for_script(document: object) -> str:
@@ -78,7 +73,7 @@ def html_table(
     return "".join(lines)
 
 
-def _cell(cell: Any) -> str:  # noqa: ANN401 - rich takes anything that it can show
+def _cell(cell: Any) -> str:
     text, style = escape(str(cell)), str(getattr(cell, "style", ""))
     if "bold" not in style:
         return text

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
+from html import escape
 from importlib import resources
 from typing import Any
 
@@ -13,22 +16,15 @@ from popsteer._core import Settings, Vehicle, __version__
 from popsteer.errors import PopsteerError
 from popsteer.lab.common.names import differences
 from popsteer.lab.report.colours import named, style
-from popsteer.lab.report.markup import block, escape, json_for_script, paragraphs
+from popsteer.lab.report.markup import block, json_for_script, paragraphs
 from popsteer.lab.report.scene import Pack, Scene, deflated
 from popsteer.toml_file import worded
 
 LARGEST = 2_500_000
 """Bytes of a page, at most."""
 _ASSETS = (
-    "numbers",
-    "theme",
-    "interpolate",
-    "map",
-    "panels",
-    "readout",
-    "player",
-    "figures",
-    "main",
+    *("numbers", "theme", "interpolate", "map", "panels"),
+    *("readout", "player", "figures", "main"),
 )
 _MOST_POINTS = 250_000  # of a scene: more take seconds to draw
 _STRIDES = tuple(2**k for k in range(16))
@@ -81,31 +77,28 @@ class Page:
 
         plotly = deflated(str(get_plotlyjs()).encode())
         points = max((scene.points for scene in self.scenes), default=0)
-        fits = [k for k in _STRIDES[:-1] if points <= _MOST_POINTS * k] + [_STRIDES[-1]]
+        strides = [k for k in _STRIDES[:-1] if points <= _MOST_POINTS * k] + [_STRIDES[-1]]
 
+        @cache
         def made(stride: int) -> bytes:
             # The name of a file may hold bytes that are no text.
             return _assembled(self, plotly, stride).encode("utf-8", "replace")
 
+        def fits(stride: int) -> bool:
+            return len(made(stride)) <= LARGEST
+
         # A larger stride never makes a page larger.
-        found = made(fits[0])
-        if len(found) <= LARGEST:
-            return found
-        if len(found := made(fits[-1])) <= LARGEST:
-            while len(fits) > 2:
-                middle = len(fits) // 2
-                if len(page := made(fits[middle])) <= LARGEST:
-                    found, fits = page, fits[: middle + 1]
-                else:
-                    fits = fits[middle:]
-            return found
+        place = 0 if fits(strides[0]) else bisect_left(strides, x=True, key=fits)
+        if place < len(strides):
+            return made(strides[place])
         fewer = self.scenes[: len(self.scenes) // 2]
         if fewer or (self.scenes and not self.figures):
             return replace(self, scenes=fewer, left_out=_without(self, fewer)).content()
         if self.figures:
             said = f"{self.left_out} Left out are the figures."
             return replace(self, figures=(), left_out=said).content()
-        raise PopsteerError(f"a report of {len(found)} bytes, where at most {LARGEST} are allowed")
+        least = len(made(strides[-1]))
+        raise PopsteerError(f"a report of {least} bytes, where at most {LARGEST} are allowed")
 
 
 def _without(page: Page, fewer: Sequence[Scene]) -> str:
@@ -124,27 +117,24 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         "numbers": pack.text(),
     }
     samples = max((scene.samples for scene in page.scenes), default=0)
-    kept = (
-        f" Of {samples} samples one in {stride} is drawn, and besides those with the largest values"
-        " and with a change of status; tables and figures count all."
-        if stride > 1
-        else ""
-    )
+    precision = "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°."
+    if stride > 1:
+        precision += (
+            f" Of {samples} samples one in {stride} is drawn, and besides those with the largest"
+            " values and with a change of status; tables and figures count all."
+        )
+    again = "The command that repeats this"
     values = {
         "title": escape(page.title),
         "lead": escape(page.lead),
         "version": escape(__version__),
         "style": style() + _asset("page.css"),
         "links": _links(page),
-        "command": block("The command that repeats this", page.command, is_open=True, wraps=True)
-        if page.command
-        else "",
+        "command": page.command and block(again, page.command, is_open=True, wraps=True),
         "results": page.results,
         "choice": _choice(page),
         "driven": "" if page.scenes else " hidden",
-        "precision": "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°."
-        + kept
-        + page.left_out,
+        "precision": precision + page.left_out,
         "below": page.below,
         "sections": "".join(
             f'<section id="{escape(each.name)}"><h2>{escape(each.title)}</h2>{each.body}</section>'
@@ -196,12 +186,15 @@ class Origin:
     """How they watch for faults: MonitorParams, ``"auto"`` or None."""
 
 
-def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> Section:
+NOWHERE = Origin()
+"""Of what no command made."""
+
+
+def vehicles(*cars: tuple[str, Vehicle, Vehicle]) -> Section:
     """Show each plant's vehicle, and where it differs what the controllers were given of it."""
     blocks = []
-    for name, vehicle in whole.items():
+    for name, vehicle, given in {each[0]: each for each in cars}.values():
         blocks.append(block(f"{name}: the vehicle", vehicle_file.as_toml(vehicle)))
-        given = believed.get(name, vehicle)
         if given != vehicle:
             said = differences(given, vehicle).removeprefix(", believed ")
             title = f"{name}: the vehicle that the controllers were given ({said})"
@@ -218,11 +211,9 @@ def tuning(origin: Origin, *others: str) -> Section:
         blocks.append(block(f"{name}: parameters", text))
     if origin.adapt is None:
         blocks.append(paragraphs(["The controllers estimated nothing (--no-adapt)."]))
-    elif hasattr(origin.adapt, "as_dict"):
-        blocks.append(block("How the controllers adapt", _toml("adapt", origin.adapt.as_dict())))
-    if hasattr(origin.monitor, "as_dict"):
-        text = _toml("monitor", origin.monitor.as_dict())
-        blocks.append(block("How the controllers watch for faults", text))
+    for title, name in (("adapt", "adapt"), ("watch for faults", "monitor")):
+        if hasattr(each := getattr(origin, name), "as_dict"):
+            blocks.append(block(f"How the controllers {title}", _toml(name, each.as_dict())))
     for name, plant in origin.plants.items():
         owner = getattr(plant, "params", plant)
         values = owner.as_dict() if hasattr(owner, "as_dict") else {}

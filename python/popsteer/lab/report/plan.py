@@ -11,7 +11,7 @@ from popsteer.lab.plan import plan_caption, plan_table
 from popsteer.lab.plan.figures import COLOURS
 from popsteer.lab.report.colours import figure, line, named
 from popsteer.lab.report.markup import badge, block, table
-from popsteer.lab.report.page import Origin, Page, Section, vehicles
+from popsteer.lab.report.page import NOWHERE, Origin, Page, Section, vehicles
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene
 from popsteer.planning import SpeedProfile
 from popsteer.planning.profile import LIMITS
@@ -24,7 +24,7 @@ _PANELS = (
 )
 
 
-def of_plan(profile: SpeedProfile, name: str, origin: Origin | None = None) -> bytes:
+def of_plan(profile: SpeedProfile, name: str, origin: Origin = NOWHERE) -> bytes:
     """Make the page of a plan of the speeds along a path of that name.
 
     Examples
@@ -35,7 +35,6 @@ def of_plan(profile: SpeedProfile, name: str, origin: Origin | None = None) -> b
     >>> of_plan(profile, "straight").startswith(b"<!doctype html>")
     True
     """
-    origin = Origin() if origin is None else origin
     limits = "\n".join(f"{key} = {value}" for key, value in vars(profile.limits).items())
     head = "The wheels turn far enough for every bend"
     if profile.too_sharp.size:
@@ -51,7 +50,7 @@ def of_plan(profile: SpeedProfile, name: str, origin: Origin | None = None) -> b
         roles={"plan": named("pop")} | {key: named(key) for key in set(COLOURS.values())},
         figures=[_figure(profile)],
         sections=[
-            vehicles({"plan": profile.vehicle}, {}),
+            vehicles(("plan", profile.vehicle, profile.vehicle)),
             Section("parameters", "Limits", block("The limits, as --set takes them", limits)),
         ],
     ).content()

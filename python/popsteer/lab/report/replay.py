@@ -15,7 +15,7 @@ from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
 from popsteer.lab.report.colours import colours_of, figure, named, stairs
 from popsteer.lab.report.compare import PANELS
 from popsteer.lab.report.markup import badge, paragraphs, table
-from popsteer.lab.report.page import Origin, Page, tuning, vehicles
+from popsteer.lab.report.page import NOWHERE, Origin, Page, tuning, vehicles
 from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
 
 _DRIVER = "driver"
@@ -26,7 +26,7 @@ _PANELS = (
 )
 
 
-def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
+def of_replay(found: Replay, origin: Origin = NOWHERE) -> bytes:
     """Make the page of a replay; `origin` and errors are as `of_comparison` has them.
 
     Examples
@@ -40,7 +40,6 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     >>> page.startswith(b"<!doctype html>")
     True
     """
-    origin = Origin() if origin is None else origin
     titles = ", ".join([title_of(name, found.shadows) for name in found.shadows])
     return Page(
         title=f"{titles} beside the driver of {found.log.name}",
@@ -52,7 +51,7 @@ def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
         scenes=[_scene(found)],
         roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
         figures=[_histogram(found)],
-        sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
+        sections=[vehicles(("given", found.vehicle, found.vehicle)), tuning(origin)],
     ).content()
 
 
@@ -73,13 +72,8 @@ def _scene(found: Replay) -> Scene:
     cut = partial(broken, gaps=log.gaps)
     colours = colours_of(found.shadows)
     time = log.t - log.t[0]
-    common: dict[str, NDArray[Any]] = {
-        "time": time,
-        "distance": travelled(time, log.speed),
-        "x": cut(log.x),
-        "y": log.y,
-        "yaw": log.yaw,
-    }
+    common = {"time": time, "distance": travelled(time, log.speed)}
+    common |= {"x": cut(log.x), "y": log.y, "yaw": log.yaw}
     driven = {**common, "speed": cut(log.speed), "steer_deg": cut(np.degrees(log.steer))}
     actors = [Actor(_DRIVER, "driver", named("faint"), driven, width=3.0)]
     for name, shadow in found.shadows.items():
@@ -91,9 +85,8 @@ def _scene(found: Replay) -> Scene:
             "heading_error_deg": cut(np.degrees(shadow.heading_error)),
             "status": shadow.status,
         }
-        actors.append(
-            Actor(name, title_of(name, found.shadows), colours[name], columns, body="ray")
-        )
+        title = title_of(name, found.shadows)
+        actors.append(Actor(name, title, colours[name], columns, body="ray"))
     return Scene(
         title=log.name,
         actors=actors,
@@ -115,16 +108,13 @@ def _histogram(found: Replay) -> dict[str, Any]:
     differences = {
         name: np.degrees(shadow.steer - found.log.steer) for name, shadow in found.shadows.items()
     }
-    largest = max(float(np.max(np.abs(each))) for each in differences.values())
-    end = largest if largest > 0.0 else 1.0
-    edges = np.linspace(-end, end, 62)
+    end = max(float(np.max(np.abs(each))) for each in differences.values()) or 1.0
+    edges, hover = np.linspace(-end, end, 62), "%{y:.2f} % of the rows from %{x:.2f}°"
     traces = []
     for name, each in differences.items():
         counts, _ = np.histogram(each, edges)
         shares = (*(100.0 * counts / len(each)), 0.0)
-        traces.append(
-            stairs(name, found.shadows, edges, shares, 1.6, "%{y:.2f} % of the rows from %{x:.2f}°")
-        )
+        traces.append(stairs(name, found.shadows, edges, shares, 1.6, hover))
     up = {"title": {"text": "rows [%]"}, "rangemode": "tozero"}
     note = "Share of the log's rows."
     return figure("Angle less the driver's", note, traces, "difference [deg]", up)

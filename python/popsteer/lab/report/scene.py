@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -76,7 +75,6 @@ _RESOLUTION = {"time": 1e-4, "distance": 1e-3, "x": 1e-3, "y": 1e-3, "speed": 1e
 _OTHERS = 1e-4
 _FINE = 1e-3
 _MOST_OF_PATH = 20_000  # points of a path on the map
-_REACH = 10.0  # m of path, either way, in which the next place is looked for
 _MARGIN = 0.2  # of a car's wheelbase, before and behind the axles
 
 
@@ -138,10 +136,9 @@ class Scene:
     @property
     def points(self) -> int:
         """How many points its plots have, before any is left out."""
-        drawn = [panel.column for panel in self.panels]
+        drawn = {"time", *(panel.column for panel in self.panels)}
         return sum(
-            len(each.columns["time"]) * (1 + sum(name in each.columns for name in drawn))
-            for each in self.actors
+            len(each.columns["time"]) * len(drawn & each.columns.keys()) for each in self.actors
         )
 
     def document(self, pack: Pack, stride: int = 1) -> dict[str, Any]:
@@ -192,46 +189,14 @@ def _path(path: Path, pack: Pack) -> list[list[float]]:
     keep = np.arange(0, len(path), -(-len(path) // _MOST_OF_PATH))
     if path.closed or keep[-1] != len(path) - 1:
         keep = np.append(keep, 0 if path.closed else len(path) - 1)
-    x, y = np.asarray(path.x)[keep], np.asarray(path.y)[keep]
-    return [pack.add(x, _RESOLUTION["x"]), pack.add(y, _RESOLUTION["y"])]
+    return [pack.add(np.asarray(each)[keep], _RESOLUTION["x"]) for each in (path.x, path.y)]
 
 
 def _car(vehicle: Vehicle) -> dict[str, float]:
     """Give the shape of a car, in metres ahead of the point whose pose it has."""
     rear, base = vehicle.rear_axle, vehicle.wheelbase
-    return {
-        "rear": rear,
-        "front": rear + base,
-        "tail": rear - _MARGIN * 1.6 * base,
-        "nose": rear + base + _MARGIN * 1.5 * base,
-        "half": 0.32 * base,
-    }
-
-
-def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArray[np.float64]:
-    """Tell how far along a path a vehicle was [m], from its poses [m, m, rad] and speeds [m/s].
-
-    They are the arc lengths of the closest points, from sample to sample; never less than before.
-    """
-    found = np.empty(len(x))
-    laps = 0.0
-    last = math.nan
-    waypoint = 0
-    for k, (px, py, heading, v) in enumerate(
-        zip(x.tolist(), y.tolist(), yaw.tolist(), speed.tolist(), strict=True)
-    ):
-        if k == 0:
-            waypoint = path.relocalise(px, py, heading)
-        driving = heading + math.pi if v < 0.0 else heading
-        place = path.locate(px, py, driving, waypoint, _REACH)
-        waypoint = place.segment
-        if k == 0 and path.closed and path.length - place.arc_length < _REACH:
-            laps = -path.length  # just before the start of its first lap
-        if path.closed and last - place.arc_length > 0.5 * path.length:
-            laps += path.length
-        last = place.arc_length
-        found[k] = laps + last
-    return np.maximum.accumulate(found) if len(found) else found
+    ends = {"tail": rear - _MARGIN * 1.6 * base, "nose": rear + base + _MARGIN * 1.5 * base}
+    return {"rear": rear, "front": rear + base, **ends, "half": 0.32 * base}
 
 
 def travelled(time: Array, speed: Array) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.report.colours import colours_of, figure, line, log_axis
 from popsteer.lab.report.markup import badge, paragraphs, table
-from popsteer.lab.report.page import Origin, Page, tuning, vehicles
+from popsteer.lab.report.page import NOWHERE, Origin, Page, tuning, vehicles
 from popsteer.lab.stability import Stability
 from popsteer.lab.stability.figures import USUAL, middle, responses
 from popsteer.lab.stability.table import NOTE, stability_caption, stability_table
@@ -18,7 +18,7 @@ from popsteer.lab.stability.table import NOTE, stability_caption, stability_tabl
 _EVERY = 8  # of the frequencies one is drawn: more cannot be told apart
 
 
-def of_stability(result: Stability, origin: Origin | None = None) -> bytes:
+def of_stability(result: Stability, origin: Origin = NOWHERE) -> bytes:
     """Make the page of a stability study; the arguments are as `of_comparison` has them.
 
     Examples
@@ -27,7 +27,6 @@ def of_stability(result: Stability, origin: Origin | None = None) -> bytes:
     >>> of_stability(stability.run(["pop"], speeds=[5.0, 10.0])).startswith(b"<!doctype html>")
     True
     """
-    origin = Origin() if origin is None else origin
     wrong = [
         f"{title_of(name, result.margins)} at {speed:g} m/s"
         for name, rows in result.margins.items()
@@ -45,7 +44,7 @@ def of_stability(result: Stability, origin: Origin | None = None) -> bytes:
         + paragraphs([NOTE]),
         figures=[*_margins(result), *_loops(result)],
         roles=colours_of(result.params),
-        sections=[vehicles({"plant": result.vehicle}, {"plant": result.believed}), tuning(origin)],
+        sections=[vehicles(("plant", result.vehicle, result.believed)), tuning(origin)],
     ).content()
 
 
@@ -57,17 +56,11 @@ def _margins(result: Stability) -> list[dict[str, Any]]:
     )
     figures = []
     for (title, field, scale), usual in zip(kinds, (*USUAL, None), strict=True):
-        traces = [
-            line(
-                title_of(name, result.margins),
-                result.speeds,
-                values,
-                f"@{name}",
-                mode="lines+markers",
-            )
-            for name, rows in result.margins.items()
-            if (values := [scale * getattr(found, field) for found in rows])
-        ]
+        traces = []
+        for name, rows in result.margins.items():
+            values = [scale * getattr(found, field) for found in rows]
+            named = title_of(name, result.margins)
+            traces.append(line(named, result.speeds, values, f"@{name}", mode="lines+markers"))
         said = "" if usual is None else f" Usual are {usual[0]:g} to {usual[1]:g} (grey)."
         note = f"Over the speed; none where the loop is unstable as it is.{said}"
         up: dict[str, Any] = {"title": {"text": title}}
@@ -81,9 +74,8 @@ def _margins(result: Stability) -> list[dict[str, Any]]:
 
 def _band(low: float, high: float) -> dict[str, Any]:
     ends = {"xref": "paper", "x0": 0, "x1": 1, "y0": low, "y1": high}
-    return {"type": "rect", **ends, "fillcolor": "@grid", "opacity": 0.5, "line": {"width": 0}} | {
-        "layer": "below"
-    }
+    look = {"fillcolor": "@grid", "opacity": 0.5, "line": {"width": 0}, "layer": "below"}
+    return {"type": "rect", **ends, **look}
 
 
 def _loops(result: Stability) -> list[dict[str, Any]]:

@@ -13,23 +13,23 @@ from numpy.typing import NDArray
 
 from popsteer import sim
 from popsteer.lab.common.names import counted, title_of
+from popsteer.lab.compare.comparison import distances
 from popsteer.lab.report.colours import dots, figure, log_axis, named, ranked, rounded
 from popsteer.lab.report.compare import PANELS, actor_of
 from popsteer.lab.report.markup import badge, block, paragraphs, plain_table, table
-from popsteer.lab.report.page import Origin, Page, Section, settings_block, tuning, vehicles
-from popsteer.lab.report.scene import Scene, distances
+from popsteer.lab.report.page import (
+    NOWHERE,
+    Origin,
+    Page,
+    Section,
+    settings_block,
+    tuning,
+    vehicles,
+)
+from popsteer.lab.report.scene import Scene
 from popsteer.lab.sweep import Job, summary
 from popsteer.lab.sweep.job import repeat
-from popsteer.lab.sweep.summary import (
-    axis_title,
-    badly,
-    chance,
-    error_of,
-    influence,
-    outcomes,
-    success_rates,
-    worst,
-)
+from popsteer.lab.sweep.summary import error_of, influence, outcomes, worst
 from popsteer.status import Status
 
 _WORST = 6
@@ -38,9 +38,9 @@ _TABLE = 10
 
 def of_sweep(
     job: Job,
-    rows: Sequence[dict[str, Any]],
+    rows: summary.Rows,
     file: str = "",
-    origin: Origin | None = None,
+    origin: Origin = NOWHERE,
     progress: Callable[[str, float], object] | None = None,
 ) -> bytes:
     """Make the page of a sweep; its worst runs and its median one are driven again for it.
@@ -58,7 +58,6 @@ def of_sweep(
     >>> of_sweep(job, sweep.run(job)).startswith(b"<!doctype html>")
     True
     """
-    command = "" if origin is None else origin.command
     ranked = [row["run"] for row in worst(rows, len(rows))]
     runs = ranked[:_WORST]
     median = [ranked[len(rows) // 2]] if len(rows) > len(runs) else []
@@ -67,11 +66,13 @@ def of_sweep(
     if drawn:
         varies = block("Distributions, as --distributions reads them", drawn, is_open=True)
     label = job.label or "plant"
-    made = Origin(command, {job.controller: job.params}, job.adapt, {label: job.whole}, job.monitor)
+    made = Origin(
+        origin.command, {job.controller: job.params}, job.adapt, {label: job.whole}, job.monitor
+    )
     return Page(
         title=f"{title_of(job.controller)}: {counted(len(rows), 'run')} that differ",
         lead=summary.caption(job, rows),
-        command=command,
+        command=origin.command,
         results=verdict(rows)
         + table(summary.tables(job, rows)[0], "Percentiles and worst runs")
         + _worst_table(job, rows, file)
@@ -85,14 +86,14 @@ def of_sweep(
         ],
         roles={"good": named("pop"), "bad": named("pid")},
         sections=[
-            vehicles({label: sim.vehicle_of(job.whole)}, {label: job.given}),
+            vehicles((label, sim.vehicle_of(job.whole), job.given)),
             tuning(made, settings_block(job.settings)),
             Section("drawn", "What varies", varies),
         ],
     ).content()
 
 
-def verdict(rows: Sequence[dict[str, Any]]) -> str:
+def verdict(rows: summary.Rows) -> str:
     """Say how many runs of a sweep succeeded, with confidence, and why the others did not."""
     good, share, low, high = summary.success_of(rows)
     faulty, names = summary.faults_of(rows)
@@ -104,7 +105,7 @@ def verdict(rows: Sequence[dict[str, Any]]) -> str:
     return badge(head, said, good=good == len(rows))
 
 
-def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
+def _worst_table(job: Job, rows: summary.Rows, file: str) -> str:
     """List the worst runs with their seeds, and how to drive each again."""
     heads = ["run", "finished", "faults", "greatest error [m]"]
     lines = []
@@ -159,7 +160,7 @@ _MOST = 9
 _DOTS = 1500
 
 
-def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def error_figure(job: Job, rows: summary.Rows) -> dict[str, Any]:
     """Draw a histogram of the greatest errors of all runs."""
     good, _, error = outcomes(rows)
     low, high = np.log10(error.min()), np.log10(error.max())
@@ -191,7 +192,7 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     )
 
 
-def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def start_figure(job: Job, rows: summary.Rows) -> list[dict[str, Any]]:
     """Draw from which starts it fails, where offset and heading at the start vary; else nothing."""
     names = ("start_offset", "start_yaw")
     if any(name not in job.vary or job.vary[name].is_constant for name in names):
@@ -203,17 +204,17 @@ def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any
     return [figure("Where it starts", said, traces, *axes, hovermode="closest")]
 
 
-def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def quantity_figures(job: Job, rows: summary.Rows) -> list[dict[str, Any]]:
     """Draw the error over up to nine quantities that vary, those first that failing depends on."""
     good, _, error = outcomes(rows)
-    figures, by_chance = [], chance(rows)
+    figures, by_chance = [], summary.chance(rows)
     for name, weight in list(influence(job, rows).items())[:_MOST]:
         values = np.array([row[name] for row in rows])
         traces, note = _dots(rows, values, error)
         axis = log_axis("greatest error [m]", error.min(), error.max())
         axis["domain"] = [0.38, 1.0]
         said = (
-            f"Kolmogorov-Smirnov distance of the runs that {badly(rows)} from the others:"
+            f"Kolmogorov-Smirnov distance of the runs that {summary.badly(rows)} from the others:"
             f" {weight:.2f} (by chance: up to {by_chance:.2f}). "
         )
         drawn = figure(
@@ -221,7 +222,7 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
             f"{said if weight > 0.0 else ''}Below: the share that succeeds over tenths of the runs,"
             f" with 95 % confidence.{note}",
             [*traces, _rates(values, good)],
-            {"title": {"text": axis_title(name)}, "anchor": "y2"},
+            {"title": {"text": summary.axis_title(name)}, "anchor": "y2"},
             axis,
             yaxis2={"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
             shapes=[_limit(job.deviation, "y")],
@@ -232,7 +233,7 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
 
 
 def _dots(
-    rows: Sequence[dict[str, Any]], across: NDArray[Any], up: NDArray[Any]
+    rows: summary.Rows, across: NDArray[Any], up: NDArray[Any]
 ) -> tuple[list[dict[str, Any]], str]:
     """Draw the runs as dots; of those that succeeded not more than can be told apart."""
     good, ended, _ = outcomes(rows)
@@ -259,7 +260,7 @@ def _dots(
 
 
 def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> dict[str, Any]:
-    tenths = list(success_rates(values, good))
+    tenths = list(summary.success_rates(values, good))
     up = [round(100.0 * (rate.high - rate.share), 3) for _, _, rate in tenths]
     down = [round(100.0 * (rate.share - rate.low), 3) for _, _, rate in tenths]
     return {
@@ -277,16 +278,10 @@ def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> dict[str, Any]:
 
 
 def _limit(value: float, axis: str) -> dict[str, Any]:
-    along, across = axis, "y" if axis == "x" else "x"
-    return {
-        "type": "line",
-        f"{along}0": value,
-        f"{along}1": value,
-        f"{across}ref": "paper",
-        f"{across}0": 0,
-        f"{across}1": 1,
-        "line": {"color": "@faint", "dash": "dash", "width": 1},
-    }
+    across = "y" if axis == "x" else "x"
+    ends: dict[str, Any] = {f"{axis}0": value, f"{axis}1": value}
+    ends |= {f"{across}ref": "paper", f"{across}0": 0, f"{across}1": 1}
+    return {"type": "line", **ends, "line": {"color": "@faint", "dash": "dash", "width": 1}}
 
 
 _POINTS = 400
@@ -295,7 +290,7 @@ _MOST_DRIVEN = {True: 100, False: 12}
 
 
 def envelope_figure(
-    job: Job, rows: Sequence[dict[str, Any]], progress: Callable[[float], object] | None = None
+    job: Job, rows: summary.Rows, progress: Callable[[float], object] | None = None
 ) -> dict[str, Any]:
     """Draw the worst run's cross-track error along the path and the others' span, driven anew."""
     last = worst(rows, 1)[0]["run"]
@@ -311,21 +306,14 @@ def envelope_figure(
     ends = [along[[0, -1]] for along, _ in curves if len(along)] or [np.zeros(2)]
     grid = np.linspace(np.min(ends), np.max(ends), _POINTS)
     nothing = np.full(_POINTS, np.nan)
-    values = np.array(
-        [
-            np.interp(grid, *curve, left=np.nan, right=np.nan) if len(curve[0]) else nothing
-            for curve in curves
-        ]
-    )
+    inside = partial(np.interp, grid, left=np.nan, right=np.nan)
+    values = np.array([inside(*curve) if len(curve[0]) else nothing for curve in curves])
     low, high = np.fmin.reduce(values), np.fmax.reduce(values)
     which = "all runs" if len(runs) == len(rows) else f"{len(runs)} of {len(rows)} runs and it"
     lines = {"type": "scatter", "mode": "lines"}
     band = lines | {"line": {"color": "@faint", "width": 0.5}, "hoverinfo": "skip"}
-    shown = {
-        "name": f"worst: run {last}",
-        "line": {"color": "@bad", "width": 1.6},
-        "hovertemplate": "%{y:.3g} m at %{x:.4g} m",
-    }
+    shown: dict[str, Any] = {"name": f"worst: run {last}", "line": {"color": "@bad", "width": 1.6}}
+    shown["hovertemplate"] = "%{y:.3g} m at %{x:.4g} m"
     return figure(
         "The worst run within the envelope",
         f"Cross-track error along the path; the envelope is of {which}, driven again.",
@@ -339,6 +327,6 @@ def envelope_figure(
     )
 
 
-def _points(x: Any, y: Any) -> dict[str, list[float]]:  # noqa: ANN401 - arrays
+def _points(x: Any, y: Any) -> dict[str, list[float]]:
     there = np.isfinite(y)
     return {"x": rounded(x[there]), "y": rounded(y[there])}

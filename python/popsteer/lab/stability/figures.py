@@ -42,11 +42,7 @@ def stability_figures(
     result: Stability, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
     """Draw the figures of a stability study as PNG, for a light and a dark background, by name."""
-
-    def tell(share: float) -> None:
-        if progress is not None:
-            progress("figures", share)
-
+    tell = partial(progress or (lambda *_: None), "figures")
     tell(0.0)
     car, dt, believed = result.vehicle, result.dt, result.believed
     size, pace = _sized(car)
@@ -84,9 +80,8 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
         params = result.params[name]
         line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in speeds]
         panel.plot(speeds, line, color="#ffffff", linewidth=4.0)
-        panel.plot(
-            speeds, line, color="#d1242f", linewidth=2.0, label="lookahead of the controller"
-        )
+        label = "lookahead of the controller"
+        panel.plot(speeds, line, color="#d1242f", linewidth=2.0, label=label)
         panel.set_yscale("log")
         panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.yaxis.set_major_formatter("{x:g}")
@@ -111,20 +106,10 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
     panels = figure.subplots(1, 3)
     dashes = theme.styles(result.margins)
     for name, found in result.margins.items():
-        series = (
-            [each.gain for each in found],
-            [math.degrees(each.phase) for each in found],
-            [1e3 * each.dead_time for each in found],
-        )
-        for panel, values in zip(panels, series, strict=True):
-            panel.plot(
-                result.speeds,
-                values,
-                color=colours[name],
-                linestyle=dashes[name],
-                label=title_of(name, result.margins),
-                linewidth=1.8,
-            )
+        look = {"color": colours[name], "linestyle": dashes[name], "linewidth": 1.8}
+        scaled = [(each.gain, math.degrees(each.phase), 1e3 * each.dead_time) for each in found]
+        for panel, values in zip(panels, zip(*scaled, strict=True), strict=True):
+            panel.plot(result.speeds, values, label=title_of(name, result.margins), **look)
     titles = "gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"
     for panel, title in zip(panels, titles, strict=True):
         panel.set(xlabel="speed [m/s]", xlim=(0.0, result.speeds[-1]))
@@ -155,14 +140,11 @@ def loops_figure(result: Stability, responses: Mapping[str, Response], theme: Th
         gains, phases = found.crossings()
         size.plot(found.frequency, np.abs(found.gain), **look)
         phase.plot(found.frequency, np.degrees(found.phase), **look)
-        mark: dict[str, Any] = {
-            "marker": "o",
-            "linestyle": "",
-            "color": colours[name],
-            "markersize": 4.5,
-        }
-        size.plot([at for at, _ in phases], [value for _, value in phases], **mark)
-        phase.plot([at for at, _ in gains], [math.degrees(value) for _, value in gains], **mark)
+        mark: dict[str, Any] = {"color": colours[name], "markersize": 4.5}
+        size.plot([at for at, _ in phases], [value for _, value in phases], "o", **mark)
+        phase.plot(
+            [at for at, _ in gains], [math.degrees(value) for _, value in gains], "o", **mark
+        )
         nyquist.plot(found.gain.real, found.gain.imag, **look)
         step.plot(found.time, found.offset, label=title_of(name, responses), **look)
     size.axhline(1.0, color=theme.faint, linewidth=0.8, linestyle=":")

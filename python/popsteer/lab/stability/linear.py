@@ -122,15 +122,10 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     """
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)
-    weights = _LINEAR[type(params)](params, vehicle, speed, dt)
-    return LinearLaw(_tracked_point(params, vehicle), *map(np.array, weights))
-
-
-def _tracked_point(params: Params, vehicle: Vehicle) -> float:
     axle = controllers.get(controllers.name_of(type(params))).axle
-    if axle == "front":
-        return vehicle.front_axle
-    return vehicle.rear_axle if axle == "rear" else no_slip(vehicle)
+    known = {"front": vehicle.front_axle, "rear": vehicle.rear_axle}
+    weights = _LINEAR[type(params)](params, vehicle, speed, dt)
+    return LinearLaw(known.get(axle, no_slip(vehicle)), *map(np.array, weights))
 
 
 def _positive_lookahead(
@@ -197,14 +192,9 @@ def preview_gains(
     move_cost = (found.steer_rate_cost * vehicle.turning_length(speed) / period) ** 2
     lag = vehicle.steer_lag * speed
     gains = _first_gains(_straight(step, lag), found.heading_cost, move_cost, count)
-    error, heading, driven, commanded = (dt / period * gains).tolist()
-    return PreviewGains(
-        # An error counts as far as a heading does, so not at all where that does not.
-        error=error if heading > 0.0 else 0.0,
-        heading=heading,
-        driven=driven,
-        commanded=commanded,
-    )
+    error, heading, *others = (dt / period * gains).tolist()
+    # An error counts as far as a heading does, so not at all where that does not.
+    return PreviewGains(error if heading > 0.0 else 0.0, heading, *others)
 
 
 def _straight(step: float, lag: float) -> NDArray[np.float64]:

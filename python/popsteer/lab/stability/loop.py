@@ -204,7 +204,7 @@ def crossings(
     the gain where the phase passes -180 degrees.
     """
 
-    def between(at: NDArray[Any], share: NDArray[Any], values: NDArray[Any]) -> Any:  # noqa: ANN401
+    def between(at: NDArray[Any], share: NDArray[Any], values: NDArray[Any]) -> Any:
         ends = (each[at] + share * (each[at + 1] - each[at]) for each in (frequency, values))
         return zip(*(each.tolist() for each in ends), strict=True)
 
@@ -233,13 +233,6 @@ def respond(
     The step is found by the inverse z-transform on a circle around all poles::
 
         y[k] = rᵏ IFFT(T(z) / (1 - 1/z)),   T = C_e E / (D (1 + L)),   z = r exp(jθ)
-
-    Examples
-    --------
-    >>> from popsteer import PopParams, Vehicle
-    >>> found = respond(PopParams(), Vehicle(steer_lag=0.1), 10.0)
-    >>> bool(found.offset[0] == 0.0), round(float(found.offset[-1]), 2)
-    (True, 1.0)
     """
     believed = vehicle if believed is None else believed
     law = linearised(params, believed, speed, dt)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,14 +123,8 @@ def margins(
     True
     """
     believed = vehicle if believed is None else believed
-    loop = Loop(
-        linearised(params, believed, speed, dt),
-        vehicle,
-        speed,
-        dt,
-        believed=believed,
-        frequencies=frequencies,
-    )
+    law = linearised(params, believed, speed, dt)
+    loop = Loop(law, vehicle, speed, dt, believed=believed, frequencies=frequencies)
     if not loop.is_stable():
         return Margins(stable=False, gain=math.nan, phase=math.nan, dead_time=math.nan)
     response = loop.gain()
@@ -198,18 +192,11 @@ def run(
         top = min(_SPEEDS[-1], math.inf if vehicle.max_speed is None else vehicle.max_speed)
         speeds = (*(speed for speed in _SPEEDS if speed < top), top)
     speeds = tuple(speeds)
-    return Stability(
-        params=dict(names),
-        margins={
-            name: [margins(params, vehicle, speed, dt, believed=believed) for speed in speeds]
-            for name, params in names.items()
-        },
-        vehicle=vehicle,
-        believed=believed,
-        speeds=speeds,
-        dt=dt,
-        preset=preset,
-    )
+    found = {
+        name: [margins(params, vehicle, speed, dt, believed=believed) for speed in speeds]
+        for name, params in names.items()
+    }
+    return Stability(dict(names), found, vehicle, believed, speeds, dt, preset)
 
 
 def dead_time_map(
@@ -235,15 +222,11 @@ def dead_time_map(
     ((2, 1), True)
     """
     speeds = tuple(speeds)
-    rows = []
-    for distance in distances:
-        fixed = params.replace(lookahead_gain=0.0, min_lookahead=distance)
-        found = [
-            margins(fixed, vehicle, speed, dt, believed=believed, frequencies=800)
-            for speed in speeds
-        ]
-        rows.append([each.dead_time for each in found])
-    return np.array(rows)
+    how: Any = {"believed": believed, "frequencies": 800}
+    fixed = (params.replace(lookahead_gain=0.0, min_lookahead=each) for each in distances)
+    return np.array(
+        [[margins(each, vehicle, v, dt, **how).dead_time for v in speeds] for each in fixed]
+    )
 
 
 def _dead_time_margin(loop: Loop, dead_time: float, guess: float, dt: float) -> float:

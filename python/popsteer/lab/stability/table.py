@@ -9,7 +9,7 @@ from popsteer._core import __version__
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table, finite, json_text
 from popsteer.lab.common.names import differences, title_of
 from popsteer.lab.stability.linear import lookahead
-from popsteer.lab.stability.runs import Margins, Stability
+from popsteer.lab.stability.runs import Stability
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -48,7 +48,10 @@ def stability_table(result: Stability) -> Table:
             table.add_row(
                 title_of(name, result.margins) if index == 0 else "",
                 f"{speed:g}",
-                *_cells(_lookahead(result, name, speed), found),
+                "" if (ahead := _lookahead(result, name, speed)) is None else f"{ahead:.1f}",
+                _number(found.gain, 1.0, 2),
+                _number(found.phase, math.degrees(1.0), 1),
+                _number(found.dead_time, 1e3, 0),
                 end_section=speed == result.speeds[-1],
             )
     return table
@@ -81,15 +84,6 @@ def stability_json(result: Stability) -> str:
 
 def _lookahead(result: Stability, name: str, speed: float) -> float | None:
     return lookahead(result.params[name], result.believed, speed)
-
-
-def _cells(distance: float | None, found: Margins) -> list[str]:
-    return [
-        "" if distance is None else f"{distance:.1f}",
-        _number(found.gain, 1.0, 2),
-        _number(found.phase, math.degrees(1.0), 1),
-        _number(found.dead_time, 1e3, 0),
-    ]
 
 
 def _number(value: float, scale: float, decimals: int) -> str:

@@ -7,6 +7,7 @@ import math
 import time
 import zlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,7 +50,7 @@ class Driven(NamedTuple):
 def drive(
     scenario: Scenario,
     condition: Condition,
-    plant: Any,  # noqa: ANN401 - any kind of plant, as an object
+    plant: Any,
     make: Callable[[Path, Vehicle], Any],
     seed: int = 0,
     dt: float = 0.05,
@@ -69,14 +70,9 @@ def drive(
     start = default_start(path, scenario.start_offset, vehicle_of(mover))
     first = pace.step(*start, 0.0, dt).reference_speed if scenario.rolling else 0.0
     pace.reset()
-    run = Simulation(
-        path,
-        mover,
-        start=start,
-        speed=first,
-        tracked_point=vehicle_of(mover).rear_axle,
-        settings=Settings(dt=dt, give_up_distance=GIVE_UP, time_limit=300.0),
-    )
+    settings = Settings(dt=dt, give_up_distance=GIVE_UP, time_limit=300.0)
+    begun: Any = {"start": start, "speed": first, "tracked_point": vehicle_of(mover).rear_axle}
+    run = Simulation(path, mover, settings=settings, **begun)
     loop = _Loop(run, path, condition, pace, PedalMap.of(mover), np.random.default_rng(seed))
     trace = ""
     try:
@@ -88,27 +84,25 @@ def drive(
     return loop.driven(trace)
 
 
+@dataclass
 class _Loop:
     """What goes on between the sensors and the wheels."""
 
-    def __init__(
-        self,
-        run: Simulation,
-        path: Path,
-        condition: Condition,
-        pace: SpeedTracker,
-        pedals: PedalMap,
-        random: np.random.Generator,
-    ) -> None:
-        self.run, self.path, self.condition, self.pace = run, path, condition, pace
-        self.pedals, self.random = pedals, random
-        self.xy = np.column_stack((path.x, path.y))
-        self.push = pedals_on(condition.grade, pedals)
+    run: Simulation
+    path: Path
+    condition: Condition
+    pace: SpeedTracker
+    pedals: PedalMap
+    random: np.random.Generator
+
+    def __post_init__(self) -> None:
+        self.xy = np.column_stack((self.path.x, self.path.y))
+        self.push = pedals_on(self.condition.grade, self.pedals)
         self.steer = self.wheels = self.waited = 0.0
         self.times: list[float] = []
         self.faults = 0
 
-    def cycle(self, controller: Any, dt: float) -> None:  # noqa: ANN401 - of popsteer or your own
+    def cycle(self, controller: Any, dt: float) -> None:
         """Sense, decide, move on."""
         condition, random = self.condition, self.random
         x, y, yaw, speed = self.run.state
@@ -134,8 +128,7 @@ class _Loop:
         self.steer = float(getattr(answer, "steer", answer))
         if not math.isfinite(self.steer):
             raise InputError("steer", self.steer, "finite")
-        status = getattr(answer, "status", None)
-        self.faults += getattr(status, "level", "") == "fault"
+        self.faults += getattr(getattr(answer, "status", None), "level", "") == "fault"
         half = 0.5 * condition.play
         self.wheels = min(max(self.wheels, self.steer - half), self.steer + half)
         drive = self.pace.step(*measured, dt)
@@ -162,7 +155,6 @@ class _Loop:
         ending = self.run.ending or "stopped"
         if trace:
             ending = f"raised {trace.strip().splitlines()[-1]}"
-        count = max(len(self.times), 1)
         return Driven(
             metrics=Metrics.of(self.run),
             wheelbase=self.run.vehicle.wheelbase,
@@ -170,7 +162,7 @@ class _Loop:
             ending=ending,
             steer_rate=rms(np.diff(records["steer"]) / dt),
             lateral_jerk=rms(np.diff(lateral) / dt),
-            faults=self.faults / count,
+            faults=self.faults / max(len(self.times), 1),
             step_time=float(np.median(self.times)) if self.times else math.nan,
             traceback=trace,
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
@@ -21,31 +23,26 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     lines = rows(found)[:-1]
     names = list(found.step_times)
     titles = [title_of(name, names) for name in names]
-    figure = Figure(
-        figsize=(1.05 * len(names) + 8.2, 0.31 * len(lines) + 2.2), layout="constrained"
-    )
+    size = 1.05 * len(names) + 8.2, 0.31 * len(lines) + 2.2
+    figure = Figure(figsize=size, layout="constrained")
     table, scatter = figure.subplots(1, 2, width_ratios=(1.05 * len(names) + 2.6, 4.2))
     errors = np.array([[mean_error(cells[name]) for name in names] for _, cells in lines])
     colours = LinearSegmentedColormap.from_list("error", (_GOOD, _FAIR, _BAD))
-    table.imshow(
-        np.maximum(errors, 1e-9), norm=LogNorm(_LOW, _HIGH, clip=True), cmap=colours, aspect="auto"
-    )
+    norm = LogNorm(_LOW, _HIGH, clip=True)
+    table.imshow(np.maximum(errors, 1e-9), norm=norm, cmap=colours, aspect="auto")
     for row, (_, cells) in enumerate(lines):
         for column, name in enumerate(names):
             failed = sum(not each.success for each in cells[name])
-            text = f"{1e3 * errors[row, column]:.{0 if errors[row, column] >= 0.1 else 1}f}" + (
-                f"\n{failed} failed" if failed else ""
-            )
-            size = 6.5 if failed else 8.5
-            table.text(
-                column, row, text, ha="center", va="center", fontsize=size, color="#111111",
-                linespacing=0.95,
-            )  # fmt: skip
+            error = errors[row, column]
+            text = f"{1e3 * error:.{0 if error >= 0.1 else 1}f}"
+            text += f"\n{failed} failed" if failed else ""
+            look: dict[str, Any] = {"ha": "center", "va": "center", "color": "#111111"}
+            look |= {"fontsize": 6.5 if failed else 8.5, "linespacing": 0.95}
+            table.text(column, row, text, **look)
     table.set_xticks(range(len(names)), titles, rotation=30, ha="right", fontsize=8.5)
     table.set_yticks(range(len(lines)), [title for title, _ in lines], fontsize=8.5)
-    scenarios, conditions = (
-        len({getattr(each, field) for each in found.cells}) for field in ("scenario", "condition")
-    )
+    scenarios = len({each.scenario for each in found.cells})
+    conditions = len({each.condition for each in found.cells})
     for above in {scenarios, scenarios + conditions} - {len(lines)}:
         table.axhline(above - 0.5, color=theme.text, lw=1.2)
     table.grid(visible=False)
@@ -67,7 +64,6 @@ def suite_figure(found: Suite, theme: Theme) -> Figure:
     scatter.set_xlabel(f"rate of the command, rms [rad/s], from {_LEAST_EFFORT:g} on")
     scatter.set_ylabel("mean |cross-track error| [m]")
     scatter.set_title("error over steering effort, all runs", fontsize=10.5)
-    figure.suptitle(
-        f"{found.name}: geometric means over {counted(len(found.cells), 'run')}", fontsize=11.5
-    )
+    over = counted(len(found.cells), "run")
+    figure.suptitle(f"{found.name}: geometric means over {over}", fontsize=11.5)
     return figure

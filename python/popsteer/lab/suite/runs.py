@@ -7,13 +7,13 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from popsteer._core import AdaptParams, KinematicBicycle, MonitorParams
+from popsteer._core import KinematicBicycle
 from popsteer.errors import ConfigError
-from popsteer.lab.common.experiment import controller
+from popsteer.lab.common.experiment import Adapt, Monitor, controller
 from popsteer.lab.common.names import law_of
 from popsteer.lab.suite.drive import GIVE_UP, Driven, drive, seed_of
 from popsteer.lab.suite.scenarios import CONDITIONS, SCENARIOS, suite_car
@@ -78,8 +78,8 @@ def run(
     *,
     scenarios: Sequence[str] | None = None,
     conditions: Sequence[str] | None = None,
-    adapt: AdaptParams | Literal["auto"] | None = "auto",
-    monitor: MonitorParams | Literal["auto"] | None = "auto",
+    adapt: Adapt = "auto",
+    monitor: Monitor = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> Suite:
     """Drive every controller in every scenario, under every condition, on every plant.
@@ -148,9 +148,8 @@ def run(
             if found.traceback:
                 traces[found.traceback] = None
     if not places:
-        raise ConfigError(
-            "plants", list(moved), "one that drives backwards, as these scenarios are"
-        )
+        said = "one that drives backwards, as these scenarios are"
+        raise ConfigError("plants", list(moved), said)
     middle = {name: sorted(each)[len(each) // 2] for name, each in times.items()}
     return Suite("standard-2", cells, middle, list(traces))
 
@@ -166,19 +165,13 @@ def _cell(scenario: str, condition: str, plant: str, name: str, found: Driven) -
     aside = abs(SCENARIOS[scenario].start_offset)
     largest = metrics.rear_axle_max_abs_cross_track_error
     reached = metrics.finished and not found.traceback
+    error = metrics.rear_axle_mean_abs_cross_track_error if reached else GIVE_UP
+    within = largest <= max(_WITHIN * found.wheelbase, aside + 0.1)
     return Cell(
-        scenario,
-        condition,
-        plant,
-        name,
-        metrics.rear_axle_mean_abs_cross_track_error if reached else GIVE_UP,
-        largest,
-        found.end_error,
-        found.steer_rate,
-        found.lateral_jerk,
-        found.faults,
-        reached and not found.faults and largest <= max(_WITHIN * found.wheelbase, aside + 0.1),
-        found.ending,
+        *(scenario, condition, plant, name, error, largest, found.end_error),
+        *(found.steer_rate, found.lateral_jerk, found.faults),
+        success=reached and not found.faults and within,
+        ending=found.ending,
     )
 
 
@@ -198,20 +191,15 @@ def grouped(cells: Iterable[Cell], field: str) -> dict[str, list[Cell]]:
 
 def rows(found: Suite) -> list[tuple[str, dict[str, list[Cell]]]]:
     """Give the cells of each scenario, condition and plant of several, then all, by controller."""
-    plants = grouped(found.cells, "plant")
-    return [
-        *(
-            (known[name].title, grouped(cells, "controller"))
-            for field, known in (("scenario", SCENARIOS), ("condition", CONDITIONS))
-            for name, cells in grouped(found.cells, field).items()
-        ),
-        *(
-            (f"On {plant}", grouped(cells, "controller"))
-            for plant, cells in plants.items()
-            if len(plants) > 1
-        ),
-        ("All", grouped(found.cells, "controller")),
+    known: dict[str, Any] = {"scenario": SCENARIOS, "condition": CONDITIONS}
+    parts = [
+        (known[field][name].title if field in known else f"On {name}", cells)
+        for field in ("scenario", "condition", "plant")
+        for name, cells in grouped(found.cells, field).items()
+        if field != "plant" or len(cells) < len(found.cells)
     ]
+    parts.append(("All", list(found.cells)))
+    return [(title, grouped(cells, "controller")) for title, cells in parts]
 
 
 def leaders(cells: Mapping[str, Sequence[Cell]]) -> list[str]:

@@ -24,17 +24,9 @@ def suite_car() -> KinematicBicycle:
     >>> suite_car().vehicle.max_steer_rate
     0.8
     """
-    return KinematicBicycle(
-        Vehicle(
-            wheelbase=2.7,
-            rear_axle=-1.35,
-            max_steer=0.6,
-            max_steer_rate=0.8,
-            steer_lag=0.1,
-            drive_lag=0.2,
-            steers_at_rest=True,
-        )
-    )
+    wheels: Any = {"max_steer": 0.6, "max_steer_rate": 0.8, "steer_lag": 0.1}
+    size: Any = {"wheelbase": 2.7, "rear_axle": -1.35}
+    return KinematicBicycle(Vehicle(**size, **wheels, drive_lag=0.2, steers_at_rest=True))
 
 
 @dataclass(frozen=True)

@@ -60,14 +60,14 @@ _OTHERS: tuple[tuple[str, Callable[[Cell], float], str], ...] = (
 def _others(found: Suite) -> list[tuple[str, dict[str, str]]]:
     """Word what is not an error: means over all cells, and the time of a step."""
     cells = grouped(found.cells, "controller")
-    lines = [
-        (title, {name: _number(fmean(map(of, own)), spec) for name, own in cells.items()})
-        for title, of, spec in _OTHERS
-    ]
     success = {
         name: f"{sum(each.success for each in own)} of {len(own)}" for name, own in cells.items()
     }
-    return [("runs that succeed", success), *lines]
+    means = (
+        (title, {name: _number(fmean(map(of, own)), spec) for name, own in cells.items()})
+        for title, of, spec in _OTHERS
+    )
+    return [("runs that succeed", success), *means]
 
 
 def _number(value: float, spec: str) -> str:
@@ -81,17 +81,14 @@ def suite_tables(found: Suite) -> list[Table]:
 
     table = blank_table(1)
     names = list(found.step_times)
-    lines = [(title, _marked(cells)) for title, cells in rows(found)]
-    lines += _others(found)
+    lines = [*((title, _marked(cells)) for title, cells in rows(found)), *_others(found)]
     lines.append(("step [µs]", {k: _number(1e6 * v, ".1f") for k, v in found.step_times.items()}))
     add_names(table, "", (title for title, _ in lines))
     add_numbers(table, *(_head(name, names) for name in names))
     for title, cells in lines:
         said = (cells[name] for name in names)
-        table.add_row(
-            Text(title),
-            *(Text(each.replace("(", f"({SIGN} "), BAD if "(" in each else "") for each in said),
-        )
+        shown = (Text(each.replace("(", f"({SIGN} "), BAD if "(" in each else "") for each in said)
+        table.add_row(Text(title), *shown)
     return [table]
 
 
@@ -165,9 +162,9 @@ def suite_lines(found: Suite) -> list[str]:
     lines = [
         ("", {name: title_of(name, names) for name in names}),
         ("---", dict.fromkeys(names, "--:")),
+        *((title, _marked(cells, "**")) for title, cells in rows(found)),
+        *_others(found),
     ]
-    lines += [(title, _marked(cells, "**")) for title, cells in rows(found)]
-    lines += _others(found)
     return [
         f"| {' | '.join((title, *(cells[name] for name in names)))} |" for title, cells in lines
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,12 +13,12 @@ from matplotlib.ticker import MaxNLocator
 from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.theme import Theme
 from popsteer.lab.sweep.job import Job
-from popsteer.lab.sweep.summary import axis_title, caption, influence, outcomes, success_rates
+from popsteer.lab.sweep.summary import Rows, axis_title, caption, influence, outcomes, success_rates
 
 _MOST = 9
 
 
-def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
+def sweep_figure(job: Job, rows: Rows, theme: Theme) -> Figure:
     """Draw the error over up to nine quantities, those first that failing has most to do with."""
     names = list(influence(job, rows))[:_MOST] or ["run"]
     across = min(len(names), 3)
@@ -39,16 +38,10 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         above, below = panels[k]
         values = np.array([row[name] for row in rows])
         for _, part, colour, marker, size, alpha in kinds:
-            above.scatter(
-                values[part],
-                error[part],
-                s=size,
-                color=colour,
-                marker=marker,
-                alpha=alpha,
-                linewidths=1.2 if marker == "x" else 0.0,
-                rasterized=True,  # ten thousand points would make a file of megabytes
-            )
+            look: Any = {"s": size, "color": colour, "marker": marker, "alpha": alpha}
+            width = 1.2 if marker == "x" else 0.0
+            # Rasterised: ten thousand points would make a file of megabytes.
+            above.scatter(values[part], error[part], linewidths=width, rasterized=True, **look)
         above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
         logarithmic(above)
         above.tick_params(labelbottom=False)
@@ -56,13 +49,11 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         above.set_xlim(below.get_xlim())
         below.xaxis.set_major_locator(MaxNLocator(4))
         below.set_xlabel(axis_title(name))
-    for panel in grid[0::2, 0]:
-        panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")
-    for panel in grid[1::2, 0]:
-        panel.set_ylabel("success")
-    for spare in panels[len(names) :]:
-        for panel in spare:
-            panel.set_visible(False)
+    for above, below in zip(grid[0::2, 0], grid[1::2, 0], strict=True):
+        above.set_ylabel("greatest |cross-track error|\nafter settling [m]")
+        below.set_ylabel("success")
+    for panel in (each for spare in panels[len(names) :] for each in spare):
+        panel.set_visible(False)
     handles = [
         Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
         for label, part, colour, marker, _, _ in kinds
@@ -75,7 +66,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
     return figure
 
 
-def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: ANN401 - matplotlib's
+def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:
     for low, high, rate in success_rates(values, good):
         panel.fill_between([low, high], rate.low, rate.high, color=theme.laws["pop"], alpha=0.25)
         panel.plot([low, high], [rate.share] * 2, color=theme.laws["pop"], linewidth=1.8)

@@ -119,13 +119,8 @@ class Job(Experiment):
     @cached_property
     def text(self) -> str:
         """The sweep as JSON in one line, with every field: what its files begin with."""
-        name = plant_name(self.whole)
-        document = of_fields(
-            self,
-            plant=self.whole,
-            vehicle=self.given,
-            label=self.label or name,
-        )
+        label = self.label or plant_name(self.whole)
+        document = of_fields(self, plant=self.whole, vehicle=self.given, label=label)
         document = {"schema": SCHEMA, "version": __version__, **document}
         return json.dumps(document | self.code, separators=(",", ":"))
 
@@ -174,11 +169,11 @@ def from_text(text: str, named: Collection[str] | None = None) -> Job:
 def _checked_code(document: dict[str, Any], named: Collection[str] | None) -> dict[str, Any]:
     """Give the hashes of code of one's own; refuse what is not named, or not as it was."""
     checked = {}
-    what: What
-    for what, name in (
-        ("controller", document["controller"]),
-        ("plant", document["plant"]["name"]),
-    ):
+    used: dict[What, str] = {
+        "controller": document["controller"],
+        "plant": document["plant"]["name"],
+    }
+    for what, name in used.items():
         if not own.is_named(what, name):
             continue
         if named is not None and own.is_reference(name) and name not in named:
@@ -267,29 +262,15 @@ def repeat(
 
     `keep_records` says whether these are kept; `progress` is as `popsteer.sim.run` has it.
     """
-    return job.drive_one(
-        job.params,
-        job.road,
-        job.made(run),
-        job.seed_of(run),
-        keep_records=keep_records,
-        keep_going=True,
-        progress=progress,
-    )
+    driven = job.params, job.road, job.made(run), job.seed_of(run)
+    how: Any = {"keep_records": keep_records, "progress": progress}
+    return job.drive_one(*driven, keep_going=True, **how)
 
 
 def _row(job: Job, run: int, figures: dict[str, Any]) -> dict[str, Any]:
-    faults = int(figures["faults"])
-    good = (
-        figures["finished"]
-        and faults == 0
-        and figures["settled_max_abs_cross_track_error"] <= job.deviation
-    )
-    return {
-        "run": run,
-        "seed": job.seed_of(run),
-        "success": bool(good),
-        **job.drawn(run),
-        **{name: value for name, value in figures.items() if name != "faults"},
-        "faults": faults,
-    }
+    figures = dict(figures)
+    faults = int(figures.pop("faults"))
+    within = figures["settled_max_abs_cross_track_error"] <= job.deviation
+    good = bool(figures["finished"] and not faults and within)
+    named = {"run": run, "seed": job.seed_of(run), "success": good}
+    return {**named, **job.drawn(run), **figures, "faults": faults}

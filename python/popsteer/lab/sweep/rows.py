@@ -28,14 +28,11 @@ _KINDS = (".parquet", ".csv")
 _META = b"popsteer"
 _CSV = "# popsteer sweep "
 _MOST_COLUMNS = 200
-_OF_METRICS = {each.name: each.type for each in fields(Metrics)}
-# What a row has besides its draws, as `popsteer.lab.sweep.job.drive` gives it.
-_FIGURES = (*(name for name in _OF_METRICS if name != "faults"), "faults")
-_KINDS_OF: dict[str, type] = {"run": int, "seed": int, "success": bool, "faults": int}
-_KINDS_OF |= {
-    name: {"bool": bool, "int": int}.get(str(kind), float)
-    for name, kind in _OF_METRICS.items()
-    if name not in _KINDS_OF
+# What a row has besides its draws, as `popsteer.lab.sweep.job.drive` gives it; and of what kind.
+_OF_METRICS = {each.name: each.type for each in fields(Metrics) if each.name != "faults"}
+_FIGURES = (*_OF_METRICS, "faults")
+_KINDS_OF: dict[str, type] = {"run": int, "seed": int, "success": bool, "faults": int} | {
+    name: {"bool": bool, "int": int}.get(str(kind), float) for name, kind in _OF_METRICS.items()
 }
 
 
@@ -57,8 +54,7 @@ class Journal:
 
     def __init__(self, file: Path, job: Job) -> None:
         self.rows: dict[int, dict[str, Any]] = {}
-        self._file = file
-        self._job = job
+        self._file, self._job = file, job
 
     def __enter__(self) -> Self:
         file = self._file
@@ -99,8 +95,8 @@ class Journal:
             stream.truncate(0)
             self._write((self._job.text + "\n").encode())
             return
-        check_same(self._file, head, self._job)
         with _naming(self._file):
+            check_same(head, self._job)
             rows = _journalled(lines)
             _check(self._job, rows)
         for _, row in rows:
@@ -120,20 +116,21 @@ class Journal:
 def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
     """Write Parquet or CSV by the file's name, whole or not at all, in the order of the runs."""
     ordered = sorted(rows, key=lambda row: int(row["run"]))
-    columns = {name: [row[name] for row in ordered] for name in ordered[0]}
     if file.suffix.lower() == ".csv":
         text = io.StringIO(newline="")
         text.write(f"{_CSV}{job.text}\n")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
+        writer = csv.DictWriter(text, ordered[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(ordered)
         write_bytes_atomic(file, text.getvalue().encode())
         return
     arrow, parquet = _pyarrow()
     kinds = {"run": arrow.int64(), "seed": arrow.uint64(), "faults": arrow.int64()}
-    table = arrow.table(
-        {name: arrow.array(values, type=kinds.get(name)) for name, values in columns.items()}
-    ).replace_schema_metadata({_META: job.text.encode()})
+    columns = {
+        name: arrow.array([row[name] for row in ordered], type=kinds.get(name))
+        for name in ordered[0]
+    }
+    table = arrow.table(columns).replace_schema_metadata({_META: job.text.encode()})
     stream = io.BytesIO()
     parquet.write_table(table, stream, write_page_checksum=True)
     write_bytes_atomic(file, stream.getvalue())
@@ -165,8 +162,7 @@ def read_rows(file: Path, job: Job) -> list[dict[str, Any]]:
     """Read the rows of a sweep that is known; PopsteerError where the file is of another."""
     with _naming(file):
         text, rows, whole = _parsed(file)
-    check_same(file, text, job)
-    with _naming(file):
+        check_same(text, job)
         _check(job, rows, whole=whole)
     return [row for _, row in rows]
 
@@ -224,7 +220,7 @@ def _of_csv(text: str) -> _Rows:
     return rows
 
 
-def _value(where: str, name: str, text: str) -> Any:  # noqa: ANN401 - as the column is
+def _value(where: str, name: str, text: str) -> Any:
     kind = _KINDS_OF.get(name, float)
     try:
         return {"True": True, "False": False}[text] if kind is bool else kind(text)
@@ -271,19 +267,15 @@ def _check(job: Job, rows: _Rows, *, whole: bool = False) -> None:
     for where, row in rows:
         for name, value in {"seed": job.seed_of(row["run"]), **job.drawn(row["run"])}.items():
             if row[name] != value:
-                raise PopsteerError(
-                    f"{where}: {ConfigError(name, row[name], f'{value}, as drawn')}"
-                )
+                said = ConfigError(name, row[name], f"{value}, as drawn")
+                raise PopsteerError(f"{where}: {said}")
 
 
-def check_same(file: Path, text: str, job: Job) -> None:
+def check_same(text: str, job: Job) -> None:
     """Refuse to go on with the rows of another sweep, by saying in what they differ."""
-    if text == job.text:
-        return
-    with _naming(file):
-        other = document_of(text)
-    differs = ", ".join(differing(json.loads(job.text), other)) or "spelling"
-    raise PopsteerError(f"{file}: holds another sweep, which differs in {differs}")
+    if text != job.text:
+        differs = ", ".join(differing(json.loads(job.text), document_of(text))) or "spelling"
+        raise PopsteerError(f"holds another sweep, which differs in {differs}")
 
 
 def _pyarrow() -> tuple[Any, Any]:

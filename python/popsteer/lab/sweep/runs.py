@@ -139,7 +139,7 @@ def _drive_sent(sent: tuple[str, tuple[tuple[str, bytes], ...]], runs: Sequence[
     return drive_text(text, runs)
 
 
-def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
+def _check_versions(client: Any, where: str) -> None:
     found = client.run(_version, on_error="return")
     for worker, version in found.items():
         if version != __version__:
@@ -282,12 +282,9 @@ def _driven(
             progress(f"{int(before + done)} of {job.runs} runs", (before + done) / job.runs)
 
     if remaining:
-        on_own = on_core if job.is_of_core else on_processes
-        with closing(  # an interrupt of what keeps the rows ends the processes, too
-            on_own(job, remaining, count, advance)
-            if dask is None
-            else on_dask(job, remaining, dask, advance)
-        ) as driven:
+        drivers: Any = on_dask if dask is not None else on_core if job.is_of_core else on_processes
+        # Closed: an interrupt of what keeps the rows ends the processes, too.
+        with closing(drivers(job, remaining, dask or count, advance)) as driven:
             for rows in driven:
                 keep(rows)
                 found.update((row["run"], row) for row in rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,25 +19,17 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from rich.table import Table
 
+Rows: TypeAlias = Sequence[dict[str, Any]]
+"""Rows of a sweep, as `popsteer.lab.sweep.drive` gives them."""
 ERROR = "settled_max_abs_cross_track_error"
 """The error that decides whether a run succeeds."""
 UNITS = {
-    "steer_offset": "rad",
-    "steer_lag": "s",
-    "dead_time": "s",
+    **dict.fromkeys(("noise_position", "start_offset", "wheelbase", "turning_wheelbase"), "m"),
+    **dict.fromkeys(("steer_offset", "max_steer", "steer_play", "noise_yaw", "start_yaw"), "rad"),
+    **dict.fromkeys(("max_steer_rate", "steer_rate"), "rad/s"),
+    **dict.fromkeys(("steer_lag", "dead_time"), "s"),
+    **dict.fromkeys(("noise_speed", "start_speed"), "m/s"),
     "understeer": "s²/m",
-    "max_steer": "rad",
-    "max_steer_rate": "rad/s",
-    "steer_play": "rad",
-    "steer_rate": "rad/s",
-    "noise_position": "m",
-    "noise_yaw": "rad",
-    "noise_speed": "m/s",
-    "start_offset": "m",
-    "start_yaw": "rad",
-    "start_speed": "m/s",
-    "wheelbase": "m",
-    "turning_wheelbase": "m",
 }
 """Units of what varies, for axes."""
 _SHOWN = (
@@ -86,12 +78,10 @@ class Outcomes(NamedTuple):
     """The greatest |cross-track error| [m], as `error_of`; at least 1e-4, for logarithmic axes."""
 
 
-def outcomes(rows: Sequence[dict[str, Any]]) -> Outcomes:
+def outcomes(rows: Rows) -> Outcomes:
     """Give what became of the runs."""
     error = np.maximum(np.array([error_of(row) for row in rows], dtype=np.float64), _LEAST)
-    good, ended = (
-        np.array([row[name] for row in rows], dtype=np.bool_) for name in ("success", "finished")
-    )
+    good, ended = np.array([(row["success"], row["finished"]) for row in rows], dtype=np.bool_).T
     return Outcomes(good, ended, error)
 
 
@@ -119,7 +109,7 @@ def axis_title(name: str) -> str:
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
-def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
+def worst(rows: Rows, count: int = _WORST) -> list[dict[str, Any]]:
     """Give the worst runs: those that did not finish, those with faults, then by the error."""
 
     def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:
@@ -129,7 +119,7 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
     return sorted(rows, key=badness, reverse=True)[:count]
 
 
-def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+def influence(job: Job, rows: Rows) -> dict[str, float]:
     """Give the Kolmogorov-Smirnov distance of each quantity that varies, the largest first.
 
     It is the greatest distance between the distribution functions of the quantity in runs that
@@ -147,13 +137,13 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def chance(rows: Sequence[dict[str, Any]]) -> float:
+def chance(rows: Rows) -> float:
     """Give the distance that a quantity without influence exceeds in 5 % of sweeps, at most 1."""
     counts = np.maximum(np.bincount(_good(rows), minlength=2), 1)
     return min(1.36 * math.sqrt(float(np.sum(1.0 / counts))), 1.0)
 
 
-def _good(rows: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
+def _good(rows: Rows) -> NDArray[np.bool_]:
     good = np.array([row["success"] for row in rows], dtype=bool)
     if good.all() and len(rows) >= 10:
         errors = np.array([error_of(row) for row in rows])
@@ -161,7 +151,7 @@ def _good(rows: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
     return good
 
 
-def badly(rows: Sequence[dict[str, Any]]) -> str:
+def badly(rows: Rows) -> str:
     """Word what `influence` compares with the others: the runs that failed, or the worst tenth."""
     return "were the worst tenth" if all(row["success"] for row in rows) else "failed"
 
@@ -177,20 +167,20 @@ def percent(share: float, runs: int) -> str:
     return f"{100.0 * share:.{min(max(math.ceil(math.log10(max(runs, 1))) - 2, 0), 4)}f}"
 
 
-def success_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str, str, str]:
+def success_of(rows: Rows) -> tuple[int, str, str, str]:
     """Count the runs that succeeded, and word their share and the ends of its interval [%]."""
     good = sum(row["success"] for row in rows)
     share, low, high = (percent(each, len(rows)) for each in success_rate(good, len(rows)))
     return good, share, low, high
 
 
-def faults_of(rows: Sequence[dict[str, Any]]) -> tuple[int, str]:
+def faults_of(rows: Rows) -> tuple[int, str]:
     """Count the runs that reported a fault, and name their faults."""
     faulty = [Status(row["faults"]) for row in rows if row["faults"]]
     return len(faulty), ", ".join(dict.fromkeys(name for each in faulty for name in each.names))
 
 
-def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
+def caption(job: Job, rows: Rows) -> str:
     """Say in one line what came out: the success rate and its interval."""
     good, share, low, high = success_of(rows)
     where = f" on {job.course}" if job.course else ""
@@ -201,16 +191,14 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
     )
 
 
-def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
+def notes(job: Job, rows: Rows) -> list[str]:
     """Say what the table has no room for."""
     success = (
         "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
         f" {job.deviation:g} m {job.settled}. The errors are those after that."
     )
-    said = []
-    if stopped := sum(not row["finished"] for row in rows):
-        said.append(f"{SIGN} {stopped} did not finish.")
-    faulty, names = faults_of(rows)
+    stopped, (faulty, names) = sum(not row["finished"] for row in rows), faults_of(rows)
+    said = [f"{SIGN} {stopped} did not finish."] if stopped else []
     said += [f"{SIGN} {faulty} said a fault: {names}."] if faulty else []
     said.append(success)
     if short := sum(row["steps"] < 2 for row in rows):
@@ -236,7 +224,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     return said
 
 
-def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
+def tables(job: Job, rows: Rows) -> list[Table]:
     """Set out the percentiles, and the worst runs."""
     from rich.text import Text
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.common.theme import Theme
-from popsteer.lab.tune.problem import Score
-from popsteer.lab.tune.study import Trial, Tuned
+from popsteer.lab.tune.study import Tuned, places
 
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
@@ -21,17 +20,16 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     usual, front = tuned.usual, tuned.front
     blue, red = theme.laws["pop"], theme.laws["pid"]
     shown = [each for each in tuned.trials if each.error < 50.0] or list(tuned.trials)
-    panel.scatter(
-        *_points(shown), s=16, color=theme.faint, alpha=0.55, linewidths=0.0, label="trials"
-    )
-    panel.step(*_points(front), where="post", color=blue, linewidth=1.4, label="Pareto front")
+    look: Any = {"s": 16, "color": theme.faint, "alpha": 0.55, "linewidths": 0.0}
+    panel.scatter(*places(shown), label="trials", **look)
+    panel.step(*places(front), where="post", color=blue, linewidth=1.4, label="Pareto front")
     limit = tuned.effort_limit * usual.effort
     allowed = f"{tuned.effort_limit:g} × the effort before"
     panel.axvline(limit, color=theme.faint, linestyle="--", linewidth=1.0, label=allowed)
     mark = partial(panel.plot, linestyle="")
-    mark(*_points([usual]), "s", color=red, markersize=8, label="before")
+    mark(*places([usual]), "s", color=red, markersize=8, label="before")
     if tuned.chosen is not None:
-        mark(*_points([tuned.chosen]), "D", color=blue, markersize=9, label="chosen")
+        mark(*places([tuned.chosen]), "D", color=blue, markersize=9, label="chosen")
     logarithmic(panel)
     right = max([usual.effort, limit, *(each.effort for each in front)])
     left = min([usual.effort, *(each.effort for each in shown)])
@@ -44,7 +42,3 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     title = f"{title_of(tuned.problem.controller)}: {trials} on {tracks}, {cars}"
     figure.suptitle(title, fontsize=11, wrap=True)
     return figure
-
-
-def _points(tried: Sequence[Trial | Score]) -> tuple[list[float], list[float]]:
-    return [each.effort for each in tried], [each.error for each in tried]

@@ -75,13 +75,9 @@ def tables(judged: list[Judged]) -> list[Table]:
         for name in part.problem.paths:
             old, new = part.usual.errors[name], part.tuned.errors[name]
             efforts = part.usual.efforts[name], part.tuned.efforts[name]
-            table.add_row(
-                name,
-                "yes" if part.seen else "cars no" if name in judged[0].problem.paths else "no",
-                *(_number(fmean(each)) for each in (old, new)),
-                *(_number(max(each)) for each in (old, new)),
-                *(_number(fmean(each)) for each in efforts),
-            )
+            known = "cars no" if name in judged[0].problem.paths else "no"
+            values = *map(fmean, (old, new)), *map(max, (old, new)), *map(fmean, efforts)
+            table.add_row(name, "yes" if part.seen else known, *map(_number, values))
     return [table]
 
 
@@ -129,18 +125,17 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     """Say what the table has no room for."""
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
     settled = tuned.problem.settled
-    said = [
-        (
-            f"Mean |cross-track error| {settled}, of each of {tuned.problem.cars + 1} cars, and"
-            " their worst; a run that does not finish counts as 100 m. The first car is the vehicle"
-            f" itself; of the others vary {vary or 'nothing'}."
-        ),
-        (
-            "Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
-            f" most {tuned.effort_limit:g} times the steering rate."
-        ),
-    ]
+    judged_by = (
+        f"Mean |cross-track error| {settled}, of each of {tuned.problem.cars + 1} cars, and their"
+        " worst; a run that does not finish counts as 100 m. The first car is the vehicle itself;"
+        f" of the others vary {vary or 'nothing'}."
+    )
+    chosen = (
+        "Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
+        f" most {tuned.effort_limit:g} times the steering rate."
+    )
     begun = tuned.problem.beginnings()
+    said = [judged_by, chosen]
     said += where_they_differ(((name,), itself) for name, itself, _ in begun)
     differ = where_they_differ(((name,), others) for name, _, others in begun if others)
     said += [f"The cars that differ: {each[0].lower()}{each[1:]}" for each in differ]

@@ -24,6 +24,7 @@ from popsteer.ranges import check_count, check_in_range
 _NAME = "popsteer-tune"
 _STARTUP = 15  # random trials before the model of the others proposes any
 _MAX_TRIALS = 1_000_000
+_KEPT = ("mean", "worst", "ratio")  # what a study keeps of a trial besides its two objectives
 
 
 class Trial(NamedTuple):
@@ -71,6 +72,11 @@ class Tuned:
             if not found or trial.error < found[-1].error:
                 found.append(trial)
         return found
+
+
+def places(tried: Sequence[Trial | Score]) -> tuple[list[float], list[float]]:
+    """Give efforts and errors: where trials lie in a figure."""
+    return [each.effort for each in tried], [each.error for each in tried]
 
 
 def run(
@@ -140,7 +146,7 @@ def run(
                 shares.append((time.monotonic() - begin) / seconds)
             progress(f"trial {done + 1}", min(max(shares), 1.0))
 
-    def objective(trial: Any) -> tuple[float, float]:  # noqa: ANN401 - optuna is an extra
+    def objective(trial: Any) -> tuple[float, float]:
         values = {
             name: trial.suggest_float(name, *each.bounds, log=each.name == "loguniform")
             for name, each in problem.search.items()
@@ -151,7 +157,7 @@ def run(
         trial.set_user_attr("ratio", score.effort_ratio(usual))
         return score.error, score.effort
 
-    def stop(study: Any, _: Any) -> None:  # noqa: ANN401
+    def stop(study: Any, _: Any) -> None:
         if trials is not None and len(_complete(study)) >= trials:
             study.stop()
         elif values := _near_the_best(problem, _tried(study), effort_limit):
@@ -165,11 +171,7 @@ def run(
 
 
 def _optimize(
-    study: Any,  # noqa: ANN401
-    objective: Any,  # noqa: ANN401
-    seconds: float | None,
-    stop: Any,  # noqa: ANN401
-    storage: str | Path | None,
+    study: Any, objective: Any, seconds: float | None, stop: Any, storage: str | Path | None
 ) -> None:
     """Search; Ctrl-C and a full disk stay what they are."""
     try:
@@ -187,14 +189,9 @@ def _optimize(
         raise
 
 
-def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
+def _tried(study: Any) -> list[Trial]:
     return [
-        Trial(
-            each.number,
-            dict(each.params),
-            *each.values,
-            *(each.user_attrs[name] for name in ("mean", "worst", "ratio")),
-        )
+        Trial(each.number, dict(each.params), *each.values, *(each.user_attrs[k] for k in _KEPT))
         for each in _complete(study)
     ]
 
@@ -234,15 +231,9 @@ def _check(trials: int | None, seconds: float | None, effort_limit: float) -> No
     check_in_range("--effort-limit", effort_limit, 0.0, 1e3, above=True)
 
 
-def _study(
-    optuna: Any,  # noqa: ANN401 - an extra
-    problem: Problem,
-    storage: str | Path | None,
-    effort_limit: float,
-) -> Any:  # noqa: ANN401
+def _study(optuna: Any, problem: Problem, storage: str | Path | None, effort_limit: float) -> Any:
     """Open the study, or refuse one of something else."""
     kept: Any = None
-    where = f"{storage}"
     backend: Any = None
     try:
         if isinstance(storage, str) and "://" in storage:
@@ -264,7 +255,7 @@ def _study(
     except Exception as error:
         # A storage raises the errors of its database.
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        where += "" if backend is None else f", line {backend.line}"
+        where = storage if backend is None else f"{storage}, line {backend.line}"
         raise PopsteerError(f"{where}: no study can be opened there: {said}") from error
     known = study.user_attrs.get("popsteer")
     if known is None:
@@ -297,7 +288,7 @@ class _Trials:
 
     def __init__(self, problem: Problem) -> None:
         self._bounds = {name: each.bounds for name, each in problem.search.items()}
-        self._bounds |= dict.fromkeys(("mean", "worst", "ratio"), (0.0, math.inf))
+        self._bounds |= dict.fromkeys(_KEPT, (0.0, math.inf))
         self._known: dict[int, dict[str, Any]] = {}
 
     def add(self, entry: dict[str, Any]) -> None:
@@ -320,7 +311,7 @@ class _Trials:
 _CREATE, _PARAM, _STATE, _ATTRIBUTE, _COMPLETE = 4, 5, 6, 8, 1
 
 
-def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:  # noqa: ANN401
+def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:
     """Let Optuna read a journal, and refuse by its line what this search did not write."""
     trials = _Trials(problem)
 
@@ -337,9 +328,8 @@ def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:  # n
                     yield entry
             except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
                 self.line += isinstance(error, JSONDecodeError)
-                said = (
-                    f"{type(error).__name__} {error}" if isinstance(error, LookupError) else error
-                )
+                kind = f"{type(error).__name__} " if isinstance(error, LookupError) else ""
+                said = f"{kind}{error}"
                 raise PopsteerError(f"{file}, line {self.line}: {said}") from error
 
     return Backend(str(file), lock_obj=lock)
@@ -362,7 +352,7 @@ class _Lock:
         self._stream.close()
 
 
-def _mend(file: Path, lock: Any) -> None:  # noqa: ANN401
+def _mend(file: Path, lock: Any) -> None:
     """Refuse what is no journal: Optuna would write after its end. Drop half a line at its end.
 
     A full disk leaves one, and the next line would be written onto it.
@@ -384,5 +374,5 @@ def _mend(file: Path, lock: Any) -> None:  # noqa: ANN401
         lock.release()
 
 
-def _complete(study: Any) -> list[Any]:  # noqa: ANN401
+def _complete(study: Any) -> list[Any]:
     return [each for each in study.get_trials(deepcopy=False) if each.state.name == "COMPLETE"]
