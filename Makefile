@@ -46,7 +46,13 @@ ifndef TOGETHER
 .NOTPARALLEL:
 endif
 TWO := --jobs=2 TOGETHER=yes
-.PHONY: help setup demo check test test-rust test-python declared parity lint lint-aside lint-rust lint-python bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
+# Of `make test`, which runs one row beside another: what comes after what in the second one, and before it a `nice`.
+ifdef ROWS
+lint-rust: | test-rust
+lint-python: | lint-rust
+ASIDE := nice -n 5
+endif
+.PHONY: help setup demo check test test-rust test-python declared parity lint lint-rust lint-python bench matrix suite pages playground site audit fuzz coverage mutants soak wheel sdist install-c uninstall-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -71,11 +77,11 @@ check: $(VENV)/pyvenv.cfg ## after an edit, in a minute: format, clippy, the cor
 	cargo test --package popsteer-core --package popsteer-core-tests --locked --quiet
 	sh tests/smoke.sh $(PY)
 
-# pip and the last crate of a wheel keep one core busy: the other one is there for Rust's tests and lints. Python's lints take
-# what its tests leave, of which many wait.
+# Two rows, neither of which waits for the other: wheel, environment and Python's tests, which is the longer one; Rust's tests
+# and all lints. pip, the last crate of a wheel, and tests that wait leave a core to the second row; its lints take no more than
+# that. A third job is let run so that a lint whose turn it is not yet takes no place.
 test: $(VENV)/pyvenv.cfg ## run every check: Rust tests, Python tests, lints, stubs
-	@$(MAKE) $(TWO) test-rust setup lint-rust
-	@$(MAKE) $(TWO) test-python lint-aside
+	@$(MAKE) --jobs=3 TOGETHER=yes ROWS=yes test-python test-rust lint-rust lint-python
 
 # The binding, with all that PyO3 is made of, is compiled by clippy and for the wheel, and tested from Python. The features
 # are those that it asks for.
@@ -97,19 +103,16 @@ parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each pr
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	@$(MAKE) $(TWO) lint-rust lint-python
 
-lint-aside: $(VENV)/.dev
-	@nice $(MAKE) lint-python
-
 lint-rust: $(VENV)/pyvenv.cfg
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --features popsteer-bench/criterion --locked -- -D warnings
+	$(ASIDE) cargo clippy --workspace --all-targets --features popsteer-bench/criterion --locked -- -D warnings
 	cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
 
 lint-python: $(VENV)/.dev
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
-	$(PY) -m mypy
-	$(PY) -m mypy.stubtest popsteer._core --allowlist rust/py/stubtest.txt
+	$(ASIDE) $(PY) -m mypy
+	$(ASIDE) $(PY) -m mypy.stubtest popsteer._core --allowlist rust/py/stubtest.txt
 
 # One run: what an earlier one left goes first, so that no table mixes the two.
 bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and from Python; write the tables
@@ -217,8 +220,9 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	$(VENV)/bin/maturin build --release --interpreter $(PY) --out $(DIST)
 	@touch $@
 
-# The first line brings in a wheel whose version has not changed, the second what its extra or group needs.
+# The first line brings in a wheel whose version has not changed, the second what its extra or group needs. Modules are
+# compiled when they are first imported, which few of them are.
 $(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.mutants $(VENV)/.dev: $(WHEEL)
-	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
-	$(PY) -m pip install --quiet $(if $(filter .lab,$(@F)),"$$(echo $(DIST)/popsteer-*.whl)[lab]",$(DIST)/popsteer-*.whl --group $(patsubst .%,%,$(@F)))
+	$(PY) -m pip install --quiet --no-compile --force-reinstall --no-deps $(DIST)/popsteer-*.whl
+	$(PY) -m pip install --quiet --no-compile $(if $(filter .lab,$(@F)),"$$(echo $(DIST)/popsteer-*.whl)[lab]",$(DIST)/popsteer-*.whl --group $(patsubst .%,%,$(@F)))
 	@touch $@
