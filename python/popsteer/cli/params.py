@@ -62,7 +62,6 @@ class _Kind(NamedTuple):
 
 
 def _kinds() -> dict[str, _Kind]:
-    """Give all that has parameters, by name."""
     loop = "; --set also takes those of adapt and monitor"
     fields = "; --set-plant also takes the fields of vehicle"
     return {

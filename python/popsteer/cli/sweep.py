@@ -87,7 +87,13 @@ def sweep(
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [course], [moved])
     varies = inputs.distributions(vary, distributions, moved)
     job = lab.sweep.Job(
-        *(course.path, name, tuning.params[name], moved, varies, runs, seed),
+        course.path,
+        name,
+        tuning.params[name],
+        moved,
+        varies,
+        runs,
+        seed,
         vehicle=given,
         adapt=tuning.adapt,
         monitor=tuning.monitor,

@@ -94,7 +94,14 @@ def tune(
     pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
     paths = {each.name: each.path for each in courses}
     problem = lab.tune.Problem(
-        *(paths, name, base, wanted, moved, varies, cars, seed),
+        paths,
+        name,
+        base,
+        wanted,
+        moved,
+        varies,
+        cars,
+        seed,
         vehicle=given,
         adapt=tuning.adapt,
         monitor=tuning.monitor,

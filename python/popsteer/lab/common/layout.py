@@ -9,9 +9,11 @@ import math
 import os
 import platform
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from popsteer.status import Status
 
@@ -53,6 +55,11 @@ def add_numbers(table: Table, *heads: str) -> None:
         table.add_column(Text(head), justify="right", no_wrap=True)
 
 
+def number(value: float | None, form: str) -> str:
+    """Word a number; a dash where there is none."""
+    return "–" if value is None or not math.isfinite(value) else format(value, form)
+
+
 def outcome(faults: Status, *, finished: bool) -> Text:
     """Word how a run came out; what is wrong with a sign and in red."""
     from rich.text import Text
@@ -77,6 +84,12 @@ def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Itera
     writer.writerow(names)
     writer.writerows(rows)
     return text.getvalue()
+
+
+def csv_columns(comments: Sequence[str], columns: Mapping[str, Any]) -> str:
+    """Write columns of numbers, arrays by name, as CSV: a row for each place, to the last bit."""
+    rows = zip(*(np.asarray(each).tolist() for each in columns.values()), strict=True)
+    return csv_text(comments, columns, (map(repr, row) for row in rows))
 
 
 def figure_name(stem: str, theme: str, kind: str) -> str:

@@ -47,17 +47,15 @@ class _Series(NamedTuple):
     note: str
 
 
+_DEGREES = math.degrees(1.0)
 _SERIES = (
     _Series(
         "cross_track_error", "cross-track error [m]", 1.0, "mean |e| {mean:.3f} m, max {max:.2f} m"
     ),
     _Series(
-        "heading_error",
-        "heading error [deg]",
-        math.degrees(1.0),
-        "mean |ψe| {mean:.2f}°, max {max:.1f}°",
+        "heading_error", "heading error [deg]", _DEGREES, "mean |ψe| {mean:.2f}°, max {max:.1f}°"
     ),
-    _Series("steer", "steering command [deg]", math.degrees(1.0), "max |δ| {max:.1f}°"),
+    _Series("steer", "steering command [deg]", _DEGREES, "max |δ| {max:.1f}°"),
 )
 _LABELS = tuple(each.label for each in _SERIES)
 

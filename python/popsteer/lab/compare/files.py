@@ -11,11 +11,17 @@ from itertools import chain, count
 from statistics import median
 from typing import Any
 
-import numpy as np
-
 from popsteer._core import __version__
 from popsteer.errors import ConfigError
-from popsteer.lab.common.layout import csv_text, figure_names, finite, json_text, this_machine
+from popsteer.lab.common.layout import (
+    csv_columns,
+    csv_text,
+    figure_names,
+    finite,
+    json_text,
+    number,
+    this_machine,
+)
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.comparison import Comparison
 from popsteer.lab.compare.paper import PAPER
@@ -99,9 +105,7 @@ def run_csv(run: Run) -> str:
     """Write the records of a run as CSV, a row for each control step, to the last bit."""
     units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
     head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"
-    columns = [np.asarray(column).tolist() for column in run.records.values()]
-    rows = (map(repr, row) for row in zip(*columns, strict=True))
-    return csv_text([head, units], run.records, rows)
+    return csv_columns([head, units], run.records)
 
 
 SCHEMA = 3
@@ -165,7 +169,6 @@ _COLUMNS = (
 
 
 def _matrix_csv(comparisons: Sequence[Comparison]) -> str:
-    """Write a row for each plant, track and controller."""
     rows = [
         [
             *(each.plant, each.track, name, each.tuning[name], each.points[name]),
@@ -208,6 +211,5 @@ def _matrix_markdown(comparisons: Sequence[Comparison]) -> str:
 
 def _error(metrics: Metrics, name: str) -> str:
     """Show a mean error after settling; of a run that did not finish in brackets."""
-    error = getattr(metrics, name)
-    said = f"{error:.4f}" if math.isfinite(error) else "–"
+    said = number(getattr(metrics, name), ".4f")
     return said if metrics.finished or said == "–" else f"({said})"

@@ -16,6 +16,7 @@ from popsteer.lab.common.layout import (
     add_numbers,
     blank_table,
     fits,
+    number,
     outcome,
 )
 from popsteer.lab.common.names import counted, differences, title_of, where_they_differ
@@ -181,10 +182,7 @@ class _Column(NamedTuple):
 
     def show(self, run: Run) -> str:
         """Show the number of a run; a dash where there is none."""
-        value = self.value(run)
-        if value is None or not math.isfinite(value):
-            return "–"
-        return format(value, self.form)
+        return number(self.value(run), self.form)
 
 
 def _best(comparison: Comparison, column: _Column) -> float | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from popsteer._core import Vehicle, __version__
 from popsteer.identification import Identification
-from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, finite, json_text
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_columns, finite, json_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -130,9 +130,7 @@ def identified_json(found: Identification) -> str:
 def identified_csv(found: Identification) -> str:
     """Write the measured and the simulated motion as CSV, a row for each of the log's."""
     records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
-    columns = [values.tolist() for values in records.values()]
-    rows = ([repr(value) for value in row] for row in zip(*columns, strict=True))
-    return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
+    return csv_columns(["SI units and radians; counts: 1 where the row counts"], records)
 
 
 _WIDTH = 0.25  # s

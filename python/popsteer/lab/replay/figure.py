@@ -70,7 +70,6 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
 def _draw_marks(
     panel: Axes, t: NDArray[np.float64], status: NDArray[np.uint32], place: int, theme: Theme
 ) -> None:
-    """Draw when a controller was degraded or at fault."""
     levels = {int(bits): Status(int(bits)).level for bits in np.unique(status)}
     for level in ("degraded", "fault"):
         hit = np.isin(status, [bits for bits, found in levels.items() if found == level])

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.lab.common.layout import BAD, add_numbers, blank_table, csv_text, figure_names
+from popsteer.lab.common.layout import (
+    BAD,
+    add_numbers,
+    blank_table,
+    csv_columns,
+    csv_text,
+    figure_names,
+)
 from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.runs import Replay, Shadow
 from popsteer.status import Status
@@ -94,8 +101,7 @@ def replay_csv(found: Replay) -> str:
         for quantity in ("steer", "cross_track_error", "heading_error", "status"):
             columns[f"{shadow.name}.{quantity}"] = getattr(shadow, quantity)
     comment = f"SI units and radians; steer: the driver's; status: bits: {bits}"
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    return csv_text([comment], columns, (map(repr, row) for row in rows))
+    return csv_columns([comment], columns)
 
 
 def _figures(found: Replay, shadow: Shadow) -> dict[str, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from popsteer.errors import ConfigError
-from popsteer.lab.common.layout import this_machine
+from popsteer.lab.common.layout import number, this_machine
 from popsteer.lab.common.names import counted, title_of
 from popsteer.lab.compare import Comparison
 from popsteer.lab.compare.comparison import distances
@@ -105,8 +105,7 @@ def _pivot(comparisons: Sequence[Comparison]) -> str:
         best = min((error for error, good in zip(errors, ended, strict=True) if good), default=None)
         cells = []
         for error, good in zip(errors, ended, strict=True):
-            text = f"{error:.4f}" if math.isfinite(error) else "–"
-            text = text if good else f"({text})"
+            text = number(error, ".4f") if good else f"({number(error, '.4f')})"
             cells.append(f"<strong>{text}</strong>" if error == best else text)
         link = f'<a href="#drive" data-scene="{place}">{escape(each.track)}</a>'
         rows.append([escape(each.plant), link, *cells])

@@ -157,7 +157,6 @@ def _links(page: Page) -> str:
 
 
 def _choice(page: Page) -> str:
-    """Let one choose the scene, where there are several."""
     hidden = "" if len(page.scenes) > 1 else " hidden"
     options = "".join(
         f'<option value="{place}">{escape(scene.title)}</option>'

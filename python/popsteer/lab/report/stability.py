@@ -81,10 +81,8 @@ def _band(low: float, high: float) -> dict[str, Any]:
 def _loops(result: Stability) -> list[dict[str, Any]]:
     found = responses(result)
     at = f"{middle(result):g} m/s"
-    size: list[dict[str, Any]] = []
-    phase: list[dict[str, Any]] = []
-    nyquist: list[dict[str, Any]] = []
-    step: list[dict[str, Any]] = []
+    drawn: list[list[dict[str, Any]]] = [[], [], [], []]
+    size, phase, nyquist, step = drawn
     for name, each in found.items():
         title, colour = title_of(name, found), f"@{name}"
         gains, phases = each.crossings()

@@ -167,12 +167,10 @@ def _cell(scenario: str, condition: str, plant: str, name: str, found: Driven) -
     reached = metrics.finished and not found.traceback
     error = metrics.rear_axle_mean_abs_cross_track_error if reached else GIVE_UP
     within = largest <= max(_WITHIN * found.wheelbase, aside + 0.1)
-    return Cell(
-        *(scenario, condition, plant, name, error, largest, found.end_error),
-        *(found.steer_rate, found.lateral_jerk, found.faults),
-        success=reached and not found.faults and within,
-        ending=found.ending,
-    )
+    copied = ("end_error", "steer_rate", "lateral_jerk", "faults", "ending")
+    alike: dict[str, Any] = {each: getattr(found, each) for each in copied}
+    success = reached and not found.faults and within
+    return Cell(scenario, condition, plant, name, error, largest, success=success, **alike)
 
 
 def mean_error(cells: Iterable[Cell]) -> float:

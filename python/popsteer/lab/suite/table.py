@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
@@ -21,6 +20,7 @@ from popsteer.lab.common.layout import (
     figure_names,
     finite,
     json_text,
+    number,
     this_machine,
 )
 from popsteer.lab.common.names import counted, title_of
@@ -64,15 +64,10 @@ def _others(found: Suite) -> list[tuple[str, dict[str, str]]]:
         name: f"{sum(each.success for each in own)} of {len(own)}" for name, own in cells.items()
     }
     means = (
-        (title, {name: _number(fmean(map(of, own)), spec) for name, own in cells.items()})
+        (title, {name: number(fmean(map(of, own)), spec) for name, own in cells.items()})
         for title, of, spec in _OTHERS
     )
     return [("runs that succeed", success), *means]
-
-
-def _number(value: float, spec: str) -> str:
-    """Word a number; a dash where there is none."""
-    return format(value, spec) if math.isfinite(value) else "–"
 
 
 def suite_tables(found: Suite) -> list[Table]:
@@ -82,7 +77,7 @@ def suite_tables(found: Suite) -> list[Table]:
     table = blank_table(1)
     names = list(found.step_times)
     lines = [*((title, _marked(cells)) for title, cells in rows(found)), *_others(found)]
-    lines.append(("step [µs]", {k: _number(1e6 * v, ".1f") for k, v in found.step_times.items()}))
+    lines.append(("step [µs]", {k: number(1e6 * v, ".1f") for k, v in found.step_times.items()}))
     add_names(table, "", (title for title, _ in lines))
     add_numbers(table, *(_head(name, names) for name in names))
     for title, cells in lines:

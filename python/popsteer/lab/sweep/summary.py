@@ -55,8 +55,6 @@ class Rate(NamedTuple):
 def success_rate(successes: int, runs: int) -> Rate:
     """Give the share of the runs that succeeded, with Wilson's 95 % confidence interval.
 
-    Notes
-    -----
     E. Wilson, *Probable Inference, the Law of Succession, and Statistical Inference*, 1927. It
     takes the runs for independent; those of a Latin hypercube scatter less, so it is on the safe
     side.

@@ -6,7 +6,7 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from json import JSONDecodeError
 from pathlib import Path
@@ -280,40 +280,35 @@ def _study(optuna: Any, problem: Problem, storage: str | Path | None, effort_lim
     return study
 
 
-class _Trials:
-    """What the lines of a journal say of trials, so that one that does not fit is refused.
-
-    Optuna itself passes over such lines, as of a trial without its beginning.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self._bounds = {name: each.bounds for name, each in problem.search.items()}
-        self._bounds |= dict.fromkeys(_KEPT, (0.0, math.inf))
-        self._known: dict[int, dict[str, Any]] = {}
-
-    def add(self, entry: dict[str, Any]) -> None:
-        what = entry["op_code"]
-        if what == _CREATE:
-            self._known[len(self._known)] = {}
-        elif what > _CREATE:
-            has = self._known[entry["trial_id"]]
-            if what == _PARAM:
-                has[entry["param_name"]] = entry["param_value_internal"]
-            elif what == _ATTRIBUTE:
-                has |= entry["user_attr"]
-            elif what == _STATE and entry["state"] == _COMPLETE:
-                _, _ = map(float, entry["values"])
-                for name, (low, high) in self._bounds.items():
-                    check_in_range(name, has[name], low, high)
-
-
 # What a line does, and how a trial ended, as Optuna numbers them.
 _CREATE, _PARAM, _STATE, _ATTRIBUTE, _COMPLETE = 4, 5, 6, 8, 1
 
 
+def _note(entry: dict[str, Any], trials: dict[int, Any], bounds: Mapping[str, Any]) -> None:
+    """Take note of what a line of a journal says of trials; refuse one that does not fit.
+
+    Optuna itself passes over such lines, as of a trial without its beginning.
+    """
+    what = entry["op_code"]
+    if what == _CREATE:
+        trials[len(trials)] = {}
+    elif what > _CREATE:
+        has = trials[entry["trial_id"]]
+        if what == _PARAM:
+            has[entry["param_name"]] = entry["param_value_internal"]
+        elif what == _ATTRIBUTE:
+            has |= entry["user_attr"]
+        elif what == _STATE and entry["state"] == _COMPLETE:
+            _, _ = map(float, entry["values"])
+            for name, (low, high) in bounds.items():
+                check_in_range(name, has[name], low, high)
+
+
 def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:
     """Let Optuna read a journal, and refuse by its line what this search did not write."""
-    trials = _Trials(problem)
+    bounds = {name: each.bounds for name, each in problem.search.items()}
+    bounds |= dict.fromkeys(_KEPT, (0.0, math.inf))
+    trials: dict[int, dict[str, Any]] = {}
 
     class Backend(journal.JournalFileBackend):  # type: ignore[misc]
         line = 0
@@ -324,7 +319,7 @@ def _backend(journal: Any, file: Path, lock: Any, problem: Problem) -> Any:
             try:
                 for entry in found:
                     self.line += 1
-                    trials.add(entry)
+                    _note(entry, trials, bounds)
                     yield entry
             except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
                 self.line += isinstance(error, JSONDecodeError)
