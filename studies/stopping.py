@@ -42,7 +42,7 @@ class Case(NamedTuple):
     age: float
     """Of pose and speed [s], told."""
     noise: float
-    """Of the position [m]."""
+    """Of the position, along and across [m]."""
 
 
 class Stopped(NamedTuple):
@@ -119,8 +119,8 @@ def stop(case: Case, seed: int = 0) -> Stopped:
         steps = max(round((told - time) / STEP), 1)
         old = min(round(case.age / STEP), len(past) - 1)
         xm, vm = past[len(past) - 1 - old]
-        heard = xm + r.gauss(0.0, case.noise) if case.noise else xm
-        command = tracker.step(heard, 0.0, 0.0, vm, steps * STEP, pose_age=old * STEP)
+        heard = (xm + r.gauss(0.0, case.noise), r.gauss(0.0, case.noise))
+        command = tracker.step(*heard, 0.0, vm, steps * STEP, pose_age=old * STEP)
         warned = warned or (command.cannot_stop and x < line)
         for _ in range(steps):
             flight.append(command.acceleration)

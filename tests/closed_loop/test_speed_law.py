@@ -25,12 +25,13 @@ class Rail:
         self.x, self.speed, self.pull, self.lag = x, speed, 0.0, lag
         self.flight = [0.0] * round(delay / STEP)
         self.gear, self.shift, self.asked = 1.0, 0.0, 0.0
-        self.slope = 0.0
+        self.slope, self.share = 0.0, 1.0
 
     def drive(self, command: popsteer.SpeedCommand | popsteer.Drive, time: float) -> None:
         for _ in range(round(time / STEP)):
             self.flight.append(command.acceleration)
             wanted = self.flight.pop(0)
+            wanted *= self.share if wanted < 0.0 else 1.0
             kept = math.exp(-STEP / self.lag) if self.lag else 0.0
             self.pull = wanted + (self.pull - wanted) * kept
             gear = -1.0 if command.reverse else 1.0
@@ -72,6 +73,59 @@ def test_weak_brakes_of_a_long_vehicle_are_asked_for_more_until_it_stops(seed: i
     case = stopping.draw(seed, told=False)
     found = stopping.stop(case, seed)
     assert stopping.fails(case, found) == [], (case, found)
+
+
+@looped("seed", [76, 126, 282, 527, 748, 825, 1043, 1149, 1357, 1435, 1611, 1789, 1830, 2033, 2900])
+def test_weak_brakes_are_found_in_time_to_stop_by(seed: int) -> None:
+    case = stopping.draw(seed, told=False)
+    found = stopping.stop(case, seed)
+    assert stopping.fails(case, found) == [], (case, found)
+
+
+def _braked(rail: Rail, *, share: float = 1.0, slope: float = 0.0) -> list[float]:
+    """What brakes are believed to give beyond what they are told, in a drive to its end."""
+    car = popsteer.Vehicle(wheelbase=2.7, drive_delay=0.1, drive_lag=0.2)
+    tracker = popsteer.SpeedTracker(line(150, 12.0), car)
+    rail.slope, rail.share = slope, share
+    found = []
+    for _ in range(700):
+        command = tracker.step(rail.x, 0.0, 0.0, rail.speed, 0.05)
+        rail.drive(command, 0.05)
+        bias = tracker.state.law.observer.bias
+        found.append(0.0 if bias is None else bias.mean[0])
+    assert command.standing
+    assert rail.speed == 0.0
+    assert abs(rail.x - 150.0) < 0.15
+    return found
+
+
+def test_brakes_that_give_less_are_known_within_their_first_braking() -> None:
+    assert min(_braked(Rail(0.0, 12.0))) > -0.02
+    found = _braked(Rail(0.0, 12.0), share=0.7)
+    first = next(k for k, value in enumerate(found) if value < -0.02)
+    assert -0.35 < found[first + 16] < -0.25
+
+
+@looped("slope", [-0.8, -0.4, 0.4, 0.8])
+def test_slope_that_nobody_told_is_not_taken_for_weak_brakes(slope: float) -> None:
+    assert min(_braked(Rail(0.0, 12.0), slope=slope)) > -0.05
+
+
+@looped("delay, lag", [(0.3, 0.2), (0.1, 0.5), (0.0, 0.1)])
+def test_drive_that_is_late_or_early_is_not_taken_for_weak_brakes(delay: float, lag: float) -> None:
+    found = _braked(Rail(0.0, 12.0, delay=delay, lag=lag))
+    assert min(found) > -0.25
+    assert found[-1] > -0.1
+
+
+@looped("speed", [0.05, 0.2, 0.4])
+def test_plan_slower_than_a_vehicle_creeps_is_kept(speed: float) -> None:
+    tracker = popsteer.SpeedTracker(line(100, speed), popsteer.Vehicle(wheelbase=10.0))
+    rail = Rail(0.0, delay=0.0, lag=0.0)
+    commands = run(tracker, rail, 60.0)
+    assert max(command.reference_speed for command in commands) == pytest.approx(speed)
+    assert rail.speed == pytest.approx(speed, abs=0.01)
+    assert rail.x == pytest.approx(60.0 * speed, rel=0.1)
 
 
 @looped("lag", [0.15, 0.45, 0.8])

@@ -68,6 +68,7 @@ HELD = {
     "speed/tracker.rs": f"{_RUST}stopping.rs",
     "vehicle/drive.rs": "tests/closed_loop/test_speed_law.py",
     "speed/disturbance.rs": f"{_RUST}speed_equations.rs",
+    "speed/bias.rs": f"{_RUST}speed_equations.rs",
     "speed/servo.rs": "tests/closed_loop/test_speed_servo.py",
     "speed/stops.rs": f"{_RUST}stopping.rs",
     "path/carry.rs": f"{_RUST}new_path.rs",

@@ -128,7 +128,7 @@ _TRACKER_STATE: dict[str, Any] = {
         **dict.fromkeys(("acceleration", "speed", "still"), 0.0),
         **dict.fromkeys(("drive", "stop", "wheels", "reverse", "passes"), None),
         **dict.fromkeys(("standing", "stopping", "overruns", "rolls", "shifting"), False),
-        "observer": {"speed": None, "slow_drive": 0.0, "disturbance": 0.0},
+        "observer": {"speed": None, "slow_drive": 0.0, "disturbance": 0.0, "bias": None},
         "waits": (0.0, 0.0),
         "servo": {"wanted": None, "command": 0.0, "response": 0.0, "sums": (0.0, 0.0)},
     },

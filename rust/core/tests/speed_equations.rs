@@ -72,16 +72,98 @@ fn test_speed_pid_weighs_the_error_its_integral_and_its_rate() {
     assert_eq!(law.check_state(&wound_up).unwrap_err().field, "integral");
 }
 
-/// The observer of the module `disturbance`, by hand, for a drive without delay.
-#[derive(Default)]
+/// The observer of the module `disturbance`, by hand, for a drive without delay; and the biases of the module
+/// `bias`, of a vehicle that plans with 3 m/s^2.
 struct Observer {
     drive: f64,
     slow: f64,
     speed: Option<f64>,
     estimate: f64,
+    biases: Biases,
+}
+
+struct Biases {
+    speed: [f64; 3],
+    push: [f64; 3],
+    mean: [f64; 3],
+    covariance: [[f64; 3]; 3],
+    own: [f64; 3],
+}
+
+impl Biases {
+    /// Before anything was seen of a drive with this lag.
+    fn new(lag: f64) -> Self {
+        let deviations = [0.15, 0.1 + 0.25 * lag, 0.33 * 3.0];
+        let mut covariance = [[0.0; 3]; 3];
+        for (k, deviation) in deviations.iter().enumerate() {
+            covariance[k][k] = deviation * deviation;
+        }
+        Self {
+            speed: [0.0; 3],
+            push: [0.0, 0.0, 1.0],
+            mean: [0.0; 3],
+            covariance,
+            own: [0.0; 3],
+        }
+    }
+
+    fn update(&mut self, error: f64, inputs: [f64; 2], (k, l): (f64, f64), dt: f64) {
+        let (noise, slope) = ((0.01_f64 * 3.0).powi(2), (0.03_f64 * 3.0).powi(2) * dt);
+        let [v, c, d] = self.own;
+        let (v, c, d) = (v + 2.0 * dt * c + dt * dt * d, c + dt * d, d + slope);
+        self.own = [
+            (1.0 - k).powi(2) * v + k * k * noise,
+            (1.0 - k) * (c - l * v) + k * l * noise,
+            d - 2.0 * l * c + l * l * (v + noise),
+        ];
+        let slopes: [f64; 3] = core::array::from_fn(|i| {
+            self.speed[i] + dt * self.push[i] + [inputs[0], -inputs[1], 0.0][i]
+        });
+        let dot = |row: &[f64; 3]| row.iter().zip(&slopes).map(|(a, b)| a * b).sum::<f64>();
+        let cross: [f64; 3] = core::array::from_fn(|i| dot(&self.covariance[i]));
+        let total = dot(&cross) + v + noise;
+        let most = 4.0 * total.sqrt();
+        let error = (error - dot(&self.mean)).clamp(-most, most);
+        for i in 0..3 {
+            self.speed[i] = (1.0 - k) * slopes[i];
+            self.push[i] -= l * slopes[i];
+            self.mean[i] += cross[i] / total * error;
+            for j in 0..3 {
+                self.covariance[i][j] -= cross[i] * cross[j] / total;
+            }
+        }
+        self.mean[0] = self.mean[0].clamp(-0.5, 0.0);
+        let drifted = self.covariance[0][0].max(0.0) + 0.02 * 0.02 * dt;
+        self.covariance[0][0] = drifted.min(0.15 * 0.15);
+    }
+
+    /// `g`, as far as it stands out.
+    fn brakes(&self) -> f64 {
+        let (g, variance) = (self.mean[0], self.covariance[0][0]);
+        if g * g > variance {
+            g * (1.0 - variance / (g * g))
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Observer {
+    fn new(lag: f64) -> Self {
+        Self {
+            drive: 0.0,
+            slow: 0.0,
+            speed: None,
+            estimate: 0.0,
+            biases: Biases::new(lag),
+        }
+    }
+
+    /// What else accelerates the vehicle.
+    fn disturbance(&self) -> f64 {
+        self.estimate + self.biases.push[0] * self.biases.brakes()
+    }
+
     fn update(
         &mut self,
         (command, known): (f64, f64),
@@ -92,6 +174,7 @@ impl Observer {
         let answer = |from: f64, lag: f64| command + (from - command) * f64::exp(-dt / lag);
         let mean = command + (self.drive - command) * lag / dt * (1.0 - f64::exp(-dt / lag));
         self.drive = answer(self.drive, lag);
+        let slower = self.slow;
         self.slow = answer(self.slow, lag + 0.3);
         let before = self.speed.replace(speed);
         let Some(before) = before else { return };
@@ -107,6 +190,9 @@ impl Observer {
         let p = f64::exp(-dt / time);
         self.speed = Some(predicted + (1.0 - share * p * p) * error);
         self.estimate = (self.estimate + share * (1.0 - p).powi(2) / dt * error).clamp(-3.0, 3.0);
+        let gains = (1.0 - share * p * p, share * (1.0 - p).powi(2) / dt);
+        let inputs = [(mean * dt).min(0.0), self.slow - slower];
+        self.biases.update(error, inputs, gains, dt);
     }
 }
 
@@ -145,7 +231,7 @@ fn test_speed_law_leads_the_vehicle_without_its_lag_along_the_plan() {
     let plan: Vec<f64> = (0..100).map(|s| squares(f64::from(s)).sqrt()).collect();
     let dt = 0.1;
     let mut state = SpeedTrackerState::default();
-    let mut observer = Observer::default();
+    let mut observer = Observer::new(0.3);
     for (along, faster) in [
         (32.5, 0.3),
         (33.5, 0.1),
@@ -164,11 +250,14 @@ fn test_speed_law_leads_the_vehicle_without_its_lag_along_the_plan() {
         assert_close(command.reference_speed, reference);
         assert_close(command.distance_to_stop, 99.0 - along);
         assert_close(state.law.observer.disturbance, observer.estimate);
-        let push = gravity + observer.estimate;
-        let z = speed + 0.3 * (observer.drive + push);
+        let push = gravity + observer.disturbance();
+        let brakes = 1.0 + observer.biases.brakes();
+        let given = |u: f64| if u < 0.0 { brakes * u } else { u };
+        let z = speed + 0.3 * (given(observer.drive) + push);
         let place = along + 0.3 * speed;
         let slope = if place + 0.05 * z < 40.0 { 1.0 } else { -0.5 };
         let expected = wanted(squares(place), slope, z) - push;
+        let expected = expected / if expected < 0.0 { brakes } else { 1.0 };
         assert_close(command.acceleration, expected.max(-6.0));
         assert!(!command.reverse && !command.standing && !command.cannot_stop);
     }

@@ -3,6 +3,7 @@
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
 use popsteer_core::bounds::MAX_DT;
+use popsteer_core::speed::bias::Bias;
 use popsteer_core::speed::disturbance::{MAX_DISTURBANCE, Observer};
 use popsteer_core::speed::{
     SpeedCommand, SpeedState, SpeedTracker, SpeedTrackerParams, SpeedTrackerState, Told,
@@ -13,6 +14,20 @@ use popsteer_core::{Path, PathView, Status, Vehicle};
 /// What stands for the limits that a vehicle does not say: top speed [m/s] and acceleration
 /// [m/s^2].
 const UNSAID: (f64, f64) = (25.0, 2.0);
+
+/// What may have been found of a drive, or not.
+fn bias(bytes: &mut Bytes) -> Bias {
+    let mut drawn = Bias::new(0.3, 3.0);
+    for k in 0..3 {
+        drawn.speed[k] = symmetric(bytes, 1.0, 1e9);
+        drawn.push[k] = symmetric(bytes, 1.0, 1e9);
+        drawn.mean[k] = symmetric(bytes, 0.5, 1e9);
+        for other in 0..3 {
+            drawn.covariance[(k, other)] = symmetric(bytes, 0.1, 1e9);
+        }
+    }
+    drawn
+}
 
 /// One life on one path, and on the one that replaces it.
 pub fn check(data: &[u8]) {
@@ -146,6 +161,7 @@ impl Life {
                 acceleration: symmetric(bytes, 5.0, 1e4),
                 observer: Observer {
                     disturbance: symmetric(bytes, 0.5, 3.0),
+                    bias: (bytes.byte() & 1 == 0).then(|| bias(bytes)),
                     ..Observer::default()
                 },
                 standing: bytes.byte() & 1 == 0,

@@ -29,12 +29,14 @@
 //! A drive that gives less than is asked to speed up is at its end, and will not be while the vehicle
 //! brakes: that is not learnt, unless the vehicle rolls back. The estimate rests while the brakes hold the
 //! vehicle: how much of their force that takes is not known. Where they hold it short of its stop by
-//! themselves, the estimate fades within `time`: `d' = -d / time`.
+//! themselves, the estimate fades within `time`: `d' = -d / time`. What brakes that give less than they are
+//! told have of the estimate is found by [`bias`](super::bias), and taken out of it.
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{InputError, input_within};
-use crate::math::{decay, saturate};
-use crate::vehicle::Motion;
+use crate::math::{decay, saturate, smaller};
+use crate::speed::bias::{Bias, Corrected};
+use crate::vehicle::{Answer, Motion};
 
 /// Bound of the estimate [m/s²]: a slope of three tenths. More is a fault of the drive or of the speed.
 pub const MAX_DISTURBANCE: f64 = 3.0;
@@ -54,9 +56,22 @@ pub struct Observer {
     pub slow_drive: f64,
     /// Acceleration that neither the commands nor the path's grade explain [m/s^2].
     pub disturbance: f64,
+    /// What the drive is not as told.
+    pub bias: Option<Bias>,
 }
 
 impl Observer {
+    /// How the vehicle answers its drive, with the acceleration `known` [m/s²] beside it.
+    pub(super) fn answer(&self, known: f64) -> Answer {
+        let brakes = self.bias.map_or(1.0, |bias| bias.brakes());
+        let due = self.bias.map_or(0.0, |bias| bias.push.x * (brakes - 1.0));
+        let disturbance = saturate(self.disturbance + due, -MAX_DISTURBANCE, MAX_DISTURBANCE);
+        Answer {
+            push: known + disturbance,
+            brakes,
+        }
+    }
+
     /// Moves the model on by `dt` [s] to the measured `speed` [m/s], with the acceleration `known` [m/s²]
     /// beside the drive. Of that, the mean of the commands that acted, what it gives, and the last command.
     /// `held`: the vehicle stands on its brakes; `at_full_drive`: its drive may be at its end.
@@ -66,12 +81,16 @@ impl Observer {
         known: f64,
         (mean, given, command): (f64, Motion, f64),
         (held, at_full_drive): (bool, bool),
-        (lag, time, braking): (f64, f64, f64),
+        (lag, time, braking, response): (f64, f64, f64, f64),
         dt: f64,
     ) {
+        let slower = self.slow_drive;
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
+        let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
         let Some(before) = self.speed.filter(|_| !held) else {
             self.speed = Some(speed);
+            bias.rest();
+            self.bias = Some(bias);
             return;
         };
         let predicted = before + given.speed + (known + self.disturbance) * dt;
@@ -92,6 +111,18 @@ impl Observer {
             1.0 / (1.0 + ratio * ratio)
         };
         let pole = decay(dt, time);
+        let corrected = Corrected {
+            error,
+            braked: smaller(given.speed, 0.0),
+            changed: self.slow_drive - slower,
+            gains: (
+                1.0 - trust * pole * pole,
+                trust * (1.0 - pole) * (1.0 - pole) / dt,
+            ),
+            dt,
+        };
+        bias.observe(&corrected, (response, braking));
+        self.bias = Some(bias);
         let corrected = predicted + (1.0 - trust * pole * pole) * error;
         self.speed = Some(saturate(corrected, -MAX_SPEED, MAX_SPEED));
         let estimate = self.disturbance + trust * (1.0 - pole) * (1.0 - pole) / dt * error;
@@ -101,12 +132,16 @@ impl Observer {
     /// The same `dt` [s] later, of which nothing was seen: less and less of it is believed.
     pub(super) fn fade(&mut self, time: f64, dt: f64) {
         self.disturbance *= decay(dt, time);
+        if let Some(bias) = &mut self.bias {
+            bias.push *= decay(dt, time);
+        }
     }
 
     /// The same where the direction of driving changes: a slope then pushes the other way.
     pub(super) fn turned(self) -> Self {
         Self {
-            disturbance: -self.disturbance,
+            disturbance: -self.answer(0.0).push,
+            bias: self.bias.map(Bias::turned),
             ..Self::default()
         }
     }
@@ -119,6 +154,7 @@ impl Observer {
     pub(super) fn check(&self, most: f64) -> Result<(), InputError> {
         input_within("observer.speed", self.speed.unwrap_or(0.0), MAX_SPEED)?;
         input_within("observer.slow_drive", self.slow_drive, most)?;
-        input_within("observer.disturbance", self.disturbance, MAX_DISTURBANCE).map(|_| ())
+        input_within("observer.disturbance", self.disturbance, MAX_DISTURBANCE)?;
+        self.bias.map_or(Ok(()), |bias| bias.check())
     }
 }

@@ -4,6 +4,7 @@
 //! greatest speeds that a vehicle's limits allow along it; both run once for a path. [`tracker`] with
 //! its estimate of the [`disturbance`], [`pid`] and [`coupled`] run at each step.
 
+pub mod bias;
 pub mod coupled;
 #[cfg(feature = "alloc")]
 pub mod curvature;

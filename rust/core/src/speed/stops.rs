@@ -1,6 +1,6 @@
 //! Where a plan stops, and what it asks for in between.
 
-use crate::math::{larger, saturate, smaller};
+use crate::math::{larger, saturate, smaller, sqrt};
 use crate::path::PathView;
 
 /// How many hops along a plan a stop is searched for. Each is at least a braking distance long, or a
@@ -16,6 +16,19 @@ pub(super) struct Between {
     pub accelerations: (f64, f64),
     /// Largest speed [m/s].
     pub most: f64,
+}
+
+/// The plan at a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wanted {
+    /// `w`: the square of the planned speed.
+    pub squared: f64,
+    /// The acceleration of the plan [m/s²].
+    pub slope: f64,
+    /// The path's slope.
+    pub grade: f64,
+    /// The highest speed of the segment [m/s]: at either end, or between two stops.
+    pub highest: f64,
 }
 
 /// A path with the planned speed at each waypoint [m/s].
@@ -51,11 +64,9 @@ impl Planned<'_, '_> {
         self.is_zero(self.segment)
     }
 
-    /// `w`, `a` and the grade: the square of the planned speed at `arc` [m], the acceleration there,
-    /// and the path's slope.
-    ///
-    /// On a closed path `arc` may exceed the length: it continues across the seam.
-    pub(super) fn at(&self, arc: f64) -> (f64, f64, f64) {
+    /// What the plan wants at `arc` [m]; on a closed path that may exceed the length: it continues across
+    /// the seam.
+    pub(super) fn at(&self, arc: f64) -> Wanted {
         let path = self.path;
         let (found, share) = match self.end {
             Some(end) if arc >= self.end_arc(end) => (end, 1.0),
@@ -76,12 +87,18 @@ impl Planned<'_, '_> {
         let then = next.map_or(here, |next| self.squared(next));
         let rise = then - here;
         let grade = path.grade_at(found, share);
-        if here <= 0.0 && then <= 0.0 && !self.is_zero(found) {
-            let (squared, slope) = self.peak(found, share);
-            return (squared, slope, grade);
+        let ((squared, slope), highest) = if here <= 0.0 && then <= 0.0 && !self.is_zero(found) {
+            self.peak(found, share)
+        } else {
+            let slope = 0.5 * rise / path.segment_length(found);
+            ((here + share * rise, slope), sqrt(larger(here, then)))
+        };
+        Wanted {
+            squared,
+            slope,
+            grade,
+            highest,
         }
-        let slope = 0.5 * rise / path.segment_length(found);
-        (here + share * rise, slope, grade)
     }
 
     /// Whether the path says 0 all along segment `index`.
@@ -91,9 +108,9 @@ impl Planned<'_, '_> {
         both && (self.is_stop(index) || self.is_stop(next))
     }
 
-    /// `w` and `a` on a segment between two stops, `share` of its length along: as fast as the
-    /// vehicle's limits allow, and the path's speeds at its ends where it has any.
-    fn peak(&self, index: usize, share: f64) -> (f64, f64) {
+    /// `w` and the acceleration on a segment between two stops, `share` of its length along: as fast as the
+    /// vehicle's limits allow, and the path's speeds at its ends where it has any; and the most of those.
+    fn peak(&self, index: usize, share: f64) -> ((f64, f64), f64) {
         let length = self.path.segment_length(index);
         let (driving, braking) = self.between.accelerations;
         let next = self.path.next(index).unwrap_or(index);
@@ -110,9 +127,9 @@ impl Planned<'_, '_> {
             (down, -braking)
         };
         if squared < most * most {
-            (squared, slope)
+            ((squared, slope), most)
         } else {
-            (most * most, 0.0)
+            ((most * most, 0.0), most)
         }
     }
 

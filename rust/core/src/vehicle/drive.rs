@@ -15,7 +15,8 @@
 //! s_h = s + v h + (u + w) h² / 2 + (a - u) lag (h - lag (1 - k))
 //! ```
 //!
-//! Brakes hold: a vehicle that they bring to rest stays there. The commands in flight are those of
+//! Brakes that were found to give less than they are told ([`Bias`](crate::speed::bias)) have `(1 + g) u` for
+//! each `u < 0`. Brakes hold: a vehicle that they bring to rest stays there. The commands in flight are those of
 //! the last `drive_delay`; before them, those that an old measurement is rolled forward through.
 
 use super::Vehicle;
@@ -44,6 +45,41 @@ pub struct Motion {
     pub speed: f64,
     /// Distance travelled [m].
     pub travelled: f64,
+}
+
+/// How a vehicle answers its drive, by what was found out.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    /// What else accelerates the vehicle [m/s²].
+    pub push: f64,
+    /// What the brakes give of what they are commanded.
+    pub brakes: f64,
+}
+
+impl Answer {
+    /// A drive as it is told, on a level road.
+    const AS_TOLD: Self = Self {
+        push: 0.0,
+        brakes: 1.0,
+    };
+
+    /// What the drive gives of a command `u` [m/s²].
+    #[inline]
+    fn given(&self, u: f64) -> f64 {
+        if u < 0.0 { self.brakes * u } else { u }
+    }
+
+    /// The command that makes the vehicle accelerate as `wanted` [m/s²]: brakes that give less are told more.
+    #[inline]
+    #[must_use]
+    pub fn command(&self, wanted: f64) -> f64 {
+        let given = wanted - self.push;
+        if given < 0.0 {
+            given / self.brakes
+        } else {
+            given
+        }
+    }
 }
 
 impl Motion {
@@ -119,7 +155,8 @@ impl Drive {
             speed: -Self::MOST,
             ..Motion::default()
         };
-        let (mean, mut moved) = self.roll(car, now - smaller(dt, now), now, from, 0.0);
+        let (mean, mut moved) =
+            self.roll(car, (now - smaller(dt, now), now), from, Answer::AS_TOLD);
         moved.speed += Self::MOST;
         let mut beyond = now + car.drive_delay - window;
         while beyond > 0.0
@@ -132,37 +169,44 @@ impl Drive {
     }
 
     /// A vehicle with the `speed` [m/s] of `age` [s] before, now: through what the drive has given since.
-    pub fn since(&self, car: &Vehicle, speed: f64, push: f64, age: f64) -> Motion {
+    pub fn since(&self, car: &Vehicle, speed: f64, answer: Answer, age: f64) -> Motion {
         let now = self.acted(car);
         let from = Motion {
             speed,
             ..Motion::default()
         };
         let known = smaller(age, now);
-        let mut motion = self.roll(car, now - known, now, from, push).1;
+        let mut motion = self.roll(car, (now - known, now), from, answer).1;
         motion.travelled += (age - known) * speed;
         motion
     }
 
     /// The same when a command that is given now begins to act: through the commands in flight.
-    pub fn predict(&self, car: &Vehicle, speed: f64, push: f64) -> Motion {
+    pub fn predict(&self, car: &Vehicle, speed: f64, answer: Answer) -> Motion {
         let now = self.acted(car);
         let from = Motion {
             speed,
             ..Motion::default()
         };
-        self.roll(car, now, f64::INFINITY, from, push).1
+        self.roll(car, (now, f64::INFINITY), from, answer).1
     }
 
     /// The vehicle `from` the time `begin` until `end`, since the oldest command began to act, and the
     /// mean of the commands.
-    fn roll(&self, car: &Vehicle, begin: f64, end: f64, from: Motion, push: f64) -> (f64, Motion) {
+    fn roll(
+        &self,
+        car: &Vehicle,
+        (begin, end): (f64, f64),
+        from: Motion,
+        answer: Answer,
+    ) -> (f64, Motion) {
         let mut motion = Motion {
-            pull: self.start,
+            pull: answer.given(self.start),
             ..from
         };
         let (mut passed, mut sum, mut lasted) = (0.0, 0.0, 0.0);
         for (command, time) in self.commands.iter() {
+            let command = answer.given(command);
             let before = smaller(larger(begin - passed, 0.0), time);
             let after = smaller(larger(end - passed, 0.0), time);
             passed += time;
@@ -173,7 +217,7 @@ impl Drive {
             if part <= 0.0 {
                 continue;
             }
-            motion = motion.after(command, push, car.drive_lag, part);
+            motion = motion.after(command, answer.push, car.drive_lag, part);
             sum += command * part;
             lasted += part;
         }

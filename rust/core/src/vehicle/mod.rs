@@ -17,7 +17,7 @@ pub mod wheels;
 
 pub use cusum::Cusum;
 pub use delay::InFlight;
-pub use drive::{Drive, Motion};
+pub use drive::{Answer, Drive, Motion};
 pub use estimate::{AdaptParams, Estimate, Known};
 pub use estimator::Estimator;
 pub use fault::Fault;

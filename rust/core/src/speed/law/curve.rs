@@ -1,11 +1,11 @@
 //! The curve that the speed is led along: the plan, or the speed from which the vehicle still stops.
 
-use crate::math::{larger, powf, saturate, sqrt};
+use crate::math::{larger, powf, saturate, smaller, sqrt};
 use crate::path::PathView;
 
 use crate::speed::defaults;
 use crate::speed::law::limits::{CREEP, SpeedLaw};
-use crate::speed::stops::{Between, Planned};
+use crate::speed::stops::{Between, Planned, Wanted};
 
 /// The end of a stop takes so many times the drive's delay and lag. Less: a drive that is later than the
 /// vehicle says overruns. More: the stop takes longer.
@@ -42,9 +42,9 @@ impl SpeedLaw {
     ) -> (f64, f64, bool) {
         // The command holds for a period: in its middle.
         let half = 0.5 * dt * larger(z, 0.0);
-        let (squared, _, _) = planned.at(arc);
-        let (_, slope, _) = planned.at(arc + half);
-        let along = larger(sqrt(squared), CREEP * self.car.wheelbase);
+        let here = planned.at(arc);
+        let slope = planned.at(arc + half).slope;
+        let along = larger(sqrt(here.squared), self.creep(&here));
         let (curve, _) = self.curve(y, dt);
         let (_, braking) = self.curve(y - half, dt);
         let (target, change) = if curve < along {
@@ -60,6 +60,11 @@ impl SpeedLaw {
             1.0
         };
         (target, change * ratio, stops)
+    }
+
+    /// The speed with which a vehicle creeps where its plan begins at rest [m/s]: never above the plan's.
+    pub(super) fn creep(&self, plan: &Wanted) -> f64 {
+        smaller(CREEP * self.car.wheelbase, plan.highest)
     }
 
     /// `T`: how long the end of a stop takes, in which the deceleration fades [s].

@@ -84,7 +84,7 @@ impl SpeedLaw {
         let lawful = self.lawful(&now);
         let lawful = if state.shifting && sensed.reverse_gear.is_none() {
             // Softly, as the gear may not be in yet.
-            smaller(lawful, 0.5 * self.accelerations.0 - now.push)
+            smaller(lawful, 0.5 * self.accelerations.0 - now.answer.push)
         } else {
             lawful
         };
@@ -134,11 +134,15 @@ impl SpeedLaw {
         } else {
             wanted
         };
+        let most = smaller(
+            -braking - reserve - now.answer.push,
+            now.answer.command(-passing),
+        );
         saturate(
-            wanted,
-            -larger(braking + reserve, passing),
-            driving + reserve,
-        ) - now.push
+            now.answer.command(wanted),
+            most,
+            driving + reserve - now.answer.push,
+        )
     }
 
     /// The `command` within the jerk of the `last` one, and what the brakes can do [m/s²]. At rest brakes that
@@ -148,7 +152,7 @@ impl SpeedLaw {
         let (mut low, mut high) = (last - jerk, last + jerk);
         if now.speed.abs() < REST {
             low = if held { -self.brakes } else { low };
-            high = larger(last, -now.push) + jerk;
+            high = larger(last, -now.answer.push) + jerk;
         }
         saturate(larger(command, -self.brakes), low, larger(high, low))
     }
@@ -186,12 +190,12 @@ impl SpeedLaw {
     /// The acceleration that brings the vehicle to rest by `braking` and holds it [m/s²].
     fn hold(&self, now: &Situation, braking: f64) -> f64 {
         if now.speed > REST {
-            -braking - now.push
+            now.answer.command(-braking)
         } else if now.speed < -REST {
             // Along the way that it rolls.
-            -braking + now.push
+            -braking + now.answer.push
         } else {
-            -larger(HOLD.0 * self.brakes, HOLD.1 * now.push.abs())
+            -larger(HOLD.0 * self.brakes, HOLD.1 * now.answer.push.abs())
         }
     }
 
@@ -209,9 +213,12 @@ impl SpeedLaw {
         }
         let beyond = self.overrun() + stop::STEADY_NOISE * noise;
         let needed = now.deceleration(beyond);
-        let (_, _, grade) = planned.at(planned.path.arc(planned.segment) + larger(distance, 0.0));
+        let at = planned.path.arc(planned.segment) + larger(distance, 0.0);
+        let grade = planned.at(at).grade;
         let slips = state.stopping && gravity_along(grade).abs() > self.brakes;
-        let moves = now.speed > REST && now.z > 0.0 && needed > self.brakes - now.push;
+        let moves = now.speed > REST
+            && now.z > 0.0
+            && needed > self.brakes * now.answer.brakes - now.answer.push;
         moves || slips || (state.standing && distance < -beyond)
     }
 

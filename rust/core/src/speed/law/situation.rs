@@ -3,10 +3,10 @@
 use crate::math::{larger, smaller, sqrt};
 use crate::path::follow::Located;
 use crate::speed::defaults::gravity_along;
-use crate::speed::law::limits::{CREEP, REST, SpeedLaw};
+use crate::speed::law::limits::{REST, SpeedLaw};
 use crate::speed::law::state::SpeedState;
 use crate::speed::stops::Planned;
-use crate::vehicle::{Drive, Motion};
+use crate::vehicle::{Answer, Drive, Motion};
 
 /// Halvings of the time to rest: to 1e-6 of it.
 const HALVINGS: usize = 20;
@@ -16,8 +16,8 @@ const HALVINGS: usize = 20;
 pub(super) struct Situation {
     /// `v` [m/s].
     pub speed: f64,
-    /// `w` [m/s²].
-    pub push: f64,
+    /// `w`, and what the brakes give.
+    pub answer: Answer,
     /// Distance to the next stop as measured, and `D` [m]; infinite if there is none.
     pub stop: (f64, f64),
     /// The vehicle when the command begins to act.
@@ -58,20 +58,21 @@ impl SpeedLaw {
     ) -> Situation {
         let (car, dt) = (&self.car, at.dt);
         let arc = at.closest.arc_length(planned.path);
-        let (squared, _, grade) = planned.at(arc);
-        let known = gravity_along(grade);
+        let plan = planned.at(arc);
+        let known = gravity_along(plan.grade);
         let mut drive = state.drive.unwrap_or(Drive::settled(car, 0.0));
         let (mean, given) = drive.elapse(car, state.acceleration, dt, age);
-        let push = known + state.observer.disturbance;
-        let speed = drive.since(car, measured, push, age).speed;
+        let answer = state.observer.answer(known);
+        let speed = drive.since(car, measured, answer, age).speed;
         state.drive = Some(drive);
         // Brakes that hold say nothing.
         let held = state.rolls || (speed.abs() < REST && given.pull <= 0.0);
-        let full = state.acceleration + push > 0.5 * self.accelerations.0;
+        let full = state.acceleration + answer.push > 0.5 * self.accelerations.0;
         let model = (
             car.drive_lag,
             self.params.disturbance_time,
             self.accelerations.1,
+            car.drive_delay + car.drive_lag,
         );
         let acted = (mean, given, state.acceleration);
         state
@@ -83,8 +84,9 @@ impl SpeedLaw {
         }
 
         let stop = self.stop_ahead(planned, at, state, (speed, noise));
-        let push = known + state.observer.disturbance;
-        let then = drive.predict(car, speed, push);
+        let answer = state.observer.answer(known);
+        let push = answer.push;
+        let then = drive.predict(car, speed, answer);
         let lag = car.drive_lag;
         // One that its brakes hold has no acceleration.
         let gains = if then.speed > 0.0 {
@@ -103,29 +105,34 @@ impl SpeedLaw {
         };
         let (target, change, stopping) = self.target(planned, arc + ahead, (y, near), z, dt);
         state.stopping = stopping;
-        let creep = CREEP * car.wheelbase;
         Situation {
             speed,
-            push: gravity_along(planned.at(arc + ahead).2) + state.observer.disturbance,
+            answer: state
+                .observer
+                .answer(gravity_along(planned.at(arc + ahead).grade)),
             stop,
             then,
             y,
             z,
             target,
             change,
-            reference: larger(sqrt(squared), smaller(creep, self.curve(stop.1, dt).0)),
+            reference: larger(
+                sqrt(plan.squared),
+                smaller(self.creep(&plan), self.curve(stop.1, dt).0),
+            ),
         }
     }
 
     /// How far a vehicle goes along its path in `age` [s] until the end of the period `dt` [s] that this
     /// step ends, after the `speed` [m/s] along it [m].
     pub fn gone(&self, state: &SpeedState, speed: f64, age: f64, dt: f64) -> f64 {
-        let push = state.observer.disturbance;
         let Some(mut drive) = state.drive else {
             return speed * age;
         };
         drive.elapse(&self.car, state.acceleration, dt, age);
-        drive.since(&self.car, speed, push, age).travelled
+        drive
+            .since(&self.car, speed, state.observer.answer(0.0), age)
+            .travelled
     }
 
     /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`.
@@ -149,7 +156,7 @@ impl SpeedLaw {
             return 0.0;
         };
         drive.elapse(&self.car, state.acceleration, dt, dt);
-        let moved = drive.since(&self.car, speed, state.observer.disturbance, dt);
+        let moved = drive.since(&self.car, speed, state.observer.answer(0.0), dt);
         (moved.speed - speed) / dt
     }
 
@@ -161,20 +168,20 @@ impl SpeedLaw {
             return 0.0;
         }
         let braking = self.accelerations.1;
-        let command = -braking - now.push;
+        let (push, command) = (now.answer.push, -braking - now.answer.push);
         let ramp = 0.5 * larger(last - command, 0.0) / self.params.max_jerk;
         let longest = (from.speed + lag * larger(from.pull - command, 0.0)) / braking;
         let (mut low, mut high) = (0.0, longest);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let rests = from.after(command, now.push, lag, middle).speed <= 0.0;
+            let rests = from.after(command, push, lag, middle).speed <= 0.0;
             (low, high) = if rests { (low, middle) } else { (middle, high) };
         }
         let rest = Motion {
             travelled: 0.0,
             ..from
         }
-        .after(command, now.push, lag, low);
+        .after(command, push, lag, low);
         rest.travelled + from.speed * ramp
     }
 }

@@ -79,8 +79,8 @@ impl SpeedLaw {
             state.shifting = false;
         }
         // A slope takes it back until its drive has built up: to 86 % in two lags.
-        let back =
-            larger(-now.push, 0.0) * (self.car.drive_delay + 2.0 * self.car.drive_lag + at.dt);
+        let back = larger(-now.answer.push, 0.0)
+            * (self.car.drive_delay + 2.0 * self.car.drive_lag + at.dt);
         if gear == Some(at.reverse) {
             state.shifting = false;
         }

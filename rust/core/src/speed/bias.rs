@@ -1,0 +1,187 @@
+//! What a drive is not as told: brakes that give less, and a drive that is later.
+//!
+//! # Equations
+//!
+//! The [`Observer`](super::disturbance::Observer) knows the drive as it is told. What it is not enters its
+//! speed `v` and its disturbance `d` linearly, by biases `b` that stay:
+//!
+//! ```text
+//! b = [ g  ]   brakes give 1 + g of what they are commanded:    B = [ drop of the speed by the brakes ]
+//!     [ T  ]   the drive is later by T [s]:                         [ - change of a slower drive      ]
+//!     [ d0 ]   the disturbance before the first step:               [ 0                               ]
+//! ```
+//!
+//! With the observer's gains `k` and `l`, its error for a unit of each bias is `V`, and its innovation `r`
+//! has the slopes `S`; the biases then follow by recursive least squares:
+//!
+//! ```text
+//! S = V_v + dt V_d + B,   V_v = (1 - k) S,   V_d = V_d - l S
+//! s = S^T P S + p,   b = b + P S (r - S^T b) / s,   P = P - P S S^T P / s
+//! ```
+//!
+//! where `p` is the variance of the observer's own innovation: `NOISE` planned decelerations, squared, and what
+//! a slope leaves open that changes by `SLOPE`. That is the second stage of B. Friedland, *Treatment of bias in
+//! recursive filtering*, IEEE Trans. Automatic Control 14, 1969; the observer is the first one, and does not
+//! know of it. Of the biases only `g` is used, by the part that stands out of what is not known of it
+//! (L. Breiman's garrote, as in [`kalman`](crate::vehicle::kalman)): commands in flight brake by `1 + g` of what they
+//! say, later ones say so much more, and the disturbance is `d + V_d g`. The other two are there so that a drive
+//! which is late, and a slope at the start, are not taken for weak brakes (S. F. Schmidt, *Application of
+//! state-space methods to navigation problems*, Advances in Control Systems 3, 1966).
+//!
+//! Assumed: brakes that give no more than they are told, `-LEAST <= g <= 0`; of stronger ones the disturbance has
+//! it. And innovations that are white, which they are not while a slope changes: `SLOPE` counts for that.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::error::{InputError, input_in_range, input_within};
+use crate::math::{larger, saturate, smaller, sqrt};
+
+/// Standard deviations before anything was seen: of `g`; of `T` [s], and that share of the drive's delay and
+/// lag; of `d0`, in planned decelerations. More of the first: weak brakes are known sooner, and more is taken
+/// for them.
+const PRIOR: (f64, (f64, f64), f64) = (0.15, (0.1, 0.25), 0.33);
+/// What one speed leaves open, in planned decelerations [s]: noise, and steps of a period.
+const NOISE: f64 = 0.01;
+/// How much a slope changes the disturbance within a second, in planned decelerations.
+const SLOPE: f64 = 0.03;
+/// How much the brakes may change within a second.
+const DRIFT: f64 = 0.02;
+/// An innovation counts as no larger than so many of its standard deviations.
+const OUTLIER: f64 = 4.0;
+/// By how much less brakes are believed to give, at most.
+const LEAST: f64 = 0.5;
+/// Bound of each number, beyond what measurements can leave there.
+const MAX: f64 = 1e8;
+
+/// What is known of the biases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Bias {
+    /// `V_v`: [m/s] for a unit of each.
+    pub speed: SVector<f64, 3>,
+    /// `V_d`: [m/s²] for a unit of each.
+    pub push: SVector<f64, 3>,
+    /// `b`.
+    pub mean: SVector<f64, 3>,
+    /// `P`.
+    pub covariance: SMatrix<f64, 3, 3>,
+    /// Covariance of the observer's own speed and disturbance: of the speed, of both, of the disturbance.
+    pub own: (f64, f64, f64),
+}
+
+/// What the observer did in a period.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corrected {
+    /// Its innovation [m/s].
+    pub error: f64,
+    /// The change of the speed by the brakes [m/s], and that of a slower drive's acceleration [m/s²].
+    pub braked: f64,
+    pub changed: f64,
+    /// The gains, of the speed and of the disturbance [1/s].
+    pub gains: (f64, f64),
+    /// The period [s].
+    pub dt: f64,
+}
+
+impl Bias {
+    /// Of a drive that answers within `response` [s] and plans with the deceleration `braking` [m/s²], before
+    /// anything was seen.
+    pub fn new(response: f64, braking: f64) -> Self {
+        let late = PRIOR.1.0 + PRIOR.1.1 * response;
+        let prior = SVector::from([PRIOR.0, late, PRIOR.2 * braking]);
+        Self {
+            speed: SVector::zeros(),
+            push: SVector::from([0.0, 0.0, 1.0]),
+            mean: SVector::zeros(),
+            covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
+            own: (0.0, 0.0, 0.0),
+        }
+    }
+
+    /// Takes in what the observer of such a drive did.
+    pub(super) fn observe(&mut self, step: &Corrected, (response, braking): (f64, f64)) {
+        let dt = step.dt;
+        let (kept, l) = (1.0 - step.gains.0, step.gains.1);
+        let (noise, slope) = (NOISE * braking, SLOPE * braking);
+        let (noise, slope) = (noise * noise, slope * slope);
+        let (v, both, d) = self.own;
+        let (v, both, d) = (
+            v + dt * (2.0 * both + dt * d),
+            both + dt * d,
+            d + slope * dt,
+        );
+        self.own = (
+            kept * kept * v + step.gains.0 * step.gains.0 * noise,
+            kept * (both - l * v) + step.gains.0 * l * noise,
+            d - 2.0 * l * both + l * l * (v + noise),
+        );
+        let slopes = self.speed + self.push * dt + SVector::from([step.braked, -step.changed, 0.0]);
+        self.speed = slopes * kept;
+        self.push -= slopes * l;
+        let cross = self.covariance * slopes;
+        let total = slopes.dot(&cross) + v + noise;
+        let most = OUTLIER * sqrt(total);
+        let error = saturate(step.error - slopes.dot(&self.mean), -most, most);
+        self.mean += cross * (error / total);
+        self.covariance -= cross * (cross.transpose() / total);
+        self.mean.x = saturate(self.mean.x, -LEAST, 0.0);
+        // Rounding may leave a variance below 0.
+        for k in 0..3 {
+            if let Some(variance) = self.covariance.get_mut((k, k)) {
+                *variance = larger(*variance, 0.0);
+            }
+        }
+        let drifted = self.covariance.m11 + DRIFT * DRIFT * dt;
+        self.covariance.m11 = smaller(drifted, PRIOR.0 * PRIOR.0);
+        // A state that was brought along need not be one.
+        if self.check().is_err() {
+            *self = Self::new(response, braking);
+        }
+    }
+
+    /// What the brakes give of what they are commanded.
+    pub(super) fn brakes(&self) -> f64 {
+        let (g, variance) = (self.mean.x, self.covariance.m11);
+        let square = g * g;
+        1.0 + if square > variance {
+            g * (1.0 - variance / square)
+        } else {
+            0.0
+        }
+    }
+
+    /// Where the observer begins anew, what was learnt stays.
+    pub(super) fn rest(&mut self) {
+        self.speed = SVector::zeros();
+        self.push.x = 0.0;
+        self.push.y = 0.0;
+    }
+
+    /// The same where the direction of driving changes, and the disturbance with it.
+    pub(super) fn turned(self) -> Self {
+        Self {
+            speed: SVector::zeros(),
+            push: SVector::zeros(),
+            ..self
+        }
+    }
+
+    /// Whether this is what can have been found.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where a number is not.
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        const FIELD: &str = "observer.bias";
+        let vectors = self.speed.iter().chain(&self.push).chain(&self.mean);
+        let (speed, both, push) = self.own;
+        for &number in vectors.chain(&self.covariance).chain([&both]) {
+            input_within(FIELD, number, MAX)?;
+        }
+        input_in_range(FIELD, self.mean.x, -LEAST, 0.0)?;
+        for variance in self.covariance.diagonal().iter().chain([&speed, &push]) {
+            input_in_range(FIELD, *variance, 0.0, MAX)?;
+        }
+        Ok(())
+    }
+}
