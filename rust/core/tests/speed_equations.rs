@@ -108,7 +108,7 @@ impl Biases {
     }
 
     fn update(&mut self, error: f64, inputs: [f64; 2], (k, l): (f64, f64), dt: f64) {
-        let (noise, slope) = ((0.01_f64 * 3.0).powi(2), (0.03_f64 * 3.0).powi(2) * dt);
+        let (noise, slope) = ((0.01_f64 * 3.0).powi(2), (0.01_f64 * 3.0).powi(2) * dt);
         let [v, c, d] = self.own;
         let (v, c, d) = (v + 2.0 * dt * c + dt * dt * d, c + dt * d, d + slope);
         self.own = [
@@ -121,7 +121,7 @@ impl Biases {
         });
         let dot = |row: &[f64; 3]| row.iter().zip(&slopes).map(|(a, b)| a * b).sum::<f64>();
         let cross: [f64; 3] = core::array::from_fn(|i| dot(&self.covariance[i]));
-        let total = dot(&cross) + v + noise;
+        let total = dot(&cross) + v * 0.8 / dt + noise;
         let most = 4.0 * total.sqrt();
         let error = (error - dot(&self.mean)).clamp(-most, most);
         for i in 0..3 {
@@ -133,8 +133,13 @@ impl Biases {
             }
         }
         self.mean[0] = self.mean[0].clamp(-0.5, 0.0);
-        let drifted = self.covariance[0][0].max(0.0) + 0.02 * 0.02 * dt;
-        self.covariance[0][0] = drifted.min(0.15 * 0.15);
+        let kept = f64::exp(-dt / 5.0);
+        self.mean[0] *= kept;
+        for k in 0..3 {
+            self.covariance[0][k] *= kept;
+            self.covariance[k][0] *= kept;
+        }
+        self.covariance[0][0] += (1.0 - kept * kept) * 0.15 * 0.15;
     }
 
     /// `g`, as far as it stands out.

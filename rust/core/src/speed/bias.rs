@@ -17,24 +17,28 @@
 //! ```text
 //! S = V_v + dt V_d + B,   V_v = (1 - k) S,   V_d = V_d - l S
 //! s = S^T P S + p,   b = b + P S (r - S^T b) / s,   P = P - P S S^T P / s
+//! g = k g,   P_gg = k^2 P_gg + (1 - k^2) P0_gg,   k = exp(-dt / MEMORY)
 //! ```
 //!
 //! where `p` is the variance of the observer's own innovation: `NOISE` planned decelerations, squared, and what
-//! a slope leaves open that changes by `SLOPE`. That is the second stage of B. Friedland, *Treatment of bias in
+//! a slope leaves open that changes by `SLOPE`, which lasts for the observer's time constant and so counts as
+//! white noise of so many periods. That is the second stage of B. Friedland, *Treatment of bias in
 //! recursive filtering*, IEEE Trans. Automatic Control 14, 1969; the observer is the first one, and does not
-//! know of it. Of the biases only `g` is used, by the part that stands out of what is not known of it
+//! know of it. `g` is an Ornstein-Uhlenbeck process: what a long and slight braking seems to show, drag in bends
+//! or an engine's, is none of the brakes and fades, while a hard one shows it anew within tenths of a second.
+//! Of the biases only `g` is used, by the part that stands out of what is not known of it
 //! (L. Breiman's garrote, as in [`kalman`](crate::vehicle::kalman)): commands in flight brake by `1 + g` of what they
 //! say, later ones say so much more, and the disturbance is `d + V_d g`. The other two are there so that a drive
 //! which is late, and a slope at the start, are not taken for weak brakes (S. F. Schmidt, *Application of
 //! state-space methods to navigation problems*, Advances in Control Systems 3, 1966).
 //!
 //! Assumed: brakes that give no more than they are told, `-LEAST <= g <= 0`; of stronger ones the disturbance has
-//! it. And innovations that are white, which they are not while a slope changes: `SLOPE` counts for that.
+//! it.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{InputError, input_in_range, input_within};
-use crate::math::{larger, saturate, smaller, sqrt};
+use crate::math::{decay, larger, saturate, sqrt};
 
 /// Standard deviations before anything was seen: of `g`; of `T` [s], and that share of the drive's delay and
 /// lag; of `d0`, in planned decelerations. More of the first: weak brakes are known sooner, and more is taken
@@ -42,10 +46,12 @@ use crate::math::{larger, saturate, smaller, sqrt};
 const PRIOR: (f64, (f64, f64), f64) = (0.15, (0.1, 0.25), 0.33);
 /// What one speed leaves open, in planned decelerations [s]: noise, and steps of a period.
 const NOISE: f64 = 0.01;
-/// How much a slope changes the disturbance within a second, in planned decelerations.
-const SLOPE: f64 = 0.03;
-/// How much the brakes may change within a second.
-const DRIFT: f64 = 0.02;
+/// How much a slope changes the disturbance within a second, in planned decelerations. More: weak brakes are
+/// known later. Less: what changes the speed otherwise is taken for them.
+const SLOPE: f64 = 0.01;
+/// For how long what was found of the brakes is believed [s]. More: drag in bends is taken for weak brakes.
+/// Less: a long braking loses what it found.
+const MEMORY: f64 = 5.0;
 /// An innovation counts as no larger than so many of its standard deviations.
 const OUTLIER: f64 = 4.0;
 /// By how much less brakes are believed to give, at most.
@@ -99,7 +105,7 @@ impl Bias {
     }
 
     /// Takes in what the observer of such a drive did.
-    pub(super) fn observe(&mut self, step: &Corrected, (response, braking): (f64, f64)) {
+    pub(super) fn observe(&mut self, step: &Corrected, (response, braking, time): (f64, f64, f64)) {
         let dt = step.dt;
         let (kept, l) = (1.0 - step.gains.0, step.gains.1);
         let (noise, slope) = (NOISE * braking, SLOPE * braking);
@@ -119,7 +125,7 @@ impl Bias {
         self.speed = slopes * kept;
         self.push -= slopes * l;
         let cross = self.covariance * slopes;
-        let total = slopes.dot(&cross) + v + noise;
+        let total = slopes.dot(&cross) + v * larger(time / dt, 1.0) + noise;
         let most = OUTLIER * sqrt(total);
         let error = saturate(step.error - slopes.dot(&self.mean), -most, most);
         self.mean += cross * (error / total);
@@ -131,8 +137,18 @@ impl Bias {
                 *variance = larger(*variance, 0.0);
             }
         }
-        let drifted = self.covariance.m11 + DRIFT * DRIFT * dt;
-        self.covariance.m11 = smaller(drifted, PRIOR.0 * PRIOR.0);
+        // Brakes are as they were less and less: an Ornstein-Uhlenbeck process.
+        let kept = decay(dt, MEMORY);
+        self.mean.x *= kept;
+        self.covariance.m11 =
+            kept * kept * self.covariance.m11 + (1.0 - kept * kept) * PRIOR.0 * PRIOR.0;
+        for k in 1..3 {
+            for place in [(0, k), (k, 0)] {
+                if let Some(both) = self.covariance.get_mut(place) {
+                    *both *= kept;
+                }
+            }
+        }
         // A state that was brought along need not be one.
         if self.check().is_err() {
             *self = Self::new(response, braking);

@@ -121,7 +121,7 @@ impl Observer {
             ),
             dt,
         };
-        bias.observe(&corrected, (response, braking));
+        bias.observe(&corrected, (response, braking, time));
         self.bias = Some(bias);
         let corrected = predicted + (1.0 - trust * pole * pole) * error;
         self.speed = Some(saturate(corrected, -MAX_SPEED, MAX_SPEED));
