@@ -93,22 +93,22 @@ struct Biases {
 impl Biases {
     /// Before anything was seen of a drive with this lag.
     fn new(lag: f64) -> Self {
-        let deviations = [0.15, 0.1 + 0.25 * lag, 0.33 * 3.0];
+        let deviations = [0.2, 0.1 + 0.25 * lag, 0.1 + 0.25 * lag];
         let mut covariance = [[0.0; 3]; 3];
         for (k, deviation) in deviations.iter().enumerate() {
             covariance[k][k] = deviation * deviation;
         }
         Self {
             speed: [0.0; 3],
-            push: [0.0, 0.0, 1.0],
+            push: [0.0; 3],
             mean: [0.0; 3],
             covariance,
-            own: [0.0; 3],
+            own: [0.3 * 0.3, 0.0, 0.99 * 0.99],
         }
     }
 
-    fn update(&mut self, error: f64, inputs: [f64; 2], (k, l): (f64, f64), dt: f64) {
-        let (noise, slope) = ((0.01_f64 * 3.0).powi(2), (0.01_f64 * 3.0).powi(2) * dt);
+    fn update(&mut self, error: f64, inputs: [f64; 3], (k, l): (f64, f64), dt: f64) {
+        let (noise, slope) = ((0.01_f64 * 3.0).powi(2), (0.005_f64 * 3.0).powi(2) * dt);
         let [v, c, d] = self.own;
         let (v, c, d) = (v + 2.0 * dt * c + dt * dt * d, c + dt * d, d + slope);
         self.own = [
@@ -116,9 +116,8 @@ impl Biases {
             (1.0 - k) * (c - l * v) + k * l * noise,
             d - 2.0 * l * c + l * l * (v + noise),
         ];
-        let slopes: [f64; 3] = core::array::from_fn(|i| {
-            self.speed[i] + dt * self.push[i] + [inputs[0], -inputs[1], 0.0][i]
-        });
+        let slopes: [f64; 3] =
+            core::array::from_fn(|i| self.speed[i] + dt * self.push[i] + inputs[i]);
         let dot = |row: &[f64; 3]| row.iter().zip(&slopes).map(|(a, b)| a * b).sum::<f64>();
         let cross: [f64; 3] = core::array::from_fn(|i| dot(&self.covariance[i]));
         let total = dot(&cross) + v * 0.8 / dt + noise;
@@ -139,7 +138,7 @@ impl Biases {
             self.covariance[0][k] *= kept;
             self.covariance[k][0] *= kept;
         }
-        self.covariance[0][0] += (1.0 - kept * kept) * 0.15 * 0.15;
+        self.covariance[0][0] += (1.0 - kept * kept) * 0.2 * 0.2;
     }
 
     /// `g`, as far as it stands out.
@@ -178,8 +177,8 @@ impl Observer {
     ) {
         let answer = |from: f64, lag: f64| command + (from - command) * f64::exp(-dt / lag);
         let mean = command + (self.drive - command) * lag / dt * (1.0 - f64::exp(-dt / lag));
+        let last = (self.drive, self.slow);
         self.drive = answer(self.drive, lag);
-        let slower = self.slow;
         self.slow = answer(self.slow, lag + 0.3);
         let before = self.speed.replace(speed);
         let Some(before) = before else { return };
@@ -196,7 +195,11 @@ impl Observer {
         self.speed = Some(predicted + (1.0 - share * p * p) * error);
         self.estimate = (self.estimate + share * (1.0 - p).powi(2) / dt * error).clamp(-3.0, 3.0);
         let gains = (1.0 - share * p * p, share * (1.0 - p).powi(2) / dt);
-        let inputs = [(mean * dt).min(0.0), self.slow - slower];
+        let inputs = [
+            (mean * dt).min(0.0),
+            last.0 - self.drive,
+            last.1 - self.slow,
+        ];
         self.biases.update(error, inputs, gains, dt);
     }
 }

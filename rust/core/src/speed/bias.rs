@@ -6,9 +6,9 @@
 //! speed `v` and its disturbance `d` linearly, by biases `b` that stay:
 //!
 //! ```text
-//! b = [ g  ]   brakes give 1 + g of what they are commanded:    B = [ drop of the speed by the brakes ]
-//!     [ T  ]   the drive is later by T [s]:                         [ - change of a slower drive      ]
-//!     [ d0 ]   the disturbance before the first step:               [ 0                               ]
+//! b = [ g ]   brakes give 1 + g of what they are commanded:   B = [ drop of the speed by the brakes    ]
+//!     [ T ]   the drive begins later by T [s]:                    [ - change of its acceleration       ]
+//!     [ L ]   it builds up more slowly by L [s]:                  [ - change of a slower drive's       ]
 //! ```
 //!
 //! With the observer's gains `k` and `l`, its error for a unit of each bias is `V`, and its innovation `r`
@@ -21,15 +21,15 @@
 //! ```
 //!
 //! where `p` is the variance of the observer's own innovation: `NOISE` planned decelerations, squared, and what
-//! a slope leaves open that changes by `SLOPE`, which lasts for the observer's time constant and so counts as
-//! white noise of so many periods. That is the second stage of B. Friedland, *Treatment of bias in
+//! its first guess (`START`) and a slope that changes by `SLOPE` leave open; these last for the observer's time
+//! constant, and so count as white noise of so many periods. That is the second stage of B. Friedland, *Treatment of bias in
 //! recursive filtering*, IEEE Trans. Automatic Control 14, 1969; the observer is the first one, and does not
 //! know of it. `g` is an Ornstein-Uhlenbeck process: what a long and slight braking seems to show, drag in bends
 //! or an engine's, is none of the brakes and fades, while a hard one shows it anew within tenths of a second.
 //! Of the biases only `g` is used, by the part that stands out of what is not known of it
 //! (L. Breiman's garrote, as in [`kalman`](crate::vehicle::kalman)): commands in flight brake by `1 + g` of what they
 //! say, later ones say so much more, and the disturbance is `d + V_d g`. The other two are there so that a drive
-//! which is late, and a slope at the start, are not taken for weak brakes (S. F. Schmidt, *Application of
+//! which is late is not taken for weak brakes (S. F. Schmidt, *Application of
 //! state-space methods to navigation problems*, Advances in Control Systems 3, 1966).
 //!
 //! Assumed: brakes that give no more than they are told, `-LEAST <= g <= 0`; of stronger ones the disturbance has
@@ -40,15 +40,17 @@ use nalgebra::{SMatrix, SVector};
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{decay, larger, saturate, sqrt};
 
-/// Standard deviations before anything was seen: of `g`; of `T` [s], and that share of the drive's delay and
-/// lag; of `d0`, in planned decelerations. More of the first: weak brakes are known sooner, and more is taken
-/// for them.
-const PRIOR: (f64, (f64, f64), f64) = (0.15, (0.1, 0.25), 0.33);
+/// Standard deviations before anything was seen: of `g`; of `T` and `L` [s], and that share of the drive's delay
+/// and lag. More of the first: weak brakes are known sooner, and more is taken for them.
+const PRIOR: (f64, (f64, f64)) = (0.2, (0.1, 0.25));
+/// What the observer's first speed and disturbance are off by, in planned decelerations: what was commanded
+/// before the first step, and the slope there, are not known.
+const START: (f64, f64) = (0.1, 0.33);
 /// What one speed leaves open, in planned decelerations [s]: noise, and steps of a period.
 const NOISE: f64 = 0.01;
 /// How much a slope changes the disturbance within a second, in planned decelerations. More: weak brakes are
 /// known later. Less: what changes the speed otherwise is taken for them.
-const SLOPE: f64 = 0.01;
+const SLOPE: f64 = 0.005;
 /// For how long what was found of the brakes is believed [s]. More: drag in bends is taken for weak brakes.
 /// Less: a long braking loses what it found.
 const MEMORY: f64 = 5.0;
@@ -80,9 +82,10 @@ pub struct Bias {
 pub(super) struct Corrected {
     /// Its innovation [m/s].
     pub error: f64,
-    /// The change of the speed by the brakes [m/s], and that of a slower drive's acceleration [m/s²].
+    /// The change of the speed by the brakes [m/s].
     pub braked: f64,
-    pub changed: f64,
+    /// The changes of what the drive gives, and of what a slower one would [m/s²].
+    pub changed: (f64, f64),
     /// The gains, of the speed and of the disturbance [1/s].
     pub gains: (f64, f64),
     /// The period [s].
@@ -94,13 +97,14 @@ impl Bias {
     /// anything was seen.
     pub fn new(response: f64, braking: f64) -> Self {
         let late = PRIOR.1.0 + PRIOR.1.1 * response;
-        let prior = SVector::from([PRIOR.0, late, PRIOR.2 * braking]);
+        let prior = SVector::from([PRIOR.0, late, late]);
+        let (speed, push) = (START.0 * braking, START.1 * braking);
         Self {
             speed: SVector::zeros(),
-            push: SVector::from([0.0, 0.0, 1.0]),
+            push: SVector::zeros(),
             mean: SVector::zeros(),
             covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
-            own: (0.0, 0.0, 0.0),
+            own: (speed * speed, 0.0, push * push),
         }
     }
 
@@ -121,7 +125,9 @@ impl Bias {
             kept * (both - l * v) + step.gains.0 * l * noise,
             d - 2.0 * l * both + l * l * (v + noise),
         );
-        let slopes = self.speed + self.push * dt + SVector::from([step.braked, -step.changed, 0.0]);
+        let slopes = self.speed
+            + self.push * dt
+            + SVector::from([step.braked, -step.changed.0, -step.changed.1]);
         self.speed = slopes * kept;
         self.push -= slopes * l;
         let cross = self.covariance * slopes;
@@ -167,19 +173,10 @@ impl Bias {
     }
 
     /// Where the observer begins anew, what was learnt stays.
-    pub(super) fn rest(&mut self) {
+    pub(super) fn rest(mut self) -> Self {
         self.speed = SVector::zeros();
-        self.push.x = 0.0;
-        self.push.y = 0.0;
-    }
-
-    /// The same where the direction of driving changes, and the disturbance with it.
-    pub(super) fn turned(self) -> Self {
-        Self {
-            speed: SVector::zeros(),
-            push: SVector::zeros(),
-            ..self
-        }
+        self.push = SVector::zeros();
+        self
     }
 
     /// Whether this is what can have been found.

@@ -56,6 +56,8 @@ pub struct Observer {
     pub slow_drive: f64,
     /// Acceleration that neither the commands nor the path's grade explain [m/s^2].
     pub disturbance: f64,
+    /// What the drive gave at the last step [m/s^2].
+    pub pull: f64,
     /// What the drive is not as told.
     pub bias: Option<Bias>,
 }
@@ -85,12 +87,12 @@ impl Observer {
         dt: f64,
     ) {
         let slower = self.slow_drive;
+        let pull = core::mem::replace(&mut self.pull, given.pull);
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
-        let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
+        let bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
         let Some(before) = self.speed.filter(|_| !held) else {
             self.speed = Some(speed);
-            bias.rest();
-            self.bias = Some(bias);
+            self.bias = Some(bias.rest());
             return;
         };
         let predicted = before + given.speed + (known + self.disturbance) * dt;
@@ -114,13 +116,14 @@ impl Observer {
         let corrected = Corrected {
             error,
             braked: smaller(given.speed, 0.0),
-            changed: self.slow_drive - slower,
+            changed: (given.pull - pull, self.slow_drive - slower),
             gains: (
                 1.0 - trust * pole * pole,
                 trust * (1.0 - pole) * (1.0 - pole) / dt,
             ),
             dt,
         };
+        let mut bias = bias;
         bias.observe(&corrected, (response, braking, time));
         self.bias = Some(bias);
         let corrected = predicted + (1.0 - trust * pole * pole) * error;
@@ -141,7 +144,7 @@ impl Observer {
     pub(super) fn turned(self) -> Self {
         Self {
             disturbance: -self.answer(0.0).push,
-            bias: self.bias.map(Bias::turned),
+            bias: self.bias.map(Bias::rest),
             ..Self::default()
         }
     }
