@@ -13,8 +13,7 @@ use crate::error::{ConfigError, InputError, input_within};
 use crate::math::{decay, wrap};
 use crate::path::carry::{Progress, carry_over, goes_on};
 use crate::path::{Follow, PathView, STEP_BUDGET};
-use crate::speed::defaults;
-use crate::speed::law::{CREEP, Sensed, SpeedCommand, SpeedLaw, SpeedState, SpeedTrackerParams};
+use crate::speed::law::{Sensed, SpeedCommand, SpeedLaw, SpeedState, SpeedTrackerParams};
 use crate::status::{HOLD_LIMIT, Status};
 use crate::vehicle::gate::rolled;
 use crate::vehicle::past::checked_age;
@@ -119,7 +118,7 @@ impl SpeedTracker {
 
     /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
     /// path's own [m/s], never negative. For a limit that the vehicle does not have, that of
-    /// [`defaults`] is taken. Plans use 0.9 of the lateral acceleration in bends: the rest is for the
+    /// [`defaults`](crate::speed::defaults) is taken. Plans use 0.9 of the lateral acceleration in bends: the rest is for the
     /// steering to correct errors.
     ///
     /// # Errors
@@ -127,7 +126,9 @@ impl SpeedTracker {
     /// [`ConfigError`], where a limit of the vehicle is out of the range of a plan.
     #[cfg(feature = "alloc")]
     pub fn plan(&self, path: &PathView<'_>) -> Result<alloc::vec::Vec<f64>, ConfigError> {
+        use crate::speed::defaults;
         use crate::speed::jerk::Jerk;
+        use crate::speed::law::CREEP;
         use crate::speed::stops::bounds_of;
         use crate::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
         use alloc::vec;
