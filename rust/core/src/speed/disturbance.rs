@@ -157,6 +157,7 @@ impl Observer {
     pub(super) fn check(&self, most: f64) -> Result<(), InputError> {
         input_within("observer.speed", self.speed.unwrap_or(0.0), MAX_SPEED)?;
         input_within("observer.slow_drive", self.slow_drive, most)?;
+        input_within("observer.pull", self.pull, most)?;
         input_within("observer.disturbance", self.disturbance, MAX_DISTURBANCE)?;
         self.bias.map_or(Ok(()), |bias| bias.check())
     }
