@@ -32,6 +32,8 @@ export PYO3_BUILD_EXTENSION_MODULE := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # They could put another popsteer, or another Python, before the installed one, and let each process compile anew.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE
+# It chooses how sums are rounded, and with that the last digits of what was recorded.
+unexport OPENBLAS_CORETYPE
 
 # What the wheel is made of. Folders count, so that a deleted file is noticed too.
 SOURCES := $(wildcard Cargo.toml Cargo.lock pyproject.toml README.md LICENSE) \

@@ -408,14 +408,20 @@ SMOOTH = (
 )
 
 
-@pytest.mark.parametrize(("condition", "most"), [("as told", 0.01), ("noise", 0.02)])
-def test_mpc_errs_as_one_that_is_told_a_spline(condition: str, most: float) -> None:
+@pytest.mark.parametrize(
+    ("condition", "most", "draws"), [("as told", 0.01, [()]), ("noise", 0.02, [(), ("1",), ("2",)])]
+)
+def test_mpc_errs_as_one_that_is_told_a_spline(
+    condition: str, most: float, draws: list[tuple[str, ...]]
+) -> None:
+    # Of noise three draws: one alone is off by 1 % either way.
     pytest.importorskip("daqp")
     ratios = []
-    for name, mover in itertools.product(SMOOTH, (suite_car(), object_of("carla-identified"))):
+    movers = (suite_car(), object_of("carla-identified"))
+    for name, mover, draw in itertools.product(SMOOTH, movers, draws):
         ours, theirs = (
             drive(
-                SCENARIOS[name], CONDITIONS[condition], mover, make, seed_of(name, condition)
+                SCENARIOS[name], CONDITIONS[condition], mover, make, seed_of(name, condition, *draw)
             ).metrics.rear_axle_mean_abs_cross_track_error
             for make in (splined, lambda path, car: Mpc(path, car, Weights()))
         )
