@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer import Path, lab, sim, tracks
+from popsteer import lab, sim
 from popsteer.lab.common.names import title_of
-from studies.layout import write_figures
+from studies.layout import course, write_figures
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 CONTROLLERS = ("pop", "stanley", "pure-pursuit", "preview-pop")
 PANELS = (
-    ("racetrack", "carla-identified", "the paper's track, the car identified from its run"),
+    ("authors", "carla-identified", "the paper's track, the car identified from its run"),
     ("slalom", "commonroad-mb-2", "slalom, CommonRoad's multi-body BMW 320i"),
 )
 
 
 def driven(track: str, plant: str) -> Comparison:
     """Drive all four, at 10 m/s from 1 m beside the path, as README's matrix does."""
-    path = Path(tracks.get(track).xy)
+    path, _ = course(track)
     start = sim.default_start(path, 1.0, sim.vehicle_of(plant))
     return lab.compare.run(path, CONTROLLERS, plant, start=start, constant_speed=10.0)
 
