@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 import struct
 import subprocess
 import sys
@@ -19,11 +18,11 @@ pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
 from popsteer.adapters import ros2
-from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2 import messages, paths
 from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.discovery import configuration
 from popsteer.adapters.ros2.node import Node, Options
-from popsteer.adapters.ros2.pacing import spin
+from popsteer.adapters.ros2.pacing import Pace, spin
 from popsteer.adapters.ros2.paths import path_of, points_of_bytes
 from tests.adapters.ros2_domain import domain
 
@@ -306,20 +305,21 @@ def test_points_are_decoded_as_rosbags_does_at_any_alignment() -> None:
             assert (found.path().x.tolist(), found.frame) == (wanted.x.tolist(), frame)
 
 
-def test_path_of_1300_points_takes_less_than_two_milliseconds() -> None:
-    data = messages.encode(long_path(1300))
-    times = []
-    for _ in range(9):
-        begun = time.perf_counter()
-        points_of_bytes(messages.PATH, data).path()
-        times.append(time.perf_counter() - begun)
-    assert statistics.median(times) < 0.002
-
-
-def test_command_comes_soon_after_the_odometry_whatever_the_rate() -> None:
+def test_command_follows_each_odometry_between_ticks_of_the_timer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # When it steps, to the nanosecond, is in test_ros2_pacing.py; here the clock is the machine's.
     number = domain()
     member = Participant(number, local=True)
     node = Node(Participant(number, local=True), popsteer.Driver, Options(rate=50.0))
+    cycle, by_odometry = Pace.cycle, []
+
+    def noted(pace: Pace, node: Node, now: int, wall: int, *, came: bool) -> bool:
+        done = cycle(pace, node, now, wall, came=came)
+        by_odometry.extend([came] if done else [])
+        return done
+
+    monkeypatch.setattr(Pace, "cycle", noted)
     ended = threading.Event()
     thread = threading.Thread(target=spin, args=(node, node._participant, ended.is_set))
     odometry = member.writer("/odom", messages.ODOMETRY)
@@ -327,21 +327,19 @@ def test_command_comes_soon_after_the_odometry_whatever_the_rate() -> None:
     drive = member.reader("/drive", messages.ACKERMANN, reliable=True)
     path.write(messages.encode(long_path(100)))
     thread.start()
+
+    def answered() -> bool:
+        """Whether a pose was answered by a command, and forty have been by a step of their own."""
+        message = ros2.odometry_message(1.0, 0.0, 0.0, 0.0, time.time_ns(), "map")
+        drive.take()
+        odometry.write(messages.encode(message))
+        return bool(drive.wait(1.0) and drive.take()) and sum(by_odometry) >= 40
+
     try:
-        delays = []
-        for _ in range(60):
-            time.sleep(0.021)  # not the node's own period
-            sent = time.time_ns()
-            message = ros2.odometry_message(1.0, 0.0, 0.0, 0.0, sent, "map")
-            drive.take()
-            odometry.write(messages.encode(message))
-            if drive.wait(0.05) and drive.take():
-                delays.append(1e-9 * (time.time_ns() - sent))
+        assert until(answered, 60.0)
     finally:
         ended.set()
         thread.join()
-    assert len(delays) > 40
-    assert statistics.median(delays) < 0.006  # half a period, 10 ms, where it is not waited for
 
 
 GARBAGE = """
@@ -372,20 +370,15 @@ def test_datagrams_that_are_none_are_printed_nowhere_and_stop_nothing() -> None:
     assert (found.stdout, found.stderr) == ("1\n", "")
 
 
-def test_poses_with_frames_of_several_lengths_are_decoded_as_fast() -> None:
-    even, uneven = long_path(10_000), long_path(10_000)
-    for k, each in enumerate(uneven.poses):
-        frame = "map" if k % 2 else "another_map"
+@pytest.mark.parametrize("frames", [("map",), ("map", "another_map")])
+def test_long_path_is_read_by_its_bytes_whatever_its_frames(
+    monkeypatch: pytest.MonkeyPatch, frames: tuple[str, ...]
+) -> None:
+    # rosbags would take a second for it, where a cycle of 50 Hz is 20 ms.
+    monkeypatch.setattr(paths, "decode", None)
+    message = long_path(10_000)
+    for k, each in enumerate(message.poses):
+        frame = frames[k % len(frames)]
         each.header = messages.make("std_msgs/msg/Header", frame_id=frame)
-    times = []
-    for message in (even, uneven):
-        data = messages.encode(message)
-        taken = []
-        for _ in range(5):
-            begun = time.perf_counter()
-            found = points_of_bytes(messages.PATH, data)
-            taken.append(time.perf_counter() - begun)
-        assert found.xy[:, 0].tolist() == [0.5 * k for k in range(10_000)]
-        times.append(min(taken))
-    # A cycle of 50 Hz is 20 ms; rosbags takes a second for it.
-    assert times[1] < 0.02
+    found = points_of_bytes(messages.PATH, messages.encode(message))
+    assert found.xy[:, 0].tolist() == [0.5 * k for k in range(10_000)]
