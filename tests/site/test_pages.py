@@ -43,6 +43,13 @@ def test_links_of_the_page_lead_to_files_and_headings(page: str) -> None:
     assert not faults(page, (ROOT / page).read_text(encoding="utf-8"))
 
 
+@looped("page", NAMES)
+def test_no_paragraph_stands_twice_on_a_page(page: str) -> None:
+    paragraphs = (ROOT / page).read_text(encoding="utf-8").split("\n\n")
+    told = [each for each in paragraphs if len(each) > 120 and not each.startswith("    ")]
+    assert len(set(told)) == len(told)
+
+
 @looped(
     ("text", "fault"),
     [
