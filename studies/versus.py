@@ -37,17 +37,21 @@ def versus_figure(found: list[Comparison], theme: Theme) -> Figure:
     """Draw the rear axle's errors over the distance: one point for all, and all of them."""
     figure = Figure(figsize=(10.0, 5.4), layout="constrained")
     for panel, each, (_, _, title) in zip(figure.subplots(2, 1), found, PANELS, strict=True):
+        styles = theme.styles(each.runs)
         for name, run in each.runs.items():
             far = np.cumsum(np.abs(run.records["speed"])) * run.dt
             mean = run.metrics.rear_axle_settled_mean_abs_cross_track_error
             label = f"{title_of(name)}: {mean:.4f} m"
             errors = run.records["rear_cross_track_error"]
-            panel.plot(far, errors, color=theme.colour(name), label=label)
+            look = {"color": theme.colour(name), "linestyle": styles[name]}
+            panel.plot(far, errors, label=label, **look)
         panel.axvline(50.0, color=theme.faint, lw=0.8, ls=":")
         panel.margins(x=0.0)
         panel.set_title(title, fontsize=10.5, loc="left")
         panel.set_ylabel("error of the rear axle [m]")
-        panel.legend(title="mean after 5 s", loc="center left", bbox_to_anchor=(1.0, 0.5))
+        panel.legend(
+            title="mean after 5 s", loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2
+        )
     panel.set_xlabel("distance driven [m]")
     return figure
 
