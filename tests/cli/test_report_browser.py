@@ -152,10 +152,21 @@ def test_statuses_are_read_and_drawn(page: Browser, comparison: compare.Comparis
     ]
     drawn = page.run(
         "document.getElementById('panels').data.filter((t) => t.actor === 'stanley'"
-        f" && t.line.width === {4 if said.level == 'degraded' else 11}"
-        " && t.yaxis === 'y5').map((t) => [...t.x])[0]"
+        " && t.yaxis === 'y5'"
+        f" && t.line.width === {4 if said.level == 'degraded' else 11}).map((t) => [...t.x])[0]"
     )
     assert any(x is not None and abs(x - 0.05 * k) < 1e-3 for x in drawn)
+
+
+def test_axes_fit_what_is_zoomed_to(page: Browser) -> None:
+    ends = "document.getElementById('panels')._fullLayout.yaxis.range"
+    low, high = page.run(ends)
+    assert max(-low, high) < 2.0  # without the start, 2.44 m beside
+    page.run("(Plotly.relayout('panels', {'xaxis.range[0]': 0, 'xaxis.range[1]': 1}), null)")
+    page.wait(f"{ends}[0] < -2.4")
+    page.run("(Plotly.relayout('panels', {'xaxis.autorange': true}), null)")
+    page.wait(f"{ends}[0] === {low}")
+    assert page.errors == []
 
 
 def test_pointer_on_the_map_moves_the_cursor_to_that_place(

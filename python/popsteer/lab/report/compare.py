@@ -28,7 +28,7 @@ PANELS = (
     Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),
     ANGLES,
     Panel("speed", "Speed [m/s]", "v [m/s]", 2),
-    Panel("status", "Status (thin: degraded, thick: fault)", "status"),
+    Panel("status", "Status", "status"),
 )
 """What is drawn of a run."""
 
@@ -173,6 +173,7 @@ def scene_of(comparison: Comparison) -> Scene:
         panels=PANELS,
         vehicle=comparison.vehicle,
         paths=[comparison.path],
+        settled=comparison.first.settings.settling_time,
         figures=latency_figure(comparison),
     )
 

@@ -28,7 +28,7 @@ _ASSETS = (
 )
 _MOST_POINTS = 250_000  # of a scene: more take seconds to draw
 _STRIDES = tuple(2**k for k in range(16))
-_ROLES = ("background", "text", "faint", "grid", "path")
+_ROLES = ("background", "text", "faint", "grid", "path", "speed", "pid")
 
 
 @dataclass(frozen=True)

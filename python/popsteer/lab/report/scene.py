@@ -127,6 +127,8 @@ class Scene:
     """Places to mark on the map: x, y [m] and what is there."""
     distance_title: str = "distance along the path [m]"
     figures: Sequence[dict[str, Any]] = field(default=())
+    settled: float = 0.0
+    """When its start is over [s]."""
 
     @property
     def samples(self) -> int:
@@ -165,6 +167,7 @@ class Scene:
             "statuses": {bits: [Status(bits).level, str(Status(bits))] for bits in statuses},
             "distanceTitle": self.distance_title,
             "figures": list(self.figures),
+            "settled": self.settled,
         }
 
     def _kept(self, actor: Actor, stride: int) -> NDArray[np.int64]:

@@ -153,6 +153,7 @@ def _scene(
         vehicle=sim.vehicle_of(job.whole),
         paths=[job.path],
         marks=marks,
+        settled=job.settings.settling_time,
     )
 
 

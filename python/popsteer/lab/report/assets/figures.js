@@ -24,7 +24,11 @@ function drawFigure(element) {
     layout[key] = key.includes("axis") ? axisStyle({ ...value, zeroline: false }) : value;
   }
   if (figure.traces.length < 2) layout.showlegend = false;
-  return Plotly.react(element, coloured(figure.traces), layout, plotConfig);
+  const traces = figure.traces.map((trace) => {
+    const name = String(trace.line?.color).slice(1);
+    return LAWS.includes(name) ? { ...trace, line: { dash: dashesOf([name])[0], ...trace.line } } : trace;
+  });
+  return Plotly.react(element, coloured(traces), layout, plotConfig);
 }
 
 function showFigures(gallery, figures) {

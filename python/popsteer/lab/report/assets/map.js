@@ -39,11 +39,12 @@ class TrackMap {
     const traces = scene.paths.map(([x, y]) => ({
       x, y, mode: "lines", line: { color: role("path"), width: 5 }, hoverinfo: "skip", showlegend: false,
     }));
-    for (const actor of scene.actors) {
+    const dashes = dashesOf(scene.actors.map((actor) => actor.name));
+    for (const [k, actor] of scene.actors.entries()) {
       if (!actor.columns.x || actor.body === "ray") continue;
       traces.push({
         x: actor.columns.x, y: actor.columns.y, mode: "lines", connectgaps: false, hoverinfo: "skip",
-        line: { color: shade(actor.colour), width: actor.width }, visible: !actor.hidden, actor: actor.name,
+        line: { color: shade(actor.colour), width: actor.width, dash: dashes[k] }, visible: !actor.hidden, actor: actor.name,
       });
     }
     if (scene.marks.length) {

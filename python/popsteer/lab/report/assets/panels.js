@@ -2,6 +2,13 @@
 const GAP = 0.045;
 const NARROW = 480; // pixels
 
+const LEVELS = { degraded: "speed", fault: "pid" }; // the colours that the figures have for them
+
+function legend() {
+  const signs = { degraded: "▬", fault: "■" };
+  return Object.keys(LEVELS).map((level) => `<span style="color:${role(LEVELS[level])}">${signs[level]}</span> ${level}`).join("  ");
+}
+
 class Panels {
   constructor(element, onPick) {
     this.element = element;
@@ -25,7 +32,15 @@ class Panels {
   async show(scene, axis) {
     this.scene = scene;
     this.axis = axis;
+    this.zoomed = false;
     await this.draw();
+    this.element.removeAllListeners?.("plotly_relayout");
+    this.element.on("plotly_relayout", (changed) => {
+      const zoomed = "xaxis.range[0]" in changed || "xaxis.range" in changed;
+      if (!zoomed && !("xaxis.autorange" in changed)) return;
+      this.zoomed = zoomed;
+      this.draw();
+    });
     this.element.removeAllListeners?.("plotly_afterplot");
     this.element.on("plotly_afterplot", () => this.place());
     this.place();
@@ -37,6 +52,7 @@ class Panels {
     const weights = panels.map((panel) => (panel.column === "status" ? 0.16 + 0.08 * scene.actors.length : 1));
     const unit = (1 - GAP * (panels.length - 1)) / weights.reduce((sum, each) => sum + each, 0);
     const traces = [], shapes = [], notes = [];
+    const ends = (place) => scene.actors.map((actor) => actor.columns[axis].at(place)); // triangles would need room
     const last = panels.length === 1 ? "y" : `y${panels.length}`;
     const layout = layoutStyle({
       ...(printing && { height: 1.2 * SHEET }),
@@ -45,21 +61,22 @@ class Panels {
       margin: { l: 8, r: 12, t: 1.9 * letterSize(), b: 8 },
       xaxis: axisStyle({
         title: { text: axis === "time" ? "time [s]" : scene.distanceTitle, standoff: 6 },
-        anchor: last, zeroline: false,
+        anchor: last, zeroline: false, autorangeoptions: { clipmin: Math.min(...ends(0)), clipmax: Math.max(...ends(-1)) },
       }),
     });
     let top = 1;
     panels.forEach((panel, place) => {
       const name = place ? `y${place + 1}` : "y", full = place ? `yaxis${place + 1}` : "yaxis";
       const bottom = Math.max(0, top - unit * weights[place]);
+      const title = `<b>${this.fits(panel.title) ? panel.title : panel.short}</b>`;
       layout[full] = axisStyle({ domain: [bottom, top], fixedrange: true, nticks: 5 });
       notes.push({
-        text: `<b>${this.fits(panel.title) ? panel.title : panel.short}</b>`, xref: "paper", yref: "paper", x: 0, y: top, xanchor: "left",
+        text: panel.column === "status" ? `${title} ${legend()}` : title, xref: "paper", yref: "paper", x: 0, y: top, xanchor: "left",
         yanchor: "bottom", showarrow: false, font: { color: role("text") },
       });
       top = bottom - GAP;
       if (panel.column === "status") this.addStatuses(traces, name, layout[full]);
-      else this.addLines(traces, shapes, panel, name);
+      else this.addLines(traces, shapes, panel, name, layout[full]);
     });
     return Plotly.react(this.element, traces, layout, plotConfig);
   }
@@ -69,14 +86,62 @@ class Panels {
     return 0.62 * letterSize() * title.length < this.element.clientWidth - 6 * letterSize();
   }
 
-  addLines(traces, shapes, panel, name) {
+  // Calls with each value of a quantity that is looked at, from a time on; where, and whose it is.
+  look(panel, start, found) {
+    const [from, to] = this.zoomed ? this.element._fullLayout.xaxis.range : [-Infinity, Infinity];
     for (const actor of this.scene.actors) {
-      const values = actor.columns[panel.column];
+      const { time, [panel.column]: values, [this.axis]: along } = actor.columns;
+      for (let k = 0; k < (values?.length ?? 0); k++) {
+        if (time[k] >= start && along[k] >= from && along[k] <= to) found(values[k], along[k], actor);
+      }
+    }
+  }
+
+  // The range that a quantity takes after the start; where the start alone is looked at, there.
+  range(panel) {
+    let low = Infinity, high = -Infinity;
+    for (const start of [this.scene.settled, -Infinity]) {
+      if (low <= high) break;
+      this.look(panel, start, (value) => {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      });
+    }
+    if (panel.limit) [low, high] = [Math.min(low, -panel.limit), Math.max(high, panel.limit)];
+    const room = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
+    return low <= high ? [low - room, high + room] : undefined;
+  }
+
+  // The start is faint; a triangle at the edge says which way a line leaves the plot.
+  addLines(traces, shapes, panel, name, layout) {
+    const range = this.range(panel), beyond = new Map();
+    layout.range = range;
+    if (range) {
+      this.look(panel, -Infinity, (value, at, actor) => {
+        if (!(value < range[0] || value > range[1])) return;
+        const side = value > range[1] ? "triangle-up" : "triangle-down";
+        const marks = beyond.get(actor) ?? beyond.set(actor, new Map()).get(actor);
+        if (!(Math.abs(marks.get(side)?.[0]) >= Math.abs(value))) marks.set(side, [value, at]);
+      });
+    }
+    const dashes = dashesOf(this.scene.actors.map((actor) => actor.name));
+    for (const [place, actor] of this.scene.actors.entries()) {
+      const values = actor.columns[panel.column], along = actor.columns[this.axis];
       if (!values) continue;
+      const begun = actor.columns.time.findIndex((time) => time >= this.scene.settled);
+      const common = { yaxis: name, hoverinfo: "skip", visible: !actor.hidden, actor: actor.name };
+      for (const [first, end, opacity] of begun > 0 ? [[0, begun + 1, 0.35], [begun, undefined, 1]] : [[0, undefined, 1]]) {
+        traces.push({
+          x: along.slice(first, end), y: values.slice(first, end), mode: "lines", connectgaps: false, opacity,
+          line: { color: shade(actor.colour), width: actor.width, dash: dashes[place] }, ...common,
+        });
+      }
+      const marks = [...(beyond.get(actor) ?? [])];
+      if (!marks.length) continue;
       traces.push({
-        x: actor.columns[this.axis], y: values, yaxis: name, mode: "lines", connectgaps: false,
-        line: { color: shade(actor.colour), width: actor.width }, hoverinfo: "skip", visible: !actor.hidden,
-        actor: actor.name,
+        x: marks.map(([, [, at]]) => at), y: marks.map(([side]) => range[side === "triangle-up" ? 1 : 0]),
+        mode: "markers", cliponaxis: false, ...common,
+        marker: { symbol: marks.map(([side]) => side), size: 8, color: shade(actor.colour) },
       });
     }
     for (const sign of panel.limit ? [-1, 1] : []) {
@@ -87,7 +152,7 @@ class Panels {
     }
   }
 
-  // A row for each controller: thin where it was degraded, thick where it was at fault.
+  // A row for each controller: thin where it was degraded, thick where it was at fault, in two colours.
   addStatuses(traces, name, axis) {
     const actors = this.scene.actors.filter((actor) => actor.columns.status);
     Object.assign(axis, {
@@ -109,7 +174,7 @@ class Panels {
       for (const [level, width] of [["ok", 1], ["degraded", 4], ["fault", 11]]) {
         traces.push({
           x: drawn[level][0], y: drawn[level][1], yaxis: name, mode: "lines", connectgaps: false,
-          line: { color: shade(actor.colour), width, simplify: true }, opacity: level === "ok" ? 0.5 : 1,
+          line: { color: LEVELS[level] ? role(LEVELS[level]) : shade(actor.colour), width, simplify: true }, opacity: level === "ok" ? 0.5 : 1,
           hoverinfo: "skip", visible: !actor.hidden, actor: actor.name,
         });
       }

@@ -22,6 +22,18 @@ function coloured(thing) {
   return thing;
 }
 
+// Dashes of the controllers, as the figures that are files have them; other lines have them in turn.
+const LAWS = ["pid", "pure-pursuit", "stanley", "pop", "preview-pop", "mpc"];
+const DASHES = ["dash", "dashdot", "dot", "solid", "longdash", "longdashdot"];
+
+function dashesOf(names) {
+  let next = names.some((name) => LAWS.includes(name)) ? 0 : DASHES.indexOf("solid");
+  return names.map((name) => {
+    if (name === "driver") return "solid"; // of a log, and as wide as no other
+    return DASHES[LAWS.includes(name) ? LAWS.indexOf(name) : next++ % DASHES.length];
+  });
+}
+
 function letterSize() {
   return 0.78 * parseFloat(getComputedStyle(document.documentElement).fontSize);
 }
