@@ -110,7 +110,7 @@ impl<L: LateralLaw> Driver<L> {
     /// One control step on `path`, whose planned speeds are `plan` [m/s]: what was `sensed` `dt` [s]
     /// after the last step.
     ///
-    /// Answers every input. A number that is not finite or beyond its bound has not come; a `dt` that
+    /// Never fails. A number that is not finite or beyond its bound has not come; a `dt` that
     /// is none, as of a stamp that repeats or of a clock that goes back, is no time, and one over
     /// 1 s counts as that.
     pub fn step(

@@ -17,7 +17,7 @@ use crate::vehicle::{Estimator, VehicleState};
 pub const ESTIMATION_GAP: f64 = 1.0;
 
 impl<L: LateralLaw> Tracker<L> {
-    /// A step that answers every input: where [`step`](Self::step) refuses the input, too, the
+    /// A step that never fails: where [`step`](Self::step) refuses the input, too, the
     /// last command is held, its angle, direction, errors and target, with the status
     /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
     /// beyond.

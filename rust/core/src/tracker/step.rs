@@ -2,7 +2,7 @@
 //!
 //! A [`Tracker`] runs a controller on a vehicle. It predicts the vehicle to the time when the next
 //! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
-//! driver without a jump of the angle, and answers every input.
+//! driver without a jump of the angle, and never fails.
 
 use crate::bounds::MAX_DT;
 use crate::error::{ConfigError, InputError, input_in_range};
