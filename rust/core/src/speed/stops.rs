@@ -1,6 +1,6 @@
 //! Where a plan stops, and what it asks for in between.
 
-use crate::math::{larger, saturate, smaller, sqrt};
+use crate::math::{larger, saturate, smaller};
 use crate::path::PathView;
 
 /// How many hops along a plan a stop is searched for. Each is at least a braking distance long, or a
@@ -20,14 +20,14 @@ pub(super) struct Between {
 
 /// The plan at a place.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+pub(super) struct PlanAt {
     /// `w`: the square of the planned speed.
     pub squared: f64,
     /// The acceleration of the plan [m/s²].
     pub slope: f64,
     /// The path's slope.
     pub grade: f64,
-    /// The highest speed of the segment [m/s]: at either end, or between two stops.
+    /// The square of the highest speed of the segment: at either end, or between two stops.
     pub highest: f64,
 }
 
@@ -66,7 +66,7 @@ impl Planned<'_, '_> {
 
     /// What the plan wants at `arc` [m]; on a closed path that may exceed the length: it continues across
     /// the seam.
-    pub(super) fn at(&self, arc: f64) -> Wanted {
+    pub(super) fn at(&self, arc: f64) -> PlanAt {
         let path = self.path;
         let (found, share) = match self.end {
             Some(end) if arc >= self.end_arc(end) => (end, 1.0),
@@ -87,13 +87,13 @@ impl Planned<'_, '_> {
         let then = next.map_or(here, |next| self.squared(next));
         let rise = then - here;
         let grade = path.grade_at(found, share);
-        let ((squared, slope), highest) = if here <= 0.0 && then <= 0.0 && !self.is_zero(found) {
+        let (squared, slope, highest) = if here <= 0.0 && then <= 0.0 && !self.is_zero(found) {
             self.peak(found, share)
         } else {
             let slope = 0.5 * rise / path.segment_length(found);
-            ((here + share * rise, slope), sqrt(larger(here, then)))
+            (here + share * rise, slope, larger(here, then))
         };
-        Wanted {
+        PlanAt {
             squared,
             slope,
             grade,
@@ -109,8 +109,8 @@ impl Planned<'_, '_> {
     }
 
     /// `w` and the acceleration on a segment between two stops, `share` of its length along: as fast as the
-    /// vehicle's limits allow, and the path's speeds at its ends where it has any; and the most of those.
-    fn peak(&self, index: usize, share: f64) -> ((f64, f64), f64) {
+    /// vehicle's limits allow, and the path's speeds at its ends where it has any; and the square of the most.
+    fn peak(&self, index: usize, share: f64) -> (f64, f64, f64) {
         let length = self.path.segment_length(index);
         let (driving, braking) = self.between.accelerations;
         let next = self.path.next(index).unwrap_or(index);
@@ -127,9 +127,9 @@ impl Planned<'_, '_> {
             (down, -braking)
         };
         if squared < most * most {
-            ((squared, slope), most)
+            (squared, slope, most * most)
         } else {
-            ((most * most, 0.0), most)
+            (most * most, 0.0, most * most)
         }
     }
 

@@ -118,8 +118,8 @@ impl SpeedTracker {
 
     /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
     /// path's own [m/s], never negative. For a limit that the vehicle does not have, that of
-    /// [`defaults`](crate::speed::defaults) is taken. Plans use 0.9 of the lateral acceleration in bends: the rest is for the
-    /// steering to correct errors.
+    /// [`defaults`](crate::speed::defaults) is taken. Plans use 0.9 of the lateral acceleration in bends:
+    /// the rest is for the steering to correct errors.
     ///
     /// # Errors
     ///

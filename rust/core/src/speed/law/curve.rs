@@ -5,7 +5,7 @@ use crate::path::PathView;
 
 use crate::speed::defaults;
 use crate::speed::law::limits::{CREEP, SpeedLaw};
-use crate::speed::stops::{Between, Planned, Wanted};
+use crate::speed::stops::{Between, PlanAt, Planned};
 
 /// The end of a stop takes so many times the drive's delay and lag. Less: a drive that is later than the
 /// vehicle says overruns. More: the stop takes longer.
@@ -63,8 +63,8 @@ impl SpeedLaw {
     }
 
     /// The speed with which a vehicle creeps where its plan begins at rest [m/s]: never above the plan's.
-    pub(super) fn creep(&self, plan: &Wanted) -> f64 {
-        smaller(CREEP * self.car.wheelbase, plan.highest)
+    pub(super) fn creep(&self, plan: &PlanAt) -> f64 {
+        smaller(CREEP * self.car.wheelbase, sqrt(plan.highest))
     }
 
     /// `T`: how long the end of a stop takes, in which the deceleration fades [s].
