@@ -22,15 +22,14 @@
 //!
 //! where `p` is the variance of the observer's own innovation: `NOISE` planned decelerations, squared, and what
 //! its first guess (`START`) and a slope that changes by `SLOPE` leave open; these last for the observer's time
-//! constant, and so count as white noise of so many periods. That is the second stage of B. Friedland, *Treatment of bias in
-//! recursive filtering*, IEEE Trans. Automatic Control 14, 1969; the observer is the first one, and does not
-//! know of it. `g` is an Ornstein-Uhlenbeck process: what a long and slight braking seems to show, drag in bends
-//! or an engine's, is none of the brakes and fades, while a hard one shows it anew within tenths of a second.
-//! Of the biases only `g` is used, by the part that stands out of what is not known of it
-//! (L. Breiman's garrote, as in [`kalman`](crate::vehicle::kalman)): commands in flight brake by `1 + g` of what they
-//! say, later ones say so much more, and the disturbance is `d + V_d g`. The other two are there so that a drive
-//! which is late is not taken for weak brakes (S. F. Schmidt, *Application of
-//! state-space methods to navigation problems*, Advances in Control Systems 3, 1966).
+//! constant, and so count as white noise of so many periods. That is the second stage of B. Friedland,
+//! *Treatment of bias in recursive filtering*, IEEE Trans. Automatic Control 14, 1969; the observer is the
+//! first one, and does not know of it. `g` is an Ornstein-Uhlenbeck process: what a long and slight braking
+//! seems to show, drag in bends or an engine's, is none of the brakes and fades, while a hard one shows it anew
+//! within tenths of a second. Of the biases only `g` is used, as far as it is [`beyond_doubt`]: commands in
+//! flight brake by `1 + g` of what they say, later ones say so much more, and the disturbance is `d + V_d g`.
+//! The other two are there so that a drive which is late is not taken for weak brakes (S. F. Schmidt,
+//! *Application of state-space methods to navigation problems*, Advances in Control Systems 3, 1966).
 //!
 //! Assumed: brakes that give no more than they are told, `-LEAST <= g <= 0`; of stronger ones the disturbance has
 //! it.
@@ -39,6 +38,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{decay, larger, saturate, sqrt};
+use crate::vehicle::kalman::{MAX, OUTLIER, beyond_doubt, put_right};
 
 /// Standard deviations before anything was seen: of `g`; of `T` and `L` [s], and that share of the drive's delay
 /// and lag. More of the first: weak brakes are known sooner, and more is taken for them.
@@ -54,12 +54,8 @@ const SLOPE: f64 = 0.005;
 /// For how long what was found of the brakes is believed [s]. More: drag in bends is taken for weak brakes.
 /// Less: a long braking loses what it found.
 const MEMORY: f64 = 5.0;
-/// An innovation counts as no larger than so many of its standard deviations.
-const OUTLIER: f64 = 4.0;
 /// By how much less brakes are believed to give, at most.
 const LEAST: f64 = 0.5;
-/// Bound of each number, beyond what measurements can leave there.
-const MAX: f64 = 1e8;
 
 /// What is known of the biases.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,10 +104,33 @@ impl Bias {
         }
     }
 
-    /// Takes in what the observer of such a drive did.
+    /// Takes in what the observer of such a drive, with the time constant `time` [s], did.
     pub(super) fn observe(&mut self, step: &Corrected, (response, braking, time): (f64, f64, f64)) {
-        let dt = step.dt;
-        let (kept, l) = (1.0 - step.gains.0, step.gains.1);
+        let (k, l) = step.gains;
+        let open = self.own_variance(step, braking, time);
+        let inputs = [step.braked, -step.changed.0, -step.changed.1];
+        let slopes = self.speed + self.push * step.dt + SVector::from(inputs);
+        self.speed = slopes * (1.0 - k);
+        self.push -= slopes * l;
+        let cross = self.covariance * slopes;
+        let total = slopes.dot(&cross) + open;
+        let most = OUTLIER * sqrt(total);
+        let error = saturate(step.error - slopes.dot(&self.mean), -most, most);
+        self.mean += cross * (error / total);
+        self.mean.x = saturate(self.mean.x, -LEAST, 0.0);
+        self.covariance -= cross * (cross.transpose() / total);
+        self.fade(step.dt);
+        put_right(&mut self.covariance);
+        // A state that was brought along need not be one.
+        if self.check().is_err() {
+            *self = Self::new(response, braking);
+        }
+    }
+
+    /// `p`, and the covariance of the observer's own speed and disturbance after its correction (in the form
+    /// of P. Joseph, which holds for any gains).
+    fn own_variance(&mut self, step: &Corrected, braking: f64, time: f64) -> f64 {
+        let (dt, (k, l)) = (step.dt, step.gains);
         let (noise, slope) = (NOISE * braking, SLOPE * braking);
         let (noise, slope) = (noise * noise, slope * slope);
         let (v, both, d) = self.own;
@@ -120,56 +139,28 @@ impl Bias {
             both + dt * d,
             d + slope * dt,
         );
+        let kept = 1.0 - k;
         self.own = (
-            kept * kept * v + step.gains.0 * step.gains.0 * noise,
-            kept * (both - l * v) + step.gains.0 * l * noise,
+            kept * kept * v + k * k * noise,
+            kept * (both - l * v) + k * l * noise,
             d - 2.0 * l * both + l * l * (v + noise),
         );
-        let slopes = self.speed
-            + self.push * dt
-            + SVector::from([step.braked, -step.changed.0, -step.changed.1]);
-        self.speed = slopes * kept;
-        self.push -= slopes * l;
-        let cross = self.covariance * slopes;
-        let total = slopes.dot(&cross) + v * larger(time / dt, 1.0) + noise;
-        let most = OUTLIER * sqrt(total);
-        let error = saturate(step.error - slopes.dot(&self.mean), -most, most);
-        self.mean += cross * (error / total);
-        self.covariance -= cross * (cross.transpose() / total);
-        self.mean.x = saturate(self.mean.x, -LEAST, 0.0);
-        // Rounding may leave a variance below 0.
-        for k in 0..3 {
-            if let Some(variance) = self.covariance.get_mut((k, k)) {
-                *variance = larger(*variance, 0.0);
-            }
-        }
-        // Brakes are as they were less and less: an Ornstein-Uhlenbeck process.
+        v * larger(time / dt, 1.0) + noise
+    }
+
+    /// `dt` [s] later the brakes are less certainly what they were.
+    fn fade(&mut self, dt: f64) {
         let kept = decay(dt, MEMORY);
-        self.mean.x *= kept;
-        self.covariance.m11 =
-            kept * kept * self.covariance.m11 + (1.0 - kept * kept) * PRIOR.0 * PRIOR.0;
-        for k in 1..3 {
-            for place in [(0, k), (k, 0)] {
-                if let Some(both) = self.covariance.get_mut(place) {
-                    *both *= kept;
-                }
-            }
-        }
-        // A state that was brought along need not be one.
-        if self.check().is_err() {
-            *self = Self::new(response, braking);
-        }
+        let shares = SVector::from([kept, 1.0, 1.0]);
+        self.mean.component_mul_assign(&shares);
+        self.covariance
+            .component_mul_assign(&(shares * shares.transpose()));
+        self.covariance.m11 += (1.0 - kept * kept) * PRIOR.0 * PRIOR.0;
     }
 
     /// What the brakes give of what they are commanded.
     pub(super) fn brakes(&self) -> f64 {
-        let (g, variance) = (self.mean.x, self.covariance.m11);
-        let square = g * g;
-        1.0 + if square > variance {
-            g * (1.0 - variance / square)
-        } else {
-            0.0
-        }
+        1.0 + beyond_doubt(self.mean.x, self.covariance.m11)
     }
 
     /// Where the observer begins anew, what was learnt stays.

@@ -89,7 +89,7 @@ impl Observer {
         let slower = self.slow_drive;
         let pull = core::mem::replace(&mut self.pull, given.pull);
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
-        let bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
+        let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
         let Some(before) = self.speed.filter(|_| !held) else {
             self.speed = Some(speed);
             self.bias = Some(bias.rest());
@@ -113,22 +113,22 @@ impl Observer {
             1.0 / (1.0 + ratio * ratio)
         };
         let pole = decay(dt, time);
-        let corrected = Corrected {
+        let (k, l) = (
+            1.0 - trust * pole * pole,
+            trust * (1.0 - pole) * (1.0 - pole) / dt,
+        );
+        let done = Corrected {
             error,
             braked: smaller(given.speed, 0.0),
             changed: (given.pull - pull, self.slow_drive - slower),
-            gains: (
-                1.0 - trust * pole * pole,
-                trust * (1.0 - pole) * (1.0 - pole) / dt,
-            ),
+            gains: (k, l),
             dt,
         };
-        let mut bias = bias;
-        bias.observe(&corrected, (response, braking, time));
+        bias.observe(&done, (response, braking, time));
         self.bias = Some(bias);
-        let corrected = predicted + (1.0 - trust * pole * pole) * error;
+        let corrected = predicted + k * error;
         self.speed = Some(saturate(corrected, -MAX_SPEED, MAX_SPEED));
-        let estimate = self.disturbance + trust * (1.0 - pole) * (1.0 - pole) / dt * error;
+        let estimate = self.disturbance + l * error;
         self.disturbance = saturate(estimate, -MAX_DISTURBANCE, MAX_DISTURBANCE);
     }
 

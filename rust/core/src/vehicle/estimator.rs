@@ -41,7 +41,7 @@
 //!
 //! Assumed: the lag is right; a lag that is longer than given is mostly taken for dead time.
 
-use super::kalman::{Change, Innovation, Walk};
+use super::kalman::{self, Change, Innovation, Walk};
 use super::wheels::{Reached, WheelIntegrals};
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -375,8 +375,8 @@ impl Estimator {
         self.sliding.checked("sliding")?;
         self.pace.checked("pace")?;
         self.driving.checked("driving")?;
-        input_within("wheel_rate", self.wheel_rate, Walk::<4>::MAX)?;
-        input_in_range("gain_deviation", self.gain_deviation, 0.0, Walk::<4>::MAX)?;
+        input_within("wheel_rate", self.wheel_rate, kalman::MAX)?;
+        input_in_range("gain_deviation", self.gain_deviation, 0.0, kalman::MAX)?;
         let estimate = self.estimate;
         let (least, most) = Self::longer_range(vehicle);
         input_in_range("longer_dead_time", estimate.longer_dead_time, least, most)?;

@@ -37,6 +37,39 @@ use crate::math::{larger, saturate, smaller, sqrt};
 use crate::vehicle::noise::learnt;
 use nalgebra::{SMatrix, SVector};
 
+/// An innovation counts as no larger than so many of its standard deviations (P. Huber, *Robust
+/// Statistics*, 1981). Larger: a jump of the localisation moves the estimates more; smaller:
+/// a vehicle that is not as told is learnt more slowly.
+pub(crate) const OUTLIER: f64 = 4.0;
+/// Bound that no number of a filter reaches by valid inputs, whose products are finite.
+pub(crate) const MAX: f64 = 1e40;
+
+/// The part of an estimate `value` that stands out of its `variance`, `value (1 - variance / value^2)+`
+/// (L. Breiman, *Better subset regression using the nonnegative garrote*, Technometrics 37, 1995): an
+/// effect that most vehicles hardly have then costs no noise.
+#[inline]
+pub(crate) fn beyond_doubt(value: f64, variance: f64) -> f64 {
+    // Rounding may leave a variance below 0.
+    let (square, doubt) = (value * value, larger(variance, 0.0));
+    if square > doubt {
+        value * (1.0 - doubt / square)
+    } else {
+        0.0
+    }
+}
+
+/// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
+/// variance of what is known to the last digit.
+#[inline]
+pub(crate) fn put_right<const N: usize>(covariance: &mut SMatrix<f64, N, N>) {
+    *covariance = (*covariance + covariance.transpose()) * 0.5;
+    for k in 0..N {
+        if let Some(variance) = covariance.get_mut((k, k)) {
+            *variance = larger(*variance, 0.0);
+        }
+    }
+}
+
 /// A measured change, and what it is expected to be.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<const N: usize> {
@@ -84,17 +117,11 @@ pub struct Walk<const N: usize> {
 }
 
 impl<const N: usize> Walk<N> {
-    /// An innovation counts as no larger than so many of its standard deviations (P. Huber, *Robust
-    /// Statistics*, 1981). Larger: a jump of the localisation moves the estimates more; smaller:
-    /// a vehicle that is not as told is learnt more slowly.
-    const OUTLIER: f64 = 4.0;
     /// Time constant of the noise's estimate, and for how long the first guess counts [s].
     const NOISE_TIME: f64 = 5.0;
     const FIRST_TIME: f64 = 0.2;
     /// Least variance of the noise, as a share of the first guess: what is computed is rounded.
     const LEAST_NOISE: f64 = 1e-9;
-    /// Bounds that no valid input reaches, whose products are finite.
-    pub(super) const MAX: f64 = 1e40;
 
     /// Parameters `mean` with these standard deviations, and noise of this variance until it is seen.
     pub fn new(mean: [f64; N], deviations: &[f64; N], noise: f64) -> Self {
@@ -132,11 +159,11 @@ impl<const N: usize> Walk<N> {
             variance: total,
         };
         // A covariance that a state brought along need not be one.
-        if !(variance >= 0.0 && total > 0.0 && total < Self::MAX) {
+        if !(variance >= 0.0 && total > 0.0 && total < MAX) {
             self.interrupt();
             return innovation;
         }
-        let most = Self::OUTLIER * sqrt(total);
+        let most = OUTLIER * sqrt(total);
         let counted = saturate(value, -most, most);
         let (share, kept) = (variance / total, self.noise / total);
         // As if the part that does not count had not been measured: after a jump it is gone.
@@ -156,7 +183,7 @@ impl<const N: usize> Walk<N> {
             self.noise_time = smaller(self.noise_time + dt, Self::NOISE_TIME);
             let weight = smaller(dt / self.noise_time, 1.0);
             let noise = learnt(self.noise, residual - last, weight);
-            self.noise = saturate(noise, Self::LEAST_NOISE * first, Self::MAX);
+            self.noise = saturate(noise, Self::LEAST_NOISE * first, MAX);
         }
         self.residual = Some(residual);
     }
@@ -176,7 +203,7 @@ impl<const N: usize> Walk<N> {
         // No eigenvalue of `P P0^-1` is larger than its trace: nothing becomes negative.
         let share = smaller(share, 1.0 / trace);
         self.covariance += (self.covariance - shown) * share;
-        self.put_right();
+        put_right(&mut self.covariance);
     }
 
     /// Lets the parameters change within `dt` [s], after each [`observe`](Self::observe), by random walks
@@ -188,19 +215,7 @@ impl<const N: usize> Walk<N> {
                 *variance = smaller(*variance + rate * rate * dt, deviation * deviation);
             }
         }
-        self.put_right();
-    }
-
-    /// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
-    /// variance of what is known to the last digit.
-    #[inline]
-    fn put_right(&mut self) {
-        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-        for k in 0..N {
-            if let Some(variance) = self.covariance.get_mut((k, k)) {
-                *variance = larger(*variance, 0.0);
-            }
-        }
+        put_right(&mut self.covariance);
     }
 
     /// Keeps a parameter within its bounds.
@@ -236,25 +251,11 @@ impl<const N: usize> Walk<N> {
         weights.dot(&(self.covariance * weights))
     }
 
-    /// The part of the sum of parameters with these `weights` that stands out of what is not known of
-    /// it: of a sum `y` with the variance `v`
-    ///
-    /// ```text
-    /// y (1 - v / y^2)+
-    /// ```
-    ///
-    /// (L. Breiman, *Better subset regression using the nonnegative garrote*, Technometrics 37,
-    /// 1995): an effect that most vehicles hardly have then costs no noise.
+    /// The part of the sum of parameters with these `weights` that stands out of what is not known of it,
+    /// as [`beyond_doubt`] has it.
     #[inline]
     pub fn beyond_doubt(&self, weights: &SVector<f64, N>) -> f64 {
-        let value = weights.dot(&self.mean);
-        // Rounding may leave a variance below 0.
-        let (square, doubt) = (value * value, larger(self.variance_of(weights), 0.0));
-        if square > doubt {
-            value * (1.0 - doubt / square)
-        } else {
-            0.0
-        }
+        beyond_doubt(weights.dot(&self.mean), self.variance_of(weights))
     }
 
     /// After a gap or a jump: the level begins anew, what was learnt stays.
@@ -274,11 +275,11 @@ impl<const N: usize> Walk<N> {
         let residual = [self.level, self.residual.unwrap_or(0.0)];
         let vectors = self.cross.iter().chain(&self.mean);
         for &number in vectors.chain(&self.covariance).chain(&residual) {
-            input_within(field, number, Self::MAX)?;
+            input_within(field, number, MAX)?;
         }
         let variances = self.covariance.diagonal();
         for &variance in variances.iter().chain([&self.variance, &self.noise]) {
-            input_in_range(field, variance, 0.0, Self::MAX)?;
+            input_in_range(field, variance, 0.0, MAX)?;
         }
         input_in_range(field, self.noise_time, 0.0, MAX_DT)?;
         Ok(self)
