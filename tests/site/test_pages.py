@@ -50,6 +50,19 @@ def test_no_paragraph_stands_twice_on_a_page(page: str) -> None:
     assert len(set(told)) == len(told)
 
 
+def test_no_page_header_or_stub_words_a_default_in_rust() -> None:
+    read = [
+        *READ,
+        *(ROOT / "rust" / "c" / "include").iterdir(),
+        ROOT / "python" / "popsteer" / "_core.pyi",
+    ]
+    for file in read:
+        text = file.read_text(encoding="utf-8")
+        code = re.sub(r"^```rust\n.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+        told = re.findall(r"\.unwrap\w*\(|\bf(?:32|64)::|\bPI\b(?! controller)|\bSome\(", code)
+        assert not told, (file.name, told)
+
+
 @looped(
     ("text", "fault"),
     [

@@ -728,7 +728,7 @@ typedef struct popsteer_preview_pop_params {
     /**
      * Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most
      * this times dt from the last one. The paper has 3 degrees in 50 ms, which are the 60
-     * degrees a second of the default. NAN: `max_steer_rate`, or `60.0 * (PI / 180.0)` where
+     * degrees a second of the default. NAN: `max_steer_rate`, or 60 degrees a second where
      * that is not given, in [0.001, 1000000.0].
      */
     double steer_span_rate;

@@ -32,13 +32,14 @@ impl Field {
         Some(self.text.split_once('[')?.1.split_once(']')?.0)
     }
 
-    /// Its formula, for a comment: choices that Rust writes with braces or calls in words.
+    /// Its formula, for a comment: choices that Rust writes with braces or calls in words, degrees
+    /// as such.
     pub fn formula(&self) -> impl fmt::Display {
-        Formula(self.written)
+        Formula(self.written, self.unit())
     }
 }
 
-struct Formula(&'static str);
+struct Formula(&'static str, Option<&'static str>);
 
 impl fmt::Display for Formula {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -49,7 +50,20 @@ impl fmt::Display for Formula {
                     out,
                     "`{value}`, with `{other}` for a `{name}` that is not given"
                 ),
-                None => write!(out, "`{value}`, or `{other}` where that is not given"),
+                None => match other.strip_suffix(" * (PI / 180.0)") {
+                    Some(degrees) => {
+                        let degrees = degrees.strip_suffix(".0").unwrap_or(degrees);
+                        let each = match self.1 {
+                            Some("rad/s") => " a second",
+                            _ => "",
+                        };
+                        write!(
+                            out,
+                            "`{value}`, or {degrees} degrees{each} where that is not given"
+                        )
+                    }
+                    None => write!(out, "`{value}`, or `{other}` where that is not given"),
+                },
             };
         }
         let choice = self.0.split_once("if ").and_then(|(before, rest)| {
