@@ -88,19 +88,13 @@ def load_all(file: str | os.PathLike[str], named: Collection[str] = ()) -> dict[
 def as_toml(params: Params, name: str | None = None) -> str:
     """Word a controller's tuning as TOML, under `name` if given; None becomes a comment."""
     from popsteer import own
-    from popsteer.toml_file import keys, worded
+    from popsteer.toml_file import keys, table
 
     kind = f"popsteer.{type(params).__name__}.load"
     if name is not None and own.is_named("controller", name):
-        lines = [_HEAD.format(kind="popsteer --params") + f"[{worded(name)}]"]
-        for key, value in params.as_dict().items():
-            plain = isinstance(value, bool | int | float | str)
-            said = worded(value) if plain else " ".join(repr(value).split())
-            word = key if key.isascii() else worded(key)
-            lines.append(f"{'' if plain else '# '}{word} = {said}")
-        return "\n".join(lines) + "\n"
-    table = controllers.name_of(type(params)).replace("-", "_")
-    return "\n".join([_HEAD.format(kind=kind) + f"[{table}]", *keys(params)]) + "\n"
+        return _HEAD.format(kind="popsteer --params") + table(name, params.as_dict())
+    named = controllers.name_of(type(params)).replace("-", "_")
+    return "\n".join([_HEAD.format(kind=kind) + f"[{named}]", *keys(params)]) + "\n"
 
 
 def add_load_and_save(*kinds: type[Any]) -> None:

@@ -1,9 +1,15 @@
-"""TOML files of popsteer: written with what each key means, read, and refused by their name."""
+"""TOML files of popsteer: written with what each key means, read, and refused by their name.
+
+`keys`, `table` and `worded` are all that popsteer has of a writer: `Vehicle.save` and those of the
+parameters belong to the base install, which has numpy alone, and a library would spare `worded`.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import os
+import re
 import sys
 import textwrap
 from typing import TYPE_CHECKING, Any
@@ -98,6 +104,35 @@ def keys(
     return lines
 
 
+def table(name: str, values: Mapping[str, Any]) -> str:
+    r"""Word values as a table; one that TOML does not have, as None, is a comment.
+
+    Examples
+    --------
+    >>> print(table("mine.py:Mpc", {"gain": 1.5, "gains": (1, 2), "limit": None}), end="")
+    ["mine.py:Mpc"]
+    gain = 1.5
+    # gains = (1, 2)
+    # limit =
+    """
+    lines = [f"[{_key(name)}]"]
+    for key, value in values.items():
+        if hasattr(value, "as_dict"):
+            given = {k: v for k, v in value.as_dict().items() if v is not None}
+            inner = ", ".join(f"{_key(k)} = {worded(v)}" for k, v in given.items())
+            lines.append(f"{_key(key)} = {{ {inner} }}")
+        elif isinstance(value, bool | int | float | str):
+            lines.append(f"{_key(key)} = {worded(value)}")
+        else:
+            said = "" if value is None else repr(value)
+            lines.append(" ".join(["#", _key(key), "=", *said.split()]))
+    return "\n".join(lines) + "\n"
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else worded(key)
+
+
 def worded(value: bool | float | str) -> str:  # noqa: FBT001 - a value, no switch
     r"""Word a value as TOML.
 
@@ -106,7 +141,7 @@ def worded(value: bool | float | str) -> str:  # noqa: FBT001 - a value, no swit
     >>> print(worded(True), worded(float("inf")), worded('a "b"'))
     true inf "a \"b\""
     """
-    if isinstance(value, str):
-        # Strings are JSON's, but for the one control character that JSON lets stand.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value).lower()
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(float(value))
+    # JSON's, but for the one control character that it lets stand in strings.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -179,13 +179,21 @@ def test_envelope_spans_the_runs_and_has_the_worst_where_it_was(
 
 
 def test_parameters_of_a_page_are_toml_that_says_what_they_are() -> None:
-    from popsteer.lab.report.page import _toml
-    from popsteer.toml_file import tomllib
+    from popsteer.toml_file import table, tomllib
 
     pid = popsteer.SpeedPidParams(kp=2.0, ki=0.5)
-    assert _toml("my-pop", {"a": 1.5, "b": None, "c": True, "d": "x", "e": pid}) == (
-        '[my_pop]\na = 1.5\n# b =\nc = true\nd = "x"\ne = { kp = 2.0, ki = 0.5, kd = 0.0 }\n'
+    assert table("my-pop", {"a": 1.5, "b": None, "c": True, "d": "x", "e": pid}) == (
+        '[my-pop]\na = 1.5\n# b =\nc = true\nd = "x"\ne = { kp = 2.0, ki = 0.5, kd = 0.0 }\n'
     )
-    assert _toml("my.pop", {}) == '["my.pop"]\n'
-    said = {"how": 'a "b"'}  # text of a controller of one's own
-    assert tomllib.loads(_toml('my "pop"', said)) == {'my "pop"': said}
+    assert table("my.pop", {}) == '["my.pop"]\n'
+    said = {  # of a controller of one's own
+        "how": 'a "b"\n\x7f\\',
+        "größe": np.float64(0.3),
+        "many": 10**9,
+        "none": math.inf,
+        "gains": (1, "a\nb"),
+        "on": SimpleNamespace(as_dict=lambda: {"flag": True, "limit": None}),
+    }
+    read = {**said, "on": {"flag": True}}
+    del read["gains"]
+    assert tomllib.loads(table('my "pop"', said)) == {'my "pop"': read}

@@ -18,7 +18,7 @@ from popsteer.lab.common.names import differences
 from popsteer.lab.report.colours import named, style
 from popsteer.lab.report.markup import block, json_for_script, paragraphs
 from popsteer.lab.report.scene import Pack, Scene, deflated
-from popsteer.toml_file import worded
+from popsteer.toml_file import table
 
 LARGEST = 2_500_000
 """Bytes of a page, at most."""
@@ -206,18 +206,18 @@ def tuning(origin: Origin, *others: str) -> Section:
     blocks = []
     for name, params in origin.params.items():
         own = name in controllers.names()
-        text = params_file.as_toml(params) if own else _toml(name, params.as_dict())
+        text = params_file.as_toml(params) if own else table(name, params.as_dict())
         blocks.append(block(f"{name}: parameters", text))
     if origin.adapt is None:
         blocks.append(paragraphs(["The controllers estimated nothing (--no-adapt)."]))
     for title, name in (("adapt", "adapt"), ("watch for faults", "monitor")):
         if hasattr(each := getattr(origin, name), "as_dict"):
-            blocks.append(block(f"How the controllers {title}", _toml(name, each.as_dict())))
+            blocks.append(block(f"How the controllers {title}", table(name, each.as_dict())))
     for name, plant in origin.plants.items():
         owner = getattr(plant, "params", plant)
         values = owner.as_dict() if hasattr(owner, "as_dict") else {}
         if values := {key: value for key, value in values.items() if key != "vehicle"}:
-            blocks.append(block(f"{name}: parameters of the plant", _toml(name, values)))
+            blocks.append(block(f"{name}: parameters of the plant", table(name, values)))
     return Section("parameters", "Parameters", "".join([*blocks, *others]))
 
 
@@ -225,20 +225,4 @@ def settings_block(settings: Settings) -> str:
     """Show the settings of the runs."""
     values = settings.as_dict()
     values.pop("keep_records", None)
-    return block("The run: settings, as --set-run takes them", _toml("run", values))
-
-
-def _toml(head: str, values: Mapping[str, Any]) -> str:
-    """Word values as TOML; what is None, as a comment."""
-    # A name with a dot or a space is quoted.
-    plain = head.replace("-", "").replace("_", "").isalnum() and head.isascii()
-    lines = [f"[{head.replace('-', '_') if plain else worded(head)}]"]
-    for key, value in values.items():
-        if value is None:
-            lines.append(f"# {key} =")
-        elif hasattr(value, "as_dict"):
-            inner = ", ".join(f"{k} = {v!r}" for k, v in value.as_dict().items() if v is not None)
-            lines.append(f"{key} = {{ {inner} }}")
-        else:
-            lines.append(f"{key} = {worded(value)}")
-    return "\n".join(lines) + "\n"
+    return block("The run: settings, as --set-run takes them", table("run", values))
