@@ -24,6 +24,7 @@ Y = -2.0 - RADIUS * (np.cos(YAW) - math.cos(START))
 SPEED = np.full(N, 3.5)
 ONE, NONE = np.ones(N), np.zeros(N)
 WRAPPED = (YAW + np.pi) % (2.0 * np.pi) - np.pi
+QUATERNION = np.sin(0.5 * YAW), np.cos(0.5 * YAW)
 FROM_NORTH = np.degrees(np.pi / 2 - YAW) % 360.0
 HEIGHT = 41.5 + 0.3 * np.sin(S)
 
@@ -117,6 +118,25 @@ READ: dict[str, tuple[str, str]] = {
     ),
     "F1TENTH logger": (_rows((X, Y, WRAPPED, SPEED), ", ", "%f"), "vy"),
     "F1TENTH, x, y, yaw": (_rows((X, Y, WRAPPED), ",", "%.18e"), "y"),
+    "RaceChrono": (
+        'This file is made by a logger\nFormat,3\nSession title,"x"\n\n'
+        "timestamp,lap_number,x,y,speed,bearing\nunix time,,m,m,km/h,deg\n"
+        ",,100: gps,100: gps,100: gps,100: gps\n" + _rows((S, ONE, X, Y, 3.6 * SPEED, FROM_NORTH)),
+        "vy",
+    ),
+    "ros2 topic echo --csv of poses": (
+        _rows((["17"] * N, ["4"] * N, ["map"] * N, X, Y, *[NONE] * 3, *QUATERNION)),
+        "y",
+    ),
+    "ros2 topic echo --csv of odometry": (
+        _rows(
+            (
+                *(["17"] * N, ["4"] * N, ["odom"] * N, ["base_link"] * N, X, Y, *[NONE] * 3),
+                *(*QUATERNION, *[ONE] * 36, SPEED, *[NONE] * 5, *[ONE] * 36),
+            )
+        ),
+        "vy",
+    ),
     "capstone": (_rows((X, Y, NONE, np.degrees(WRAPPED))), "y"),
     "highway map": (_rows((X, Y, S, np.sin(YAW), -np.cos(YAW)), " "), ""),
     "Unity": (_rows((X, NONE, Y)), ""),
@@ -313,6 +333,7 @@ def test_path_of_each_kind_is_never_misread_between_other_separators(
         ("- [1, 2]\n- [3, 4]\n", "is YAML"),
         ("<!DOCTYPE html>\n<html><body>404</body></html>", "is HTML"),
         ('WKT,id\n"POINT (11 48)",1\n', "has its positions as WKT"),
+        ("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t48.1\t11.6\t5\t1\n", "is a mission of ArduPilot"),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:1f\nsize 9\n", "is a pointer"),
         ("\x80\x04\x95", "is a pickle"),
         ("PK\x03\x04", "is a zip"),

@@ -102,6 +102,10 @@ READ: dict[str, str] = {
     "field.pose.pose.position.y,field.pose.pose.orientation.z,field.pose.pose.orientation.w,"
     "field.twist.twist.linear.x,steer\n"
     + _rows(_stamps(1), [str(k) for k in range(N)], _stamps(1), X, Y, QZ, QW, SPEED, STEER),
+    "RaceChrono": "This file is made by a logger\nFormat,3\n\n"
+    "timestamp,x,y,speed,bearing,steering_angle\nunix time,m,m,m/s,deg,deg\n"
+    ",100: gps,100: gps,100: gps,100: gps,200: obd\n"
+    + _rows(EPOCH + T, X, Y, SPEED, 90.0 - np.degrees(YAW), np.degrees(STEER)),
     "MoTeC": MOTEC
     + "".join(
         ",".join(f'"{each:.9f}"' for each in row) + "\n"
@@ -293,3 +297,23 @@ def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
             off = np.abs(getattr(log, name)[:count] - getattr(good, name)[:count])
             assert off.max() < 2e-3, (file.name, name)
         assert log.t - log.t[0] == pytest.approx(0.05 * np.arange(len(log)), abs=1e-5), file.name
+
+
+def test_topics_that_ros2_echoes_as_csv_are_known_by_their_fields(tmp_path: Any) -> None:
+    stamp = (
+        [str(EPOCH + 40 * k // 1000) for k in range(N)],
+        [str(40_000_000 * k % 10**9) for k in range(N)],
+    )
+    none, one = 0.0 * T, 1.0 + 0.0 * T
+    frames = ["odom"] * N, ["base_link"] * N
+    odometry = (*stamp, *frames, X, Y, none, none, none, QZ, QW, *[one] * 36)
+    rows = _rows(*odometry, SPEED, *[none] * 5, *[one] * 36)
+    files = [
+        _write(tmp_path, rows, "odom.csv"),
+        _write(tmp_path, _rows(*stamp, frames[1], STEER, *[none] * 4), "drive.csv"),
+    ]
+    _agrees(logs.read(files))
+    # Of another number of columns, or without frames, they are no such topics.
+    for fewer in (rows.replace(",odom,", ","), rows.replace(",odom,", ",4,")):
+        with pytest.raises(LogError, match="columns without names"):
+            logs.read(_write(tmp_path, fewer))

@@ -41,6 +41,19 @@ def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> N
     assert np.asarray(path.reverse).tolist() == (signs < 0.0).tolist()
 
 
+def test_first_row_of_ones_is_a_waypoint_and_no_row_of_units(tmp_path: Any) -> None:
+    for rows in ("1,1,1\n", "1,1,1\n1,2,1\n"):
+        path = Path.from_csv(_write(tmp_path, f"x,y,speed\n{rows}4,5,1\n6,8,1\n"))
+        assert (path.x[0], path.y[0], len(path)) == (1.0, 1.0, 3 + rows.count("2"))
+
+
+def test_unit_of_a_yaw_is_said_as_the_file_has_it(tmp_path: Any) -> None:
+    for name, said in (("yaw [deg]", "deg"), ("yaw", "deg"), ("yaw (°)", "°")):
+        rows = _rows((X, Y, 90.0 - np.degrees(YAW)))
+        source = str(Path.from_csv(_write(tmp_path, f"x,y,{name}\n{rows}")).source)
+        assert f"yaw is in {said}, from north, clockwise" in source
+
+
 def test_directions_in_words_are_read(tmp_path: Any) -> None:
     x = np.concatenate((np.arange(0.0, 20.0), np.arange(18.0, 9.0, -1.0)))
     back = np.arange(29) >= 20

@@ -156,3 +156,23 @@ def test_coarse_waypoints_of_a_hairpin_are_a_curve(tmp_path: Any) -> None:
     file = _write(tmp_path, _rows((20.0 * np.cos(lap), 20.0 * np.sin(lap))))
     curved = np.asarray(Path.from_csv(file, closed=True).curvature)
     assert curved == pytest.approx(0.05, rel=0.03)
+
+
+def test_second_coordinate_that_rises_is_no_clock(tmp_path: Any) -> None:
+    # As NCLT has it: time in us, x, y, z, roll, pitch, heading. All but the last few rise or vary.
+    x, y = 1.9 * S, 3.0 * np.sin(S / 20.0) + S
+    yaw = np.arctan2(0.15 * np.cos(S / 20.0) + 1.0, 1.9)
+    tilt, rise = 0.01 * np.sin(3.0 * S), 0.02 * np.cos(S)
+    time = [str(10**12 + 10**5 * k) for k in range(N)]
+    with pytest.raises(PathError, match=r"do not say what .*--columns -,x,y,"):
+        Path.from_csv(_write(tmp_path, _rows((time, x, y, rise, tilt, 0.5 * tilt, yaw))))
+
+
+def test_waypoints_in_front_of_a_yaw_are_not_passed_over(tmp_path: Any) -> None:
+    # x, y, yaw, speed and yaw rate, of which y and yaw would be waypoints as well.
+    bend = 0.06 * np.sin(2.0 * np.pi * np.linspace(0.0, 2.0, 120))
+    yaw = np.cumsum(bend)
+    x, y = np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))
+    speed = 8.0 + np.sin(np.arange(120) / 4.0)
+    with pytest.raises(PathError, match=r"would be --columns x,y,yaw,"):
+        Path.from_csv(_write(tmp_path, _rows((x, y, yaw, speed, speed * bend))))

@@ -25,6 +25,8 @@ mapping by their names."""
 LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
+_CLOCK = "t time"
+_EPOCH = 1e8  # a clock that counts from 1970 is beyond it
 _TIMED = "speed speed, as time and distances are"
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
@@ -221,7 +223,7 @@ def explained(
             f"{name}: no two of {count} columns without names are waypoints (--columns {both} takes"
             " those two, - is for one that is left out)"
         )
-    known = max(possible, key=len)  # of several the first
+    known = max(possible, key=_proof)  # of several the first
     if len(known) < count:
         # A count or a time before x and y, which do not prove it; one more column may be a speed.
         behind = [each for each in tried if next(iter(each)) and _before(each) <= _BEFORE]
@@ -257,7 +259,7 @@ def _explanations(
 def likeliest(values: Floats) -> tuple[int, int]:
     """Give the two columns that are x and y, if any are; the first two where none show it."""
     tried, possible = _explanations(values, {})
-    x, y, *_ = max(possible or tried, key=len, default={0: "x", 1: "y"})
+    x, y, *_ = max(possible or tried, key=_proof, default={0: "x", 1: "y"})
     return x, y
 
 
@@ -279,7 +281,18 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
         or _TIMED in known.values()
         or found & {"yaw", "curvature", "s", "normal"}
     )
-    return _before(known) <= _BEFORE and bool(x == 0 or is_proved or values[0, :x].max() > 1e9)
+    clocks = [k for k in range(x) if known.get(k) == _CLOCK]  # a second one is a coordinate
+    return (
+        _before(known) <= _BEFORE
+        and len(clocks) < 2
+        and bool(x == 0 or is_proved or values[0, :x].max() > 1e9)
+    )
+
+
+def _proof(known: Mapping[int, str]) -> tuple[bool, int]:
+    """Rank what columns may be: first by waypoints in front, which a direction proves."""
+    is_first = next(iter(known)) == 0
+    return is_first and any(each.startswith("yaw ") for each in known.values()), len(known)
 
 
 def _pairs(values: Floats) -> list[tuple[int, int]]:
@@ -312,8 +325,8 @@ def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[i
             known[k] = f"yaw yaw ({turned})"
         elif shown.is_curvature(way, column):
             known[k] = "curvature curvature"
-        elif (k < min(x, y) or column[0] > 1e8) and shown.is_time(column):
-            known[k] = "t time"
+        elif (k < min(x, y) or column[0] > _EPOCH) and shown.is_time(column):
+            known[k] = _CLOCK
         elif turned is None and shown.is_near_heading(measured, column):
             known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
     _find_pairs(values, way, known, others)

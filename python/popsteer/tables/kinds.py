@@ -26,11 +26,37 @@ _XML = (
     ("<OpenDRIVE", "OpenDRIVE"),
     ("<gpx", "GPX"),
 )
+_MARKS = (
+    (
+        "version https://git-lfs",
+        "is a pointer to a file of Git LFS, no table: 'git lfs pull' fetches that",
+    ),
+    ("QGC WPL", "is a mission of ArduPilot or PX4, no table: export it as CSV with lat and lon"),
+)
 # But pandas calls an index "Unnamed: 0".
 _YAML = re.compile(
     r"(?:\s*(?:#.*)?\n)*(?:---|\s*- [\[{]|\s*(?:- )?(?!Unnamed: \d)[A-Za-z_][\w ]*:(?:\s|$))"
 )
+# What `ros2 topic echo --csv` writes of types with a header, without names, by their number.
+_POSE = "x y z qx qy qz qw"
+_COVARIANCE = " covariance" * 36
+_ECHOED = {
+    3 + 7: f"sec nanosec frame_id {_POSE}",
+    3 + 7 + 36: f"sec nanosec frame_id {_POSE}{_COVARIANCE}",
+    4 + 2 * 36 + 7 + 6: f"sec nanosec frame_id child_frame_id {_POSE}{_COVARIANCE}"
+    f" linear_x linear_y linear_z angular_x angular_y angular_z{_COVARIANCE}",
+    3 + 5: "sec nanosec frame_id steering_angle steering_angle_velocity speed acceleration jerk",
+}
 _WKT = re.compile(r'[^\n]*\n[^\n]*"?(?:POINT|(?:MULTI)?LINESTRING)\b[ ZM]*\(')
+
+
+def echoed(row: list[str]) -> list[str] | None:
+    """Give the names of what ROS 2 echoes as CSV, which begins with a stamp and a frame."""
+    names = _ECHOED.get(len(row), "").split()
+    texts = [k for k, name in enumerate(names) if name.endswith("frame_id")]
+    stamped = names and row[0].isdecimal() and row[1].isdecimal() and int(row[1]) < 10**9
+    framed = all(re.match(r"[/A-Za-z_]", row[k]) for k in texts)
+    return names if stamped and framed else None
 
 
 def is_json(text: str) -> bool:
@@ -53,8 +79,9 @@ def text_refusal(text: str) -> str | None:
     if text.lstrip().startswith("<"):
         kind = next((kind for mark, kind in _XML if mark in text[:5000]), "XML")
         return f"is {kind}, no table: {_CSV}, or as GPX"
-    if text.startswith("version https://git-lfs"):
-        return "is a pointer to a file of Git LFS, no table: 'git lfs pull' fetches that"
+    for mark, said in _MARKS:
+        if text.startswith(mark):
+            return said
     if _WKT.match(text[:5000]):
         return "has its positions as WKT: export it as CSV with GEOMETRY=AS_XY, or as GeoJSON"
     if _YAML.match(text[:5000]):

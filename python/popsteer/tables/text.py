@@ -38,7 +38,7 @@ _SHOWN_CHARACTERS = 40  # of an entry that is no number: enough to find it, shor
 _LARGEST = 1e100
 _BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
-_UNITS = {unit for units in UNITS.values() for unit in units} - {""}
+_UNITS = {unit for units in UNITS.values() for unit in units} - {"", "1"}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
@@ -217,7 +217,7 @@ def table_of(name: str, text: str) -> Table:
     comments = _comments(text, rows[0 if place is None else place][0])
     if place is None:
         columns = len(rows[0][1])
-        head = _head_of_comment(comments, columns, separator)
+        head = _head_of_comment(comments, columns, separator) or kinds.echoed(rows[0][1])
         start = rows[0][0] - 1
         found = replace(found, columns=columns, head=head, start=start, has_index=has_index)
     else:
@@ -311,7 +311,7 @@ def _is_spaced(line: str) -> bool:
 def _head(
     rows: list[tuple[int, list[str]]], parse: Callable[[str], float | None]
 ) -> tuple[int | None, int]:
-    """Find the row of names, None if there is none; and how many rows of units are below it."""
+    """Find the row of names, None if there is none; and how many rows below it say units."""
 
     def is_names(place: int) -> bool:
         row = rows[place][1]
@@ -331,7 +331,10 @@ def _head(
         if any(len(rows[k][1]) == len(row) and not is_names(k) for k in range(place)):
             break  # below numbers already
         below = rows[place + 1][1] if place + 1 < len(rows) else []
-        units = int(len(below) == len(row) and all(b in _UNITS or not b for b in below))
+        told = [b in _UNITS for b in below if b]
+        units = int(len(below) == len(row) and 2 * sum(told) > len(told) and is_names(place + 1))
+        while units and place + 1 + units < len(rows) and is_names(place + 1 + units):
+            units += 1  # where the values come from
         if place == 0 or has_data(place + 1 + units, len(row)):
             return place, units
     return (0, 0) if is_names(0) else (None, 0)

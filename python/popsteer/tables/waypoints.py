@@ -44,7 +44,6 @@ _WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "tru
 _WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
 _WAYS |= {"backward": -1.0, "backwards": -1.0}
 _FEW = 20  # waypoints that no one recorded
-_RADIANS: tuple[str, ...] = ("rad",)
 _OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
 _OF_A_PATH = UNITS.keys() - _OF_A_LOG - {"z"}
 _NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
@@ -364,8 +363,8 @@ def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Colu
     """Add what a path takes beside its positions."""
     both_ways, ahead = bool(found.table and found.table.head), False
     if "yaw" in columns:
-        units = _RADIANS if places["yaw"].unit else ("rad", "deg")
-        ahead = _add_yaw(found, columns, _said("yaw", places["yaw"]), units, both_ways=both_ways)
+        unit, said = places["yaw"].unit, _said("yaw", places["yaw"])
+        ahead = _add_yaw(found, columns, said, unit, both_ways=both_ways)
     elif "qz" in columns and "qw" in columns:
         columns["yaw"] = yaw_of(columns)
         ahead = _add_yaw(found, columns, "yaw (of the quaternion)", both_ways=both_ways)
@@ -387,12 +386,15 @@ def _add_yaw(
     found: Waypoints,
     columns: Mapping[str, Floats],
     said: str,
-    units: tuple[str, ...] = _RADIANS,
+    unit: str | None = "rad",
     *,
     both_ways: bool,
 ) -> bool:
-    """Add a yaw if it is the waypoints' direction; whether it says that nothing is reversed."""
-    yaw = columns["yaw"]
+    """Add a yaw if it is the waypoints' direction; whether it says that nothing is reversed.
+
+    The file says its `unit`, from which it has been converted; else it is found.
+    """
+    yaw, units = columns["yaw"], ("rad",) if unit else ("rad", "deg")
     turned = shown.heading(shown.ways(found.xy), yaw, units, both_ways=both_ways)
     if turned is None:
         found.notes.append(f"{said} ignored: it is not the waypoints' direction")
@@ -401,7 +403,7 @@ def _add_yaw(
     exact = turned.unit == "rad" and not turned.frame
     found.more["yaw"] = yaw if exact else turned.yaw
     if not exact:
-        found.notes.append(f"yaw is in {turned}")
+        found.notes.append(f"yaw is in {turned._replace(unit=unit or turned.unit)}")
     if turned.backwards.any() and not (columns.get("speed", yaw * 0.0) < 0.0).any():
         found.more["reverse"] = turned.backwards.tolist()
     return not turned.backwards.any()
