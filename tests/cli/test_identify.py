@@ -64,6 +64,20 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
 
 
 @pytest.mark.usefixtures("_blank_figures")
+def test_lines_of_the_figure_are_told_by_more_than_their_colours(file: Path) -> None:
+    from popsteer.lab.common.theme import THEMES
+    from popsteer.lab.identify.figure import identified_figure
+
+    figure = identified_figure(popsteer.identify(popsteer.logs.read(file)), THEMES["dark"])
+    panels = [panel for part in figure.subfigs for panel in part.axes]
+    assert len(panels) == 7
+    told = [[each for each in panel.lines if each.get_label()[0] != "_"] for panel in panels]
+    assert max(map(len, told)) >= 4  # the profile likelihoods
+    for lines in told:
+        looks = {(each.get_marker(), each.get_linewidth()) for each in lines}
+        assert len(looks) == len(lines)
+
+
 def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
     capsys: pytest.CaptureFixture[str], columns: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from popsteer.identification import Identification
 from popsteer.lab.common.draw import headline, logarithmic, plot_broken
 from popsteer.lab.common.theme import Theme
 from popsteer.lab.identify import caption, smoothed
+
+_MARKERS = "osv^DPX*<>"
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
@@ -75,14 +78,20 @@ def _reasons(found: Identification, figure: SubFigure, theme: Theme) -> None:
     driven.plot(*places, ",", color=theme.laws["pop"], alpha=0.5)
     driven.set(xlabel="steer [deg]", ylabel="speed [m/s]", title="What was driven")
     share = np.linspace(-1.0, 1.0, 9)
-    for name, error in found.fit.errors.items():
-        if name == "load_shift" or not math.isfinite(error):
-            continue
+    errors = {
+        name: error
+        for name, error in found.fit.errors.items()
+        if name != "load_shift" and math.isfinite(error)
+    }
+    colours, styles = theme.colours(errors), theme.styles(errors)
+    for marker, (name, error) in zip(cycle(_MARKERS), errors.items(), strict=False):
         values = found.fit.values[name] + 4.0 * error * share
         there = values >= min(0.0, values[4])
         likelihood = np.maximum(found.fit.profile(name, values[there].tolist()), -12.0)
-        likely.plot(4.0 * share[there], likelihood, linewidth=1.0, label=name)
+        style: dict[str, Any] = {"color": colours[name], "linestyle": styles[name]}
+        style |= {"marker": marker, "markersize": 4.5, "linewidth": 1.0, "label": name}
+        likely.plot(4.0 * share[there], likelihood, **style)
     likely.axhline(-2.0, color=theme.path, linewidth=0.8)
     likely.set(xlabel="off the estimate [errors]", ylabel="log-likelihood")
     likely.set_title("Profile likelihoods")
-    likely.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5)
+    likely.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5, handlelength=3.0)
