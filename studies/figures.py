@@ -20,6 +20,7 @@ from studies.layout import DOCS, ROOT
 
 FIGURES = DOCS / "figures"
 _STABILITY = "popsteer stability --out ."
+GUIDES = ("driver", "carla", "gymnasium", "c", "examples", "files")
 # The command that draws each figure, light and dark, by the beginning of its name.
 MADE_BY = {
     "results": "popsteer paper --out .",
@@ -46,7 +47,7 @@ MADE_BY = {
     "replay": "popsteer replay drive.mcap --vehicle car.toml --out .",
     "limits-map": "python -m studies.limits",
     "front": "python -m studies.front",
-    **{name: f"python -m studies.guides {name}" for name in ("driver", "carla", "gymnasium")},
+    **{name: f"python -m studies.guides {name}" for name in GUIDES},
     "suite": "make suite",
 }
 # The file of a command's that is another than the page's name of it.

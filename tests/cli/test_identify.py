@@ -71,7 +71,7 @@ def test_lines_of_the_figure_are_told_by_more_than_their_colours(file: Path) -> 
     figure = identified_figure(popsteer.identify(popsteer.logs.read(file)), THEMES["dark"])
     panels = [panel for part in figure.subfigs for panel in part.axes]
     assert len(panels) == 7
-    told = [[each for each in panel.lines if each.get_label()[0] != "_"] for panel in panels]
+    told: list[Any] = [panel.get_legend_handles_labels()[0] for panel in panels]
     assert max(map(len, told)) >= 4  # the profile likelihoods
     for lines in told:
         looks = {(each.get_marker(), each.get_linewidth()) for each in lines}

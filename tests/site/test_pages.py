@@ -99,6 +99,13 @@ def test_every_page_of_docs_is_on_the_site() -> None:
     assert {name for name in NAMES if name.startswith("docs/")} <= set(listed)
 
 
+def test_every_guide_has_a_picture() -> None:
+    bare = {
+        file.stem for file in (ROOT / "docs").glob("*.md") if "<picture>" not in file.read_text()
+    }
+    assert bare == {"fuzzing", "licences", "mutation_testing", "parameters"}
+
+
 def test_every_figure_is_shown_and_has_the_command_that_draws_it() -> None:
     shown = {
         posixpath.basename(link)
