@@ -22,7 +22,7 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as a shell has it."""
 
-_LONGEST = 700  # characters of an error
+_LONGEST = 500  # characters of an error
 _TYPED = ("rich", "typer")  # enough for help and for what only prints
 _PRINTING = ("new", "tracks")
 _OF_ROS2 = ("ros2", "record")

@@ -13,6 +13,7 @@ pytest.importorskip("ready")  # before all that is ROS's
 import rclpy
 from builtin_interfaces.msg import Time
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from world import Car, path
 
@@ -34,6 +35,26 @@ def test_paths_that_change_their_frame_a_hundred_times_are_driven_as_one(
     assert car.speed > 4.0
     assert car.farthest < 0.01
     assert math.hypot(*car.track.core.intake.seen_from[:2]) < 1e-3  # in the map again
+    car.close()
+
+
+def test_long_paths_are_read_by_their_bytes_whatever_the_names_of_their_frames(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # By messages 10,000 poses take a second, where a cycle of 50 Hz is 20 ms.
+    def undone(*_: Any) -> Any:
+        raise AssertionError
+
+    monkeypatch.setattr("popsteer.adapters.ros2.paths.decode", undone)
+    long = path(0.0, 5000.0)
+    for k, each in enumerate(long.poses):
+        each.header.frame_id = ("map", "another_map", "")[k % 3]
+    data = serialize_message(long)  # which takes the car as long
+    car = Car(stale=1.0).drive()
+    intake = car.track.core.intake
+    car.paths.publish(data)
+    assert car.until(lambda: intake.course.path.length > 4999.0), intake.course_refused
+    assert (intake.courses.refused, car.state) == (0, "driving")
     car.close()
 
 

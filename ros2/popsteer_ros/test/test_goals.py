@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import gc
 from typing import Any
 
 import numpy as np
@@ -126,11 +126,9 @@ def test_deactivation_ends_a_goal_with_a_result() -> None:
     assert car.until(lambda: car.speed > 1.0)
     ended = handle.get_result_async()
     car.track.trigger_deactivate()
-    begun = time.monotonic()
-    assert car.until(ended.done, 1.0)
+    assert car.until(ended.done)
     assert ended.result().status == ABORTED
     assert ended.result().result.error_msg == "the node is deactivated"
-    assert time.monotonic() - begun < 1.0
     assert car.until(lambda: car.speed == 0.0)
     sent = car.client.send_goal_async(FollowPath.Goal(path=path(0.0, 4.0)))
     assert car.until(sent.done)
@@ -227,19 +225,21 @@ def test_poses_of_a_goal_as_an_array_are_those_of_the_messages(count: int) -> No
     assert (found.goal_id.uuid == plain.goal_id.uuid).all()
 
 
-def test_goal_of_10000_poses_takes_no_cycle_of_the_drive() -> None:
-    light = goals.light(FollowPath).Impl.SendGoalService.Request
+def test_goal_of_10000_poses_makes_no_objects_of_them() -> None:
     data = serialize_message(request(10_000))
-    taken = []
-    for _ in range(9):
-        begun = time.perf_counter()
-        found = deserialize_message(data, light)
-        taken.append(time.perf_counter() - begun)
-    assert len(found.goal.path.poses) == 10_000
-    assert min(taken) < 0.01  # by messages it is 0.16 s
+    made = []
+    for kind in (FollowPath, goals.light(FollowPath)):
+        gc.collect()
+        before = len(gc.get_objects())
+        found = deserialize_message(data, kind.Impl.SendGoalService.Request)
+        made.append(len(gc.get_objects()) - before)
+        assert len(found.goal.path.poses) == 10_000
+    plain, light = made
+    assert plain > 10_000
+    assert light < 100
 
 
-def test_replanning_keeps_no_goals_and_no_command_waits_for_one(
+def test_replanning_keeps_no_goals_and_no_poses(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("popsteer_ros.follow_path._KEPT", 2)
@@ -248,15 +248,16 @@ def test_replanning_keeps_no_goals_and_no_command_waits_for_one(
     assert len(course.poses) > 10_000
     goal = FollowPath.Goal(path=course)
     assert car.until(car.client.server_is_ready)
-    longest: list[float] = []
-    core, there = car.track.core, car.track.follow._server._goal_handles
+    there = car.track.follow._server._goal_handles
+    objects: list[int] = []
     for _ in range(20):
         sent = car.client.send_goal_async(goal)
         assert car.until(sent.done)
-        core.loop.begin()
         car.rest(0.3)
-        longest.append(core.loop.longest_step)
-    assert max(longest) < 0.1
+        gc.collect()
+        objects.append(len(gc.get_objects()))
     assert len(there) < 12
+    # Nothing grows; what is kept of a goal has no object a pose, whose collection takes a step.
+    assert max(objects[8:]) < objects[7] + len(course.poses) // 2
     assert car.state == "driving"
     car.close()
