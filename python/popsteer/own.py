@@ -89,6 +89,10 @@ def load(what: What, name: str) -> Any:  # noqa: ANN401 - whatever is there
         else:
             module = _module(str(_file(place)))
     except Exception as error:
+        missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
+        if found and missing and f"{found['place']}.".startswith(f"{missing}."):
+            wanted = "FILE.py:NAME, or MODULE:NAME of a module that Python finds"
+            raise ConfigError(what, name, wanted) from error
         raise OwnCodeError(name, error) from error
     if not hasattr(module, found["name"]):
         raise ConfigError(what, name, f"defined in {found['place']}")
@@ -246,13 +250,12 @@ def called(kind: Any, *given: object, params: Any) -> Any:  # noqa: ANN401 - wha
 
 
 def raised(error: BaseException) -> str:
-    """Give the traceback of an error, from the first line that is not popsteer's own."""
-    first: TracebackType | None = error.__traceback__
-    here = first
+    """Give the traceback of an error, from the first line that is not popsteer's own, if any is."""
+    here: TracebackType | None = error.__traceback__
     ours = (_PACKAGE, "<frozen importlib", importlib.__file__)
     while here is not None and here.tb_frame.f_code.co_filename.startswith(ours):
         here = here.tb_next
-    lines = "".join(traceback.format_exception(type(error), error, here or first)).split("\n")
+    lines = "".join(traceback.format_exception(type(error), error, here)).split("\n")
     return "\n".join(map(printable, lines))
 
 

@@ -217,7 +217,7 @@ def test_names_that_stand_for_nothing_are_refused_in_one_line(
         (("--controllers", "mine.py:Absent"), "controller must be defined in mine.py"),
         (("--controllers", "broken.py:Blank"), "one with a method step"),
         (("--controllers", "torn.py:f"), "torn.py:f raised SyntaxError"),
-        (("--controllers", "no_such_module:f"), "raised ModuleNotFoundError"),
+        (("--controllers", "no_such_module:f"), "of a module that Python finds"),
         (("--plant", "mine.py:Gains"), "a plant, which has name"),
         (("--track", "broken.py:fallen"), "broken.py:fallen raised ArithmeticError: bridge out"),
         (("--track", "broken.py:sign"), "popsteer: broken.py:sign: xy must be an array of numbers"),
