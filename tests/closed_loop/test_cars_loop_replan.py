@@ -260,3 +260,43 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
 def test_page_table_of_replanning_is_what_is_driven() -> None:
     rows = replanning_lines()
     assert table("loop.md", "replanning") == rows
+
+
+def _three_points() -> tuple[Any, list[float]]:
+    """Ahead to the left, back to the other side, and ahead again: points and speeds."""
+    x, y, yaw, step, points, speeds = 0.0, 0.0, 0.0, 0.2, [], []
+    for curvature, sign in ((0.2, 1.0), (-0.2, -1.0), (0.2, 1.0)):
+        for _ in range(30):
+            points.append((x, y))
+            speeds.append(sign)
+            yaw += sign * step * curvature
+            x, y = x + sign * step * math.cos(yaw), y + sign * step * math.sin(yaw)
+    return np.array([*points, (x, y)]), [*speeds, 1.0]
+
+
+@pytest.mark.parametrize("noise", [None, 0.0, 0.01], ids=["once", "same", "noise"])
+def test_turn_of_three_points_planned_in_every_cycle_is_driven_to_its_end(
+    noise: float | None,
+) -> None:
+    # Its wheels turn at rest: a path that is sent again once began to wait for them anew, and one
+    # that is a centimetre off at its cusp was taken back to the leg before.
+    points, speeds = _three_points()
+    car = popsteer.Vehicle(wheelbase=2.7, steers_at_rest=True, max_steer_rate=0.5, steer_lag=0.1)
+    driver = popsteer.Driver(popsteer.Path(points, speed=speeds), car)
+    rng = np.random.default_rng(0)
+    x = y = yaw = speed = wheel = 0.0
+    for _ in range(3000):
+        if noise is not None:
+            off = rng.normal(0.0, noise, points.shape) if noise > 0.0 else 0.0
+            driver.set_path(popsteer.Path(points + off, speed=speeds))
+        command = driver.step(x, y, yaw, speed, 0.02)
+        assert command.fault is None
+        wheel += 0.02 * min(max((command.steer - wheel) / 0.1, -0.5), 0.5)
+        gear = -1.0 if command.reverse else 1.0
+        # Brakes hold, and do not push back.
+        driven = max(gear * speed + 0.02 * command.acceleration, 0.0)
+        speed = 0.0 if command.hold else gear * driven
+        yaw += 0.02 * speed * math.tan(wheel) / 2.7
+        x, y = x + 0.02 * speed * math.cos(yaw), y + 0.02 * speed * math.sin(yaw)
+    assert command.phase == "standing"
+    assert math.dist((x, y), points[-1]) < 0.05

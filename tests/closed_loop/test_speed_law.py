@@ -146,6 +146,18 @@ def test_stop_line_is_stopped_at_as_the_end_of_a_path_is(lag: float) -> None:
         assert last.phase == "standing"
 
 
+@pytest.mark.parametrize("left", [1e-300, 1e-12, 9e-4])
+def test_speed_of_0_that_rounding_left_over_is_a_stop(left: float) -> None:
+    car = popsteer.Vehicle(wheelbase=2.7)
+    stop, rounded = ([5.0] * 30 + [at] + [5.0] * 30 for at in (0.0, left))
+    plans = [
+        popsteer.SpeedTracker(popsteer.Path([(k, 0.0) for k in range(61)], speed=speed), car).plan
+        for speed in (stop, rounded)
+    ]
+    assert (plans[0] == plans[1]).all()
+    assert plans[1][30] == 0.0
+
+
 @looped("lag", [0.3, 0.4, 0.5])
 def test_drive_that_answers_later_than_told_is_no_push_that_holds_it_short(lag: float) -> None:
     car = popsteer.Vehicle(wheelbase=2.7, drive_lag=0.2, max_deceleration=3.0)

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
-use popsteer_core::bounds::MAX_DT;
+use popsteer_core::bounds::{MAX_DT, MIN_DT};
 use popsteer_core::speed::bias::Bias;
 use popsteer_core::speed::disturbance::{MAX_DISTURBANCE, Observer};
 use popsteer_core::speed::{
@@ -39,10 +39,13 @@ pub fn check(data: &[u8]) {
         return;
     };
     let standard = SpeedTrackerParams::DEFAULT;
+    let kp = bytes.parameter(standard.kp, [0.0, 5.0], [0.0, 1e3]);
+    let disturbance_time = bytes.parameter(standard.disturbance_time, [0.1, 5.0], [1e-3, 1e3]);
+    let jerk = bytes.parameter(20.0, [1.0, 50.0], [1e-3, 1e6]);
     let params = SpeedTrackerParams {
-        kp: bytes.parameter(standard.kp, [0.0, 5.0], [0.0, 1e3]),
-        disturbance_time: bytes.parameter(standard.disturbance_time, [0.1, 5.0], [1e-3, 1e3]),
-        max_jerk: Some(bytes.parameter(20.0, [1.0, 50.0], [1e-3, 1e6])),
+        kp,
+        disturbance_time,
+        max_jerk: Some(jerk),
         reserve: bytes.parameter(standard.reserve, [0.0, 2.0], [0.0, 1e3]),
         drive_delay: None,
     };
@@ -52,8 +55,8 @@ pub fn check(data: &[u8]) {
         Err(error) => return assert!(!error.to_string().is_empty()),
     };
     let (Some(first), Some(second)) = (
-        planned(&tracker, &drawn, first),
-        planned(&tracker, &drawn, second),
+        planned(&tracker, (&drawn, jerk), first),
+        planned(&tracker, (&drawn, jerk), second),
     ) else {
         return;
     };
@@ -76,7 +79,11 @@ pub fn check(data: &[u8]) {
 }
 
 /// A path and its plan, whose speeds keep the limits; none where the vehicle's are no plan's.
-fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, Vec<f64>)> {
+fn planned(
+    tracker: &SpeedTracker,
+    (car, jerk): (&Vehicle, f64),
+    path: Path,
+) -> Option<(Path, Vec<f64>)> {
     let view = path.view();
     let plan = match tracker.plan(&view) {
         Ok(plan) => plan,
@@ -89,8 +96,12 @@ fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, V
     let top = car.max_speed.unwrap_or(UNSAID.0);
     for (k, &speed) in plan.iter().enumerate() {
         let own = view.speed().map_or(f64::INFINITY, |speeds| speeds[k].abs());
-        // A 0 beside a start or a cusp is no stop: it is crept through.
-        let own = if own > 0.0 { own } else { 0.1 * car.wheelbase };
+        // A 0, or less than 1 mm/s, beside a start or a cusp is no stop: it is crept through.
+        let own = if own >= 1e-3 {
+            own
+        } else {
+            0.1 * car.wheelbase
+        };
         // The squares of speeds below 1e-150 m/s are rounded to few digits.
         let most = top.min(own) + 1e-150;
         assert!((0.0..=most).contains(&speed), "{speed} at {k}");
@@ -106,8 +117,10 @@ fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, V
         let rise = to - from;
         let (x, y) = (view.x(), view.y());
         let length = 2.0 * (x[next] - x[segment]).hypot(y[next] - y[segment]);
-        // The spacing is a difference of arc lengths.
-        let rounding = 1e-9 * from.max(to) + 1e-15 * view.length() * driving.max(braking) + 1e-12;
+        // The spacing is a difference of arc lengths, and a speed rounded off to the jerk one of places.
+        let times = jerk / (driving + braking) * from.max(to).sqrt();
+        let places = 1e-15 * view.length() * (driving.max(braking) + 4.0 * times);
+        let rounding = 1e-9 * from.max(to) + places + 1e-12;
         let range = -braking * length - rounding..=driving * length + rounding;
         assert!(
             range.contains(&rise),
@@ -183,7 +196,8 @@ impl Life {
         let dt = dt(bytes);
         let age = bytes.number([0.0, 0.3], [-0.1, 1.1]);
         let before = self.state;
-        let aged = (0.0..=1.0).contains(&age);
+        // The rounding of two stamps makes an age of 0 negative.
+        let aged = age <= 1.0 && age > -MIN_DT;
         let good = measured.checked().is_ok() && dt.is_finite() && aged;
         let told = Told {
             pose_age: age,

@@ -60,6 +60,7 @@ pub fn carry_over(
     let found = relocalise_within(new, place.point, looks, opposite_distance, budget);
     let anywhere = ClosestPoint::new(new, found.segment, place.point);
     let cost = |at: &ClosestPoint| least_cost(new, at, along, opposite_distance);
+    let distance = |at: &ClosestPoint| sqrt(at.squared_distance);
 
     let arc = here.arc_length(old);
     let from_end = new.length() - (old.length() - arc);
@@ -70,12 +71,15 @@ pub fn carry_over(
         if anchor < -place.reach || anchor > new.length() + place.reach {
             continue;
         }
-        let near = new.segment_by_arc(anchor, 0);
-        if new.is_reverse(near) != is_reverse {
+        let Some(near) = beside(new, anchor, is_reverse) else {
             continue;
-        }
+        };
         let (point, reach) = (place.point, place.reach);
         let at = locate(new, near, point, along, reach, opposite_distance);
+        let is_there = new.is_reverse(new.segment_by_arc(anchor, 0)) == is_reverse;
+        if !is_there && distance(&at) > distance(&anywhere) + tolerance {
+            continue;
+        }
         if best.is_none_or(|best| cost(&at) + tolerance < cost(&best)) {
             best = Some(at);
         }
@@ -84,4 +88,24 @@ pub fn carry_over(
     let turned = new.is_reverse(anywhere.segment) != is_reverse;
     let most = cost(&anywhere) + if turned { opposite_distance } else { tolerance };
     best.filter(|best| cost(best) <= most).unwrap_or(anywhere)
+}
+
+/// The segment at `arc` [m] of a path; where that is driven in the other direction, the nearest one that is
+/// not: beside a cusp the noise of a plan puts the same arc into either leg.
+fn beside(path: &PathView<'_>, arc: f64, is_reverse: bool) -> Option<usize> {
+    let at = path.segment_by_arc(arc, 0);
+    if path.is_reverse(at) == is_reverse {
+        return Some(at);
+    }
+    let (first, last) = path.section(at)?;
+    let before = path
+        .previous(first)
+        .map(|segment| (arc - path.arc(first), segment));
+    let after = path
+        .next_segment(last)
+        .map(|segment| (path.segment_end(last) - arc, segment));
+    match (before, after) {
+        (Some(before), Some(after)) if after.0 < before.0 => Some(after.1),
+        (before, after) => before.or(after).map(|(_, segment)| segment),
+    }
 }

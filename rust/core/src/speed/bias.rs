@@ -38,7 +38,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{decay, larger, saturate, sqrt};
-use crate::vehicle::kalman::{MAX, OUTLIER, beyond_doubt, put_right};
+use crate::vehicle::kalman::{MAX, OUTLIER, beyond_doubt, check_covariance, put_right};
 
 /// Standard deviations before anything was seen: of `g`; of `T` and `L` [s], and that share of the drive's delay
 /// and lag. More of the first: weak brakes are known sooner, and more is taken for them.
@@ -179,13 +179,13 @@ impl Bias {
         const FIELD: &str = "observer.bias";
         let vectors = self.speed.iter().chain(&self.push).chain(&self.mean);
         let (speed, both, push) = self.own;
-        for &number in vectors.chain(&self.covariance).chain([&both]) {
+        for &number in vectors.chain([&both]) {
             input_within(FIELD, number, MAX)?;
         }
         input_in_range(FIELD, self.mean.x, -LEAST, 0.0)?;
-        for variance in self.covariance.diagonal().iter().chain([&speed, &push]) {
-            input_in_range(FIELD, *variance, 0.0, MAX)?;
+        for variance in [speed, push] {
+            input_in_range(FIELD, variance, 0.0, MAX)?;
         }
-        Ok(())
+        check_covariance(FIELD, &self.covariance)
     }
 }

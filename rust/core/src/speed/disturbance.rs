@@ -91,7 +91,7 @@ impl Observer {
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
         let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
         let Some(before) = self.speed.filter(|_| !held) else {
-            self.speed = Some(speed);
+            self.speed = Some(saturate(speed, -MAX_SPEED, MAX_SPEED));
             self.bias = Some(bias.rest());
             return;
         };

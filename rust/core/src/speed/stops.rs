@@ -6,6 +6,9 @@ use crate::path::PathView;
 /// How many hops along a plan a stop is searched for. Each is at least a braking distance long, or a
 /// segment, so that a stop beyond is far off.
 const HOPS: usize = 64;
+/// A waypoint's speed below this is one of 0 [m/s]: what an optimiser or the digits of a file leave of it.
+/// Larger: a crawl becomes a stop.
+pub(super) const STANDSTILL: f64 = 1e-3;
 /// Share of a braking distance that surely has no stop, however the speeds were rounded.
 const SURELY: f64 = 0.99;
 
@@ -219,6 +222,9 @@ pub(super) fn bounds_of(
     creep: f64,
 ) -> Option<alloc::vec::Vec<f64>> {
     let mut bounds: alloc::vec::Vec<f64> = path.speed()?.iter().map(|v| v.abs()).collect();
+    for bound in bounds.iter_mut().filter(|bound| **bound < STANDSTILL) {
+        *bound = 0.0;
+    }
     let count = bounds.len();
     let is_rest = |index: usize| index == 0 || cusps.get(index) == Some(&true);
     let mut start = 0;

@@ -59,15 +59,38 @@ pub(crate) fn beyond_doubt(value: f64, variance: f64) -> f64 {
 }
 
 /// Undoes what rounding does to a covariance: an asymmetry, which would grow, and a negative
-/// variance of what is known to the last digit.
+/// variance of what is known to the last digit, which varies with nothing.
 #[inline]
 pub(crate) fn put_right<const N: usize>(covariance: &mut SMatrix<f64, N, N>) {
     *covariance = (*covariance + covariance.transpose()) * 0.5;
     for k in 0..N {
-        if let Some(variance) = covariance.get_mut((k, k)) {
-            *variance = larger(*variance, 0.0);
+        if covariance
+            .get((k, k))
+            .is_some_and(|variance| *variance <= 0.0)
+        {
+            covariance.row_mut(k).fill(0.0);
+            covariance.column_mut(k).fill(0.0);
         }
     }
+}
+
+/// Whether this is the covariance of anything, but for rounding: `P_ij^2 <= P_ii P_jj`.
+///
+/// # Errors
+///
+/// [`InputError`], naming `field`.
+pub(crate) fn check_covariance<const N: usize>(
+    field: &'static str,
+    covariance: &SMatrix<f64, N, N>,
+) -> Result<(), InputError> {
+    let variances = covariance.diagonal();
+    for (column, &variance) in covariance.column_iter().zip(&variances) {
+        input_in_range(field, variance, 0.0, MAX)?;
+        for (&both, other) in column.iter().zip(&variances) {
+            input_within(field, both, 1.001 * sqrt(variance * other) + 1e-6)?;
+        }
+    }
+    Ok(())
 }
 
 /// A measured change, and what it is expected to be.
@@ -277,8 +300,8 @@ impl<const N: usize> Walk<N> {
         for &number in vectors.chain(&self.covariance).chain(&residual) {
             input_within(field, number, MAX)?;
         }
-        let variances = self.covariance.diagonal();
-        for &variance in variances.iter().chain([&self.variance, &self.noise]) {
+        check_covariance(field, &self.covariance)?;
+        for variance in [self.variance, self.noise] {
             input_in_range(field, variance, 0.0, MAX)?;
         }
         input_in_range(field, self.noise_time, 0.0, MAX_DT)?;

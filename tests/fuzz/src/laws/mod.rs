@@ -12,7 +12,7 @@ use crate::subject::Subject;
 use popsteer_core::bounds::MAX_DT;
 use popsteer_core::error::Requirement;
 use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
-use popsteer_core::path::Place;
+use popsteer_core::path::{Place, Spot};
 use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::tracker::state::HANDOVER_TIME;
@@ -333,7 +333,13 @@ impl<L: Subject> Life<L> {
     fn relocalise(&mut self, bytes: &mut Bytes) {
         if bytes.byte() < 50 {
             // Whatever is put there, the next step finds a place on the path.
-            self.state.place = draw::draw_place(bytes);
+            let place = draw::draw_place(bytes);
+            // One that is no number is not even equal to itself.
+            let is_number = |spot: Spot| !(spot.point.x.is_nan() || spot.point.y.is_nan());
+            self.state.place = match place.spot() {
+                Some(spot) if !is_number(spot) => Place::Unknown,
+                _ => place,
+            };
             self.twin.place = self.state.place;
             return;
         }

@@ -75,7 +75,7 @@ pub(super) fn check_step<L: Subject>(
         | Status::DEVIATING
         | Status::IMPLAUSIBLE;
     assert!(command.status.contains(seen) && (seen | watched).contains(command.status));
-    check_limits(tracker, (before, after), command, &plain, (dt, period));
+    check_limits(tracker, (before, after), command, &plain, period);
 }
 
 /// What the law decides for the vehicle that it is shown.
@@ -203,14 +203,14 @@ fn check_line<L: Subject>(tracker: &Tracker<L>, in_flight: &InFlight, longer: f6
     assert!((total - dead_time).abs() <= 1e-9 * (1.0 + dead_time));
 }
 
-/// Offset, hand-over, lateral acceleration, largest angle and rate, one after the other: the wheels turn
-/// in the present period, and all else in the time since the last step.
+/// Offset, hand-over, lateral acceleration, largest angle and rate, one after the other: the command
+/// changes in the present period. While inputs were missing it stood.
 fn check_limits<L: Subject>(
     tracker: &Tracker<L>,
     (before, after): (&State<L>, &State<L>),
     command: &Command,
     plain: &Plain,
-    (dt, period): (f64, f64),
+    period: f64,
 ) {
     let (car, estimate) = (tracker.vehicle(), &plain.estimate);
     let offset = car.steer_offset + estimate.steer_offset;
@@ -218,14 +218,14 @@ fn check_limits<L: Subject>(
     if let Some(Handover { offset, remaining }) = before.handover {
         let (difference, remaining) = match offset {
             None if remaining >= HANDOVER_TIME => (before.steer - wanted, remaining),
-            None if remaining <= dt => (0.0, 0.0),
+            None if remaining <= period => (0.0, 0.0),
             None => {
                 let widest =
                     2.0 * car.max_steer + car.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
                 let whole = (before.steer - wanted) * HANDOVER_TIME / remaining;
-                (whole.clamp(-widest, widest), remaining - dt)
+                (whole.clamp(-widest, widest), remaining - period)
             }
-            Some(difference) => (difference, remaining - dt),
+            Some(difference) => (difference, remaining - period),
         };
         wanted += (remaining / HANDOVER_TIME).clamp(0.0, 1.0) * difference;
     }

@@ -4,6 +4,7 @@ use super::{Life, same};
 use crate::bytes::Bytes;
 use crate::scene::{dt, symmetric, vehicle};
 use crate::subject::Subject;
+use popsteer_core::bounds::MIN_DT;
 use popsteer_core::status::HOLD_LIMIT;
 use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::past::MAX_POSE_AGE;
@@ -36,7 +37,9 @@ impl<L: Subject> Life<L> {
                 .iter()
                 .flatten()
                 .all(|angle| angle.abs() <= FRAC_PI_2)
-            && (0.0..=MAX_POSE_AGE).contains(&reported.pose_age);
+            // The rounding of two stamps makes an age of 0 negative.
+            && reported.pose_age > -MIN_DT
+            && reported.pose_age <= MAX_POSE_AGE;
 
         let path = self.path.view();
         let before = self.state.clone();

@@ -176,6 +176,27 @@ fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> Opti
     (end - at.closest.arc_length(view) <= near).then_some(last)
 }
 
+/// Whether an open path that ends where it began is driven from its beginning by a vehicle at its end.
+fn starts_a_lap(
+    follow: &Follow,
+    view: &PathView<'_>,
+    found: usize,
+    (position, yaw): (Point, f64),
+) -> bool {
+    let (first, last, reach) = (
+        waypoint(view, 0),
+        waypoint(view, view.len() - 1),
+        follow.search_distance,
+    );
+    let ahead = waypoint(view, 1) - first;
+    view.length() > 4.0 * reach
+        && get_distance(first, last) <= 0.5 * reach
+        && view.s()[found] >= view.length() - 2.0 * reach
+        && get_distance(first, position) <= reach
+        && ahead.x * yaw.cos() + ahead.y * yaw.sin() > 0.0
+        && !view.is_reverse(0)
+}
+
 fn follow_plainly(
     follow: &Follow,
     view: &PathView<'_>,
@@ -217,6 +238,8 @@ fn follow_plainly(
         let position = Point::new(base.x, base.y);
         if view.is_closed() {
             found
+        } else if starts_a_lap(follow, view, found, (position, vehicle.yaw)) {
+            0
         } else {
             first_as_good_by_scan(view, position, vehicle.yaw, OPPOSITE, (found, noise))
         }

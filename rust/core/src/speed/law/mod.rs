@@ -239,7 +239,7 @@ impl SpeedLaw {
             for number in [x, y] {
                 input_within("stop", number, MAX_COORDINATE)?;
             }
-            input_within("stop", distance, 4.0 * MAX_COORDINATE)?;
+            input_within("stop", distance, f64::MAX)?;
         }
         input_in_range("still", state.still, 0.0, MAX_DT)?;
         input_in_range("waits", state.waits.0, 0.0, MAX_DT)?;

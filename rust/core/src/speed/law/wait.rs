@@ -10,7 +10,7 @@ use crate::path::preview::wheel_at_rest;
 use crate::speed::law::limits::{REST, SpeedLaw};
 use crate::speed::law::situation::Situation;
 use crate::speed::law::state::SpeedState;
-use crate::speed::stops::Planned;
+use crate::speed::stops::{Planned, STANDSTILL};
 use crate::vehicle::Drive;
 
 /// How long a vehicle stands at a cusp until its gear changes [s], and for a gear that is not reported once
@@ -105,16 +105,10 @@ impl SpeedLaw {
             // At the end of the curve: before, what would bring it to rest sooner may yet change.
             false => !state.rolls && ends && now.stop.1.is_finite() && short <= arrived,
         };
-        if let Some(angle) = state.wheels {
-            let time = if still {
-                self.turn_time(planned.path, at, angle)
-            } else {
-                0.0
-            };
-            state.waits.0 = larger(state.waits.0, time);
-            state.wheels = None;
-        } else if still {
-            state.waits.0 = larger(state.waits.0 - at.dt, 0.0);
+        let before = state.wheels.take();
+        if still {
+            let turn = before.map_or(0.0, |angle| self.turn_time(planned.path, at, angle));
+            state.waits.0 = larger(state.waits.0 - at.dt, turn);
             state.waits.1 = larger(state.waits.1 - at.dt, 0.0);
         } else if now.speed > REST {
             state.waits.0 = 0.0;
@@ -162,35 +156,40 @@ impl SpeedLaw {
     }
 
     /// The path `new` replaces `old`, where the vehicle was beside segment `from` and is beside segment
-    /// `to`. A stop that `new` has at the same place stays, whatever its waypoint.
+    /// `to`. A stop that `new` has at the same place stays, whatever its waypoint; where it is gone, a
+    /// vehicle at rest has another task, for which its wheels turn first. A path that is sent again is
+    /// none: whoever plans in each cycle would never see it start.
     pub fn set_path(
         &self,
         state: &mut SpeedState,
         (old, from): (&PathView<'_>, usize),
         (new, to): (&PathView<'_>, usize),
     ) {
-        if state.standing || state.waits.0 > 0.0 {
-            state.wheels = Some(self.wheels(old, from, old.segment_end(from)));
-        }
+        state.passes = state.passes.filter(|&segment| segment < new.segments());
         let leaves = self.leaves();
         let Some((waypoint, (x, y), distance)) = state.stop.take() else {
             return;
         };
         let stops = |path: &PathView<'_>, index: usize| {
             let speed = path.speed().and_then(|speed| speed.get(index));
-            let is_line = speed.is_some_and(|&speed| speed == 0.0);
-            is_line || (index > 0 && (index >= path.segments() || path.preceding(index).is_none()))
+            let is_line = speed.is_some_and(|&speed| speed.abs() < STANDSTILL);
+            let ends = index >= path.segments() || path.preceding(index).is_none();
+            is_line || (ends && (index > 0 || path.is_closed()))
         };
         let stays = |&index: &usize| {
             let off = new.waypoint(index) - Point::new(x, y);
             stops(new, index) && off.dot(&off) <= leaves * leaves
         };
-        let near = |&index: &usize| index.abs_diff(to);
+        // As many waypoints ahead as before, where several lie there.
+        let near = |&index: &usize| (index + from).abs_diff(waypoint + to);
         let found = if stops(old, waypoint) {
             (0..new.len()).filter(stays).min_by_key(near)
         } else {
             None
         };
+        if found.is_none() && (state.standing || state.waits.0 > 0.0) {
+            state.wheels = Some(self.wheels(old, from, old.segment_end(from)));
+        }
         state.stop = found.map(|index| (index, (x, y), distance));
         state.standing &= found.is_some();
     }

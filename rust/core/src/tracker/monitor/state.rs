@@ -256,6 +256,8 @@ impl MonitorState {
         }
         self.turned.checked("monitor")?;
         self.noise.checked("monitor")?;
+        let (least, most) = Estimator::GAINS;
+        input_in_range("monitor", self.gain.get(0), least, most)?;
         self.gain.checked("monitor")?;
         Ok(self)
     }
