@@ -290,6 +290,43 @@ def test_own_controller_may_have_any_attribute(
     assert call(capsys, *log.split()).status == 0
 
 
+RAISES = """
+class Raises:
+    vehicle_given = False
+
+    def __init__(self, path, vehicle):
+        pass
+
+    def step(self, x, y, yaw, speed, dt):
+        return 0.05
+
+    def __getattr__(self, name):
+        raise RuntimeError(name)
+"""
+
+
+@pytest.mark.usefixtures("_blank_figures")
+def test_attributes_of_an_own_controller_that_raise_are_not_asked_for(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "raises.py").write_text(RAISES)
+    line = "compare --controllers raises.py:Raises --track circle --constant-speed 6 --step-time"
+    done = call(capsys, *line.split(), "--out", "out", "--report", "page.html")
+    assert (done.status, done.err) == (0, "")
+    vary = ["--vary", "dead_time=uniform(0,0.1)", "--runs", "2", "--workers", "1"]
+    where = ["--track", "circle", "--constant-speed", "6", "--controller", "raises.py:Raises"]
+    assert call(capsys, "sweep", *where, *vary).status == 0
+
+
+def test_own_controller_whose_errors_are_measured_nowhere_is_refused(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "far.py").write_text(ANY.replace('"front"', "float('nan')"))
+    done = call(capsys, "compare", "--track", "circle", "--controllers", "far.py:Any")
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert "tracked_point must be in [-1000, 1000], got nan" in done.err
+
+
 KINDS = """
 from dataclasses import dataclass
 

@@ -6,7 +6,6 @@ import math
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.geometry import Plant, Pose, StartAt, object_of, pose_of
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
-from popsteer.sim.steering import OwnController, believed, informed, told
+from popsteer.sim.steering import OwnController, believed, informed, told, tracked_point
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -299,7 +298,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     else:
         start = pose_of(start, start_at, vehicle)
     begun = start_speed(path, constant_speed, plant) if speed is None else speed
-    tracked = told(controller, "tracked_point", Real)
+    tracked = tracked_point(controller)
     simulation = Simulation(
         path, plant, start=start, speed=begun, tracked_point=tracked, settings=settings
     )
@@ -379,9 +378,9 @@ def _name(controller: controllers.Controller | OwnController) -> str:
 
 def _params(controller: controllers.Controller | OwnController) -> dict[str, Any]:
     """Give the parameters of a controller, with those that scale with its vehicle filled in."""
-    params: Any = getattr(controller, "params", None)
+    params = told(controller, "params", object)
     vehicle = believed(controller)
-    if isinstance(params, type) or not callable(getattr(params, "as_dict", None)):
+    if isinstance(params, type) or not callable(told(params, "as_dict", object)):
         return {}  # an attribute of one's own that has this name
     if vehicle is not None and hasattr(params, "resolved"):
         params = params.resolved(vehicle)

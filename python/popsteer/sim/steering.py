@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import inspect
 from functools import partial
+from numbers import Real
 from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
 from popsteer import controllers
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
+from popsteer.ranges import check_in_range
+
+_FARTHEST = 1e3  # m from a vehicle's point
 
 
 class OwnCommand(Protocol):
@@ -69,10 +73,11 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     Raises ConfigError where the vehicle that it was given has its rear axle elsewhere: a pose would
     mean one position to the plant and another to the controller.
     """
-    if getattr(controller, "vehicle_given", True) is False:
+    if _attribute(controller, "vehicle_given") is False:
         given: Any = controller
         if not isinstance(controller, controllers.CONTROLLERS):
-            return cast("_C", given.with_vehicle(plant))
+            made = _attribute(controller, "with_vehicle")
+            return cast("_C", made(plant)) if callable(made) else controller
         # What makes an equal controller: adapting as it was given, or as its kind does.
         (path, _, params), options = given.__getnewargs_ex__()
         return cast("_C", type(given)(path, plant, params, **options))
@@ -82,10 +87,28 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     return controller
 
 
+def _attribute(controller: object, name: str) -> Any:  # noqa: ANN401 - of any kind
+    try:
+        return getattr(controller, name, None)
+    except Exception:  # noqa: BLE001 - a property of one's own, for which nobody has asked
+        return None
+
+
 def told(controller: object, name: str, kind: type) -> Any:  # noqa: ANN401 - of the kind
     """Give what a controller says of itself; None where an attribute of this name is another's."""
-    value = getattr(controller, name, None)
+    value = _attribute(controller, name)
     return value if isinstance(value, kind) and not isinstance(value, bool) else None
+
+
+def tracked_point(controller: object) -> float | None:
+    """Give where a controller of your own has its errors measured; None where it does not say.
+
+    Raises ConfigError where that is on no vehicle.
+    """
+    point = told(controller, "tracked_point", Real)
+    if point is not None:
+        check_in_range("tracked_point", point, -_FARTHEST, _FARTHEST)
+    return point  # type: ignore[no-any-return] # of the kind that was asked for
 
 
 def step_of(controller: Any) -> Any:  # noqa: ANN401 - of your own

@@ -96,7 +96,7 @@ def named(
         ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
         known_ones = f" (--columns {' or --columns '.join(ways)} says which is which)"
         raise PathError(
-            f"{where}: {len(head)} names above {table.columns} columns"
+            f"{where}: {len(head)} name{'s' * (len(head) > 1)} above {table.columns} columns"
             + (known_ones if {*read} - {LEFT_OUT} else ", none of which is known: is it a table?")
         )
     taken = {column.place for column in found.values()}

@@ -19,7 +19,7 @@ from popsteer._core import Path, Vehicle, build_profile
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab.common.experiment import Adapt, Monitor, controller
 from popsteer.sim import Run
-from popsteer.sim.steering import step_of
+from popsteer.sim.steering import step_of, told
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +170,7 @@ def nothing(*_: object) -> None:
 
 def _reset_of(made: Any) -> Callable[[], None]:
     """Give the `reset` of one's own controller, if it can be called as this would call it."""
-    reset: Any = getattr(made, "reset", None)
+    reset = told(made, "reset", object)
     try:
         inspect.signature(reset).bind()
     except (TypeError, ValueError):

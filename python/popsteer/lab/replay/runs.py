@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from popsteer.lab import baselines
 from popsteer.lab.common.experiment import Adapt, Monitor
 from popsteer.logs import Log, LogError
 from popsteer.own import OwnCodeError
-from popsteer.sim.steering import step_of, told
+from popsteer.sim.steering import step_of, tracked_point
 from popsteer.state import State
 from popsteer.status import Status
 
@@ -46,7 +45,7 @@ class Watching:
         self._name, self._path = name, path
         self._own: Any = found.controller(path, vehicle, params)
         self._step = step_of(self._own)
-        tracked: float | None = told(self._own, "tracked_point", Real)
+        tracked = tracked_point(self._own)
         self.tracked_point = vehicle.front_axle if tracked is None else tracked
         self.segment: int | None = None
         # As the controllers of popsteer search, of two wheelbases and the distance travelled.
