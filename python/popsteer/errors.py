@@ -47,7 +47,7 @@ def below(count: int) -> str:
     return f"below {count}"
 
 
-def _short(text: str) -> str:
+def short(text: str) -> str:
     """Cut what would flood a terminal, such as the key of a file that is no text."""
     cut = f"{text[:_LONGEST]}... ({len(text)} characters)"
     return text if len(text) <= len(cut) else cut
@@ -66,7 +66,7 @@ def unknown(what: str, name: object, known: Iterable[str]) -> str:
     known = list(known)
     near = difflib.get_close_matches(str(name)[:_LONGEST], known, 1)
     said = f", did you mean {near[0]}? Known" if near else "; known"
-    return f"unknown {what} {_short(repr(name))}{said}: {', '.join(known)}"
+    return f"unknown {what} {short(repr(name))}{said}: {', '.join(known)}"
 
 
 def printable(text: str) -> str:
@@ -108,7 +108,7 @@ class _FieldError(PopsteerError, ValueError):
     requirement: str
 
     def __init__(self, field: str, value: object, requirement: str) -> None:
-        super().__init__(f"{_short(field)} must be {requirement}, got {_short(repr(value))}")
+        super().__init__(f"{short(field)} must be {requirement}, got {short(repr(value))}")
         self.field = field
         self.value = value
         self.requirement = requirement

@@ -29,7 +29,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from popsteer.errors import ConfigError, PopsteerError, printable
+from popsteer.errors import ConfigError, PopsteerError, printable, short
 from popsteer.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class OwnCodeError(PopsteerError):
     traceback: str
 
     def __init__(self, name: str, error: BaseException) -> None:
-        super().__init__(f"{name} raised {type(error).__name__}: {error}")
+        super().__init__(f"{name} raised {type(error).__name__}: {short(str(error))}")
         self.traceback = raised(error)
 
 
@@ -256,7 +256,7 @@ def raised(error: BaseException) -> str:
     while here is not None and here.tb_frame.f_code.co_filename.startswith(ours):
         here = here.tb_next
     lines = "".join(traceback.format_exception(type(error), error, here)).split("\n")
-    return "\n".join(map(printable, lines))
+    return "\n".join(short(printable(line)) for line in lines)
 
 
 def _file(place: str) -> Path | None:

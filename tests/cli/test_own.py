@@ -305,6 +305,26 @@ class Raises:
 """
 
 
+def test_sweep_names_an_own_controller_that_cannot_be_made(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "none.py").write_text("Number = 3\n")
+    line = "sweep --controller none.py:Number --track circle --constant-speed 6"
+    done = call(capsys, *line.split(), "--runs", "2", "--workers", "1")
+    assert "Number on carla-identified:\nTypeError: 'int' object is not callable\n" in done.err
+
+
+def test_what_an_own_controller_raises_first_floods_no_figure_and_no_terminal(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "wordy.py").write_text(RAISES.replace("return 0.05", "raise ValueError(9999 * 'x\\a')"))
+    line = "compare --controllers wordy.py:Raises --track circle --constant-speed 6"
+    done = call(capsys, *line.split(), "--out", "out", "--report", "page.html")
+    assert done.status == 0
+    assert max(map(len, [*done.err.split("\n"), *done.out.split("\n")])) < 600
+    assert "\a" not in done.out + done.err
+
+
 @pytest.mark.usefixtures("_blank_figures")
 def test_attributes_of_an_own_controller_that_raise_are_not_asked_for(
     here: Path, capsys: pytest.CaptureFixture[str]

@@ -43,8 +43,8 @@ class Baseline(NamedTuple):
 
 
 class _Broken:
-    def __init__(self, error: Exception) -> None:
-        self._error = error
+    def __init__(self, name: str, error: Exception) -> None:
+        self.name, self._error = name, error
 
     def step(self, *_: float) -> NoReturn:
         """Raise what the constructor raised."""
@@ -59,7 +59,7 @@ def _own(
     except MissingExtra:
         raise
     except Exception as error:  # noqa: BLE001 - anything can be raised there
-        return _Broken(error)
+        return _Broken(own.title(name), error)
     if not callable(getattr(made, "step", None)):
         raise ConfigError("controller", name, "one with a method step(x, y, yaw, speed, dt)")
     return made

@@ -25,7 +25,7 @@ from popsteer._core import (
     Vehicle,
     _with_speed,
 )
-from popsteer.errors import ConfigError, PathError
+from popsteer.errors import ConfigError, PathError, short
 from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.geometry import Plant, Pose, StartAt, object_of, pose_of
 from popsteer.sim.metrics import Metrics
@@ -347,7 +347,8 @@ def _raised(drive: Callable[[], object], *, goes_on: bool) -> tuple[str, str]:
     except Exception as error:
         if not goes_on:
             raise
-        return " ".join(f"raised {type(error).__name__}: {error}".split()), own.raised(error)
+        said = short(" ".join(f"raised {type(error).__name__}: {error}".split()))
+        return said, own.raised(error)
     return "", ""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from popsteer.errors import printable
 from popsteer.lab.common.draw import (
     headline,
     limit,
@@ -84,7 +86,7 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
     # From the colour of the path to a red that the eye goes to.
     reds = LinearSegmentedColormap.from_list("errors", [theme.path, theme.laws["pid"]])
     error = ScalarMappable(Normalize(0.0, bounds["cross_track_error"]), reds)
-    end = max(run.metrics.time for run in runs.values())
+    end = max(run.metrics.time for run in runs.values()) or 1.0
     for column, (name, run) in enumerate(runs.items()):
         track, *panels = axes[:, column]
         _draw_track(track, run, extent, error, theme)
@@ -151,7 +153,7 @@ def _draw_series(
     panel.axhline(0.0, color=theme.path, linewidth=0.9)
     time, first = run.records["time"], starting(run)
     plot_settling(panel, time, values, first, bound, color=colour, linewidth=1.1)
-    note = run.ending  # where code of one's own raised in its first step
+    note = fill(printable(run.ending), 40)  # where code of one's own raised in its first step
     if len(values):
         note = series.note.format(mean=np.abs(values).mean(), max=np.abs(values).max())
     box = {"facecolor": theme.background, "edgecolor": "none", "alpha": 0.9, "pad": 1.5}
