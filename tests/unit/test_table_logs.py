@@ -299,6 +299,26 @@ def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
         assert log.t - log.t[0] == pytest.approx(0.05 * np.arange(len(log)), abs=1e-5), file.name
 
 
+def test_gear_gives_a_speed_without_signs_its_own(tmp_path: Any) -> None:
+    back = (T > 3.0) & (T < 5.0)
+    for name, words in (
+        ("gear", ("D", "R")),
+        ("reverse", ("False", "True")),
+        ("gear", ("1", "-1")),
+    ):
+        gears = np.where(back, words[1], words[0]).tolist()
+        text = f"t,x,y,yaw,speed,steer,{name}\n" + _rows(T, X, Y, YAW, SPEED, STEER, gears)
+        log = logs.read(_write(tmp_path, text))
+        assert log.speed == pytest.approx(np.where(back, -SPEED, SPEED), abs=1e-6)
+        assert f"speed is negative where {name} says backwards" in log.source
+    # A speed with signs has them itself, and words of a gearbox that are not known say nothing.
+    for speed, gears in ((-SPEED, ["R"] * N), (SPEED, ["S3"] * N), (SPEED, ["3"] * N)):
+        text = "t,x,y,yaw,speed,steer,gear\n" + _rows(T, X, Y, YAW, speed, STEER, gears)
+        log = logs.read(_write(tmp_path, text))
+        assert log.speed == pytest.approx(speed, abs=1e-6)
+        assert "backwards" not in log.source
+
+
 def test_topics_that_ros2_echoes_as_csv_are_known_by_their_fields(tmp_path: Any) -> None:
     stamp = (
         [str(EPOCH + 40 * k // 1000) for k in range(N)],

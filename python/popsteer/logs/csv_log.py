@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -26,6 +27,7 @@ from popsteer.tables.columns import (
 from popsteer.tables.poses import yaw_of
 from popsteer.tables.quantities import converted
 from popsteer.tables.text import Table, read_table
+from popsteer.tables.waypoints import backwards
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -103,7 +105,7 @@ def paths(
     return [file] if isinstance(file, (str, os.PathLike)) else list(file)
 
 
-_KNOWN = (*COLUMNS, *SIGNALS, "speed_y", "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
+_KNOWN = (*COLUMNS, *SIGNALS, "speed_y", "direction", "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
 
 
 def _read(
@@ -129,6 +131,7 @@ def _read(
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
     rest = {key: column for key, column in places.items() if key not in ("t", "t_ns")}
+    gear = rest.pop("direction", None)
     check_units(table, {k: c for k, c in rest.items() if k not in units})
     values = table.numbers([column.place for column in rest.values()], blank=True)
     found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
@@ -136,6 +139,11 @@ def _read(
         each = raw if key in units else converted(key, column.unit, raw)
         said = key if column.name == key else f"{key} ({column})"
         found[key] = _Series(t, each, said, units.get(key, column.unit))
+    if gear is not None:
+        with suppress(PathError):  # words of a gearbox that are not known say nothing
+            found["direction"] = _Series(
+                t, np.where(backwards(table, gear), -1.0, 1.0), f"{gear}", None
+            )
     return found, begun
 
 
@@ -176,6 +184,7 @@ def _log(
             merged.append(key)
         columns[key] = _on_clock(key, each, base.t) if empty else each.values
     notes += _of_the_plane(columns, series, base.t)
+    notes += _backwards(columns, series, base.t)
     rows = here if merged else np.ones(len(base.t), dtype=np.bool_)
     columns = {
         key: converted(key, units[key], values[rows]) if key in units else values[rows]
@@ -219,6 +228,16 @@ def _of_the_plane(
     return [f"{series['speed'].said} and {series['speed_y'].said} are one velocity over ground"]
 
 
+def _backwards(columns: dict[str, Floats], series: Mapping[str, _Series], t: Floats) -> list[str]:
+    """Give a speed without signs that of the gear, and say it."""
+    gear = series.get("direction")
+    if gear is None or (columns["speed"] < 0.0).any():
+        return []
+    back = _on_clock("direction", gear, t) < 0.0
+    columns["speed"] = np.where(back, -columns["speed"], columns["speed"])
+    return [f"speed is negative where {gear.said} says backwards"] if back.any() else []
+
+
 def _share(flags: NDArray[np.bool_]) -> float:
     return float(flags.mean()) if flags.size else 0.0
 
@@ -242,7 +261,7 @@ def _on_clock(key: str, each: _Series, t: Floats) -> Floats:
     own, values = each.t[known], each.values[known]
     if not len(own):
         return np.full(len(t), math.nan)
-    if key == "steer":  # a command holds until the next one
+    if key in ("steer", "direction"):  # a command holds until the next one, and so does a gear
         return values[np.clip(np.searchsorted(own, t, side="right") - 1, 0, None)]
     values = np.unwrap(values) if key == "yaw" else values
     return np.interp(t, own, values, left=math.nan, right=math.nan)

@@ -211,15 +211,11 @@ def _read_table(
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
         check_units(table, places)
-        words = {
-            key for key, each in places.items() if key == "direction" and table.is_text(each.place)
-        }
-        numbers = {key: each for key, each in places.items() if key not in words}
+        numbers = {key: each for key, each in places.items() if key != "direction"}
         values = table.numbers([column.place for column in numbers.values()])
         _check_count(table.name, len(values))
         read = zip(numbers.items(), values.T, strict=True)
         columns = {key: converted(key, column.unit, each) for (key, column), each in read}
-        columns |= {key: _directions(table, places[key].place) for key in words}
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
         if not wanted:
@@ -304,15 +300,22 @@ def _refuse_steep(found: Waypoints, table: Table, places: Mapping[str, Column]) 
         )
 
 
-def _directions(table: Table, place: int) -> Floats:
-    """Read gears and directions in words."""
-    found = []
-    for index, line, (entry,) in table.entries([place]):
-        if (value := _WAYS.get(entry.lower())) is None:
-            known = ", ".join(_WAYS)
-            raise PathError(f"{table.at(line, place)}: {entry[:40]!r} is none of {known}", index)
-        found.append(value)
-    return np.array(found)
+def backwards(table: Table, column: Column) -> NDArray[np.bool_]:
+    """Read where a gear, a direction or a flag, in numbers or in words, says backwards."""
+    place = column.place
+    if table.is_text(place):
+        found = []
+        for index, line, (entry,) in table.entries([place]):
+            if (value := _WAYS.get(entry.lower())) is None:
+                known = ", ".join(_WAYS)
+                raise PathError(
+                    f"{table.at(line, place)}: {entry[:40]!r} is none of {known}", index
+                )
+            found.append(value)
+        values = np.array(found)
+    else:
+        values = np.nan_to_num(table.numbers([place], blank=True)[:, 0])
+    return values != 0.0 if "reverse" in column.name.lower() else values < 0.0
 
 
 def _check_position(table: Table, places: Mapping[str, Column]) -> None:
@@ -374,11 +377,10 @@ def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Colu
         if key in columns:
             found.more[key] = columns[key]
             found.read.append(_said(key, places[key]))
-    if "direction" in columns:
-        values, name = columns["direction"], places["direction"].name
-        back = values != 0.0 if "reverse" in name.lower() else values < 0.0
+    if "direction" in places and found.table:
+        back = backwards(found.table, places["direction"])
         found.read.append(f"direction ({places['direction']})")
-        if back.any() and not (columns.get("speed", 0.0 * values) < 0.0).any():
+        if back.any() and not (columns.get("speed", 0.0 * back) < 0.0).any():
             found.more["reverse"] = back.tolist()
 
 
