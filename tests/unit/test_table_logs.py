@@ -299,6 +299,14 @@ def test_cases_are_read_right_or_refused_with_the_remedy() -> None:
         assert log.t - log.t[0] == pytest.approx(0.05 * np.arange(len(log)), abs=1e-5), file.name
 
 
+def test_columns_that_are_left_out_and_units_are_said_as_the_file_has_them(tmp_path: Any) -> None:
+    head = "time [s],lap,x,y,heading [deg],speed,steer,battery\n"
+    north = 90.0 - np.degrees(YAW)
+    log = logs.read(_write(tmp_path, head + _rows(T, 0.0 * T, X, Y, north, SPEED, STEER, T)))
+    _agrees(log)
+    assert "ignored: lap, battery; yaw is in deg, from north, clockwise, as the" in log.source
+
+
 def test_gear_gives_a_speed_without_signs_its_own(tmp_path: Any) -> None:
     back = (T > 3.0) & (T < 5.0)
     for name, words in (

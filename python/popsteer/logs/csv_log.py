@@ -22,6 +22,7 @@ from popsteer.tables.columns import (
     check_one,
     check_there,
     check_units,
+    ignored,
     named,
 )
 from popsteer.tables.poses import yaw_of
@@ -90,10 +91,13 @@ def read_csv(
             raise LogError(unknown("column", strange[0], _KNOWN))
         series: dict[str, _Series] = {}
         begun: int | None = None
+        notes: list[str] = []
         for each in files:
-            found, begun = _read(read_table(each), wanted, given, begun, alone=len(files) == 1)
+            table, alone = read_table(each), len(files) == 1
+            found, begun, left = _read(table, wanted, given, begun, alone=alone)
             series = {**found, **series}
-        return _log(files, series, given, origin)
+            notes += left
+        return _log(files, series, given, origin, notes)
     except (PathError, ConfigError) as error:
         raise LogError(str(error)) from error
 
@@ -115,8 +119,8 @@ def _read(
     begun: int | None,
     *,
     alone: bool,
-) -> tuple[dict[str, _Series], int]:
-    """Read the quantities of a table over its own times, and the clock's origin."""
+) -> tuple[dict[str, _Series], int, list[str]]:
+    """Read the quantities of a table over its own times, the clock's origin, and what is left."""
     if not table.columns:
         raise LogError(f"{table.name}: the file is empty")
     if not alone and isinstance(wanted, dict):
@@ -144,7 +148,7 @@ def _read(
             found["direction"] = _Series(
                 t, np.where(backwards(table, gear), -1.0, 1.0), f"{gear}", None
             )
-    return found, begun
+    return found, begun, ignored(table, places.values())
 
 
 def _has_other(key: str, places: Mapping[str, Column]) -> bool:
@@ -159,9 +163,10 @@ def _log(
     series: dict[str, _Series],
     units: Mapping[str, str],
     origin: tuple[float, float] | None,
+    notes: list[str],
 ) -> Log:
     """Put all on the clock of the position, and find the units that are not told."""
-    name, notes = str(files[0]), []
+    name = str(files[0])
     if "x" not in series and {"lat", "lon"} <= series.keys():
         notes.append(_localise(name, series, origin))
     elif origin is not None:
@@ -287,7 +292,8 @@ def _settle(
         if scale != 1.0:
             columns["yaw"] = scale * columns["yaw"] + offset
             found["yaw"] = turned.unit + ("-north" if turned.frame else "")
-            notes.append(f"yaw is in {turned}, as the positions show")
+            said = turned._replace(unit=told.get("yaw", turned.unit))
+            notes.append(f"yaw is in {said}, as the positions show")
     _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer, told.get("steer"))
     return found, notes
 

@@ -149,6 +149,14 @@ def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
     )
 
 
+def ignored(table: Table, used: Collection[Column]) -> list[str]:
+    """Say which columns with a name are not read; nothing where all are."""
+    places = {column.place for column in used}
+    names = enumerate(table.head or [])
+    left = [str(Column(k, name)) for k, name in names if k not in places and name]
+    return [f"ignored: {', '.join(left[:6])}{', ...' * (len(left) > 6)}"] if left else []
+
+
 def check_there(table: Table, places: Collection[str], needed: Sequence[str]) -> None:
     """Refuse a table in which columns are missing, PathError: it lists the names there are."""
     missing = [key for key in needed if key not in places]

@@ -21,6 +21,7 @@ from popsteer.tables.columns import (
     check_there,
     check_units,
     explained,
+    ignored,
     likeliest,
     named,
     option,
@@ -220,11 +221,7 @@ def _read_table(
         found.xy = _position(found, columns, places, origin)
         if not wanted:
             _refuse_steep(found, table, places)
-        head = table.head or []
-        used = {column.place for column in places.values()}
-        ignored = [str(Column(k, name)) for k, name in enumerate(head) if k not in used and name]
-        if ignored:
-            found.notes.append(f"ignored: {', '.join(ignored[:6])}{', ...' * (len(ignored) > 6)}")
+        found.notes += ignored(table, places.values())
     _add(found, columns, places)
     return found
 
