@@ -74,9 +74,9 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         size = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
         return _counts(table, entries, column, size)
-    size = factor("t", unit or "s")
-    values = size * table.numbers([column.place], blank=True)[:, 0]
-    return Times(values, 0, f"t is in {unit}" if size != 1.0 else "", unit is not None)
+    scale = factor("t", unit or "s")
+    found = scale * table.numbers([column.place], blank=True)[:, 0]
+    return Times(found, 0, f"t is in {unit}" if scale != 1.0 else "", unit is not None)
 
 
 def _stamps(table: Table, entries: Rows, column: Column) -> Times:
