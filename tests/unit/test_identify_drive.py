@@ -60,6 +60,27 @@ def test_car_stops_in_its_place_with_the_file_of_three_stops(seed: int, tmp_path
     assert abs(beyond_stop(car, file, seed)) > 0.05
 
 
+@pytest.mark.parametrize("seed", [2, 5])
+def test_brake_that_holds_the_car_for_a_moment_is_not_taken_for_the_drive(seed: int) -> None:
+    car = pedalled(seed)
+    log = drive_log(car, seed, starts=6)
+    # Of each rest the last 0.6 s are kept, in which the brake has long arrived.
+    moves = np.abs(log.speed) > 0.1
+    kept = moves.copy()
+    for k in np.flatnonzero(np.diff(moves.astype(int)) == 1):
+        kept[max(k - 11, 0) : k + 1] = True
+    columns = {name: values[kept] for name, values in log.as_dict().items()}
+    columns["t"] = 0.05 * np.arange(int(kept.sum()))
+    signals = {name: np.asarray(values)[kept] for name, values in log.signals.items()}
+    found = fit_drive(Log(**columns, signals=signals))
+    assert found is not None
+    truth = {"drive_delay": car.drive_delay, "drive_lag": car.drive_lag, "drive": car.throttle}
+    truth |= {"braking": car.braking, "drag": car.drag}
+    for name in truth.keys() & found.errors.keys():
+        assert abs(found.values[name] - truth[name]) < 3.5 * found.errors[name], name
+    assert {"drive_delay", "drive_lag"} <= found.errors.keys()
+
+
 def test_log_that_begins_with_throttle_at_rest_shows_the_lag() -> None:
     # Before it the pedals were not what they are in the first row.
     car = replace(pedalled(8), drive_lag=0.5)

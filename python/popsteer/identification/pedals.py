@@ -10,7 +10,7 @@ and solved for at each of them (variable projection; G. Golub and V. Pereyra, 19
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,14 +72,17 @@ class _Task:
 
     def __init__(self, log: Log, size: float) -> None:
         ready = prepare(log, size)
-        self.t, self.speed, self.parts = ready.t, ready.sample_speed, ready.parts()
+        self.t, self.speed = ready.t, ready.sample_speed
         self.names, self.direct, signals = _commands(log)
+        slowest = max(REST * size, SEEN * ready.speed_noise)
+        if not self.direct:  # a brake that holds the car moves nothing, however short the rest
+            ready = replace(ready, moving=ready.moving & (np.abs(self.speed) > slowest))
+        self.parts = ready.parts()
         # Commands at rest are those of the drive that follows, in its gear.
         drives = np.append(np.flatnonzero(ready.moving), len(log) - 1)
         following = drives[np.searchsorted(drives, np.arange(len(log)))]
         self.gear = np.where(self.speed[following] < 0.0, -1.0, 1.0)
         # A car that stands as the log begins was commanded nothing before.
-        slowest = max(REST * size, SEEN * ready.speed_noise)
         stands = abs(self.speed[0]) < slowest and not self.direct
         self.given_at = np.concatenate((self.t[:1] - 1.0, self.t)) if stands else self.t
         self.signals = [np.concatenate(([0.0], each)) if stands else each for each in signals]
