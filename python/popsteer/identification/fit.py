@@ -71,6 +71,9 @@ KEPT, CLEARLY = 1.0, 1.2
 commands asked for this many times as much: if they were seen against it."""
 LONGEST = 0.1
 """A command that comes later than this after the last [s] is a step."""
+RATIO, NARROWED = 1.5, 6
+"""Around the best of a row, up to this many times as much and as little, so many values more are
+tried: both bend the residuals, and a fit that starts farther off may stay at a corner."""
 CLOSE = 100.0
 """A structure that is less likely by more than this [log-likelihood] is not followed up."""
 SURE = 8.0
@@ -334,6 +337,9 @@ class Task:
         return values if "steer_play" in values else self._added(values, "steer_play", _PLAYS)
 
     def _added(self, values: Values, name: str, trials: Sequence[float]) -> Values:
+        """Fit with one more, from the best of a row of values; between them by its profile."""
+        from scipy.optimize import minimize_scalar
+
         self.weigh(values)
         best, at, trial = self.cost(values), values, values
         others = self.free(values)
@@ -348,7 +354,17 @@ class Task:
                 best, at = cost, trial
             elif cost > best + CLOSE:
                 break
-        return self.solve(at) if name in at else values
+        if name not in at:
+            return values
+        found = [at]
+
+        def profile(value: float) -> float:
+            found.append(self.search({**found[-1], name: value}, others, 1e-3))
+            return self.cost(found[-1])
+
+        around = at[name] / RATIO, at[name] * RATIO
+        minimize_scalar(profile, bounds=around, method="bounded", options={"maxiter": NARROWED})
+        return self.solve(min(found, key=self.cost))
 
     def _scaled(self, values: Values) -> Values:
         """Give the values with the length by which the simulated heading turns as the measured."""
