@@ -117,7 +117,7 @@ def test_errors_of_the_drive_count_the_noise_of_the_heights() -> None:
     assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.25
 
 
-@pytest.mark.parametrize("seed", [22, 26])
+@pytest.mark.parametrize("seed", [22, 24, 26])
 def test_limit_that_looks_like_lag_is_found(seed: int) -> None:
     # A small car in a slalom turns its wheels at their limit all the time.
     car, found = acceptance.identified("slalom", seed)
@@ -156,3 +156,14 @@ def test_lag_that_is_assumed_is_one_that_the_log_allows() -> None:
     assert "steer_lag" in found.unknown
     assert found.vehicle.steer_lag < 0.15
     assert found.vehicle.steer_lag + found.vehicle.dead_time == pytest.approx(found.delay)
+
+
+@pytest.mark.parametrize("seed", [80, 122])
+def test_understeer_that_comes_out_negative_leaves_the_length_its_error(seed: int) -> None:
+    # 0 is taken for it then, which moves the length as far as the understeer was off.
+    car, found = acceptance.identified("parking", seed)
+    assert found is not None
+    assert found.vehicle.understeer == 0.0
+    assert "understeer" not in found.unknown
+    for one in acceptance.stated(car, found):
+        assert one.off < 3.0, one

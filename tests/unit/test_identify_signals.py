@@ -209,7 +209,8 @@ def test_normalised_steer_that_reaches_one_is_refused() -> None:
 @pytest.mark.parametrize("rate", [2.0, 3.0, 4.0, 7.0, 10.0])
 def test_poses_that_repeat_are_samples_with_their_age(rate: float) -> None:
     columns = logged.log("brisk", CAR, seed=3, pose_rate=rate)
-    log = unrepeated(Log(**columns))
+    log, error = unrepeated(Log(**columns))
+    assert error < 0.01
     assert len(log) == pytest.approx(rate * columns["t"][-1], abs=2.0)
     # They were measured at whole multiples of their interval.
     off = log.t * rate - np.round(log.t * rate)
@@ -220,7 +221,29 @@ def test_poses_that_repeat_are_samples_with_their_age(rate: float) -> None:
     assert found.delay == pytest.approx(CAR.lag + CAR.delay, abs=0.01)
     # A pose that is new in each row is left as it is, and so is one that never moves.
     plain = Log(**logged.log("brisk", CAR, seed=3))
-    assert unrepeated(plain) is plain
+    assert unrepeated(plain) == (plain, 0.0)
+
+
+@pytest.mark.parametrize(("rate", "first"), [(10.0, 3), (4.0, 4), (7.3, 2)])
+def test_poses_that_no_row_is_of_have_their_age(rate: float, first: int) -> None:
+    fine = logged.log("brisk", CAR, seed=3, dt=0.01, pose_rate=rate)
+    columns = {name: values[first::5] for name, values in fine.items()}
+    commands = fine["t"], fine["steer"]
+    log, error = unrepeated(Log(**columns, commands=commands))
+    off = log.t[1:] * rate  # nobody knows how old the first one is
+    assert np.max(np.abs(off - np.round(off))) / rate < max(0.004, 3.0 * error)
+    found = popsteer.identify(Log(**columns, commands=commands))
+    assert found.delay == pytest.approx(CAR.lag + CAR.delay, abs=0.01)
+    # Where the speed comes with the pose nothing shows the age: the error of the delay has it.
+    new = np.append(True, np.diff(columns["x"]) != 0.0)
+    held = columns["speed"][np.maximum.accumulate(np.where(new, np.arange(len(new)), 0))]
+    log = Log(**columns | {"speed": held}, commands=commands)
+    _, error = unrepeated(log)
+    assert error == pytest.approx(0.05 / math.sqrt(3.0))
+    other = popsteer.identify(log)
+    for name in ("delay", "dead_time"):
+        assert other.model_errors[name] >= error
+    assert other.delay == pytest.approx(CAR.lag + CAR.delay, abs=2.0 * error)
 
 
 def test_commands_with_times_of_their_own_stay_with_poses_that_are_thinned() -> None:
@@ -236,7 +259,7 @@ def test_commands_with_times_of_their_own_stay_with_poses_that_are_thinned() -> 
         0.1 * np.sin(3.0 * t),
     )
     for given, kept in ((own, own), (None, (t, columns[-1]))):
-        thin = unrepeated(Log(*columns, name="drive", commands=given))
+        thin, _ = unrepeated(Log(*columns, name="drive", commands=given))
         assert len(thin) == 80
         assert thin.commands is not None
         for found, wanted in zip(thin.commands, kept, strict=True):

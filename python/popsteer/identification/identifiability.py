@@ -36,6 +36,8 @@ class Unknown:
     """Within which it lies."""
     fixed: dict[str, float] = field(default_factory=dict)
     """What is to be taken as known, at which value, for the others to be known."""
+    moved: dict[str, float] = field(default_factory=dict)
+    """By how much that moves others: what it is taken for may be wrong."""
     notes: list[str] = field(default_factory=list)
 
     def add(self, name: str, found: Fit, least: float, why: str) -> None:

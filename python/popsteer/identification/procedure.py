@@ -118,6 +118,9 @@ def identify(
     drive_found = fit_drive(seen.whole if stops is None else stops, drive.size)
     made, more = _with_drive(made, drive_found, unknown)
     errors |= more
+    delay_error = delay_error.wider(seen.age_error)
+    if "dead_time" in errors:
+        errors["dead_time"] = errors["dead_time"].wider(seen.age_error)
     turning_error = found.split(turning_wheelbase=1.0, understeer=speed**2)
     left, octaves = unexplained(found, drive)
     models = errors | {"delay": delay_error, "turning_length": turning_error}
@@ -178,12 +181,17 @@ def _heading(
     found = fit(drive, {"turning_wheelbase": length, **fixed}, fixed, prior, progress)
     refuse_steer(found, given, name)  # before what is assumed bends the heading, too
     unknown = unidentified(found, drive, known)
-    noise, model = found.split(**both)
+    delay_error = found.split(**both)
     if unknown.fixed:
         free, found = found, refit(found, unknown.fixed)
         # The sum is as well known as where both were fitted; and the assumption may move it.
-        moved = sum(found.values[name] - free.values[name] for name in both)
-        model = math.hypot(model, moved if "steer_lag" in unknown.fixed else 0.0)
+        off = {name: found.values[name] - free.values[name] for name in free.names}
+        if "steer_lag" in unknown.fixed:
+            delay_error = delay_error.wider(sum(off[name] for name in both))
+        if "understeer" in unknown.fixed and "understeer" not in unknown.why:
+            # 0 is as sure as the slope that came out below it.
+            wheelbase = "turning_wheelbase"
+            unknown.moved = {wheelbase: math.hypot(off[wheelbase], free.errors[wheelbase])}
     rounded(unknown, found)
     error = found.errors.get("turning_wheelbase", 0.0)
     if not error < _NO_LENGTH * found.values["turning_wheelbase"]:
@@ -193,7 +201,7 @@ def _heading(
             f"{name}: the log does not show how the car turns: the wheelbase that it turns by comes"
             f" out as {found.values['turning_wheelbase']:.3g} ± {error:.2g} m; {why}"
         )
-    return found, unknown, Error(noise, model)
+    return found, unknown, delay_error
 
 
 def _vehicle(
@@ -202,7 +210,7 @@ def _vehicle(
     """Make the vehicle of what was found, and of what was given for the rest."""
     values, why = found.values, unknown.why
     errors = {
-        name: found.split(**{name: 1.0})
+        name: found.split(**{name: 1.0}).wider(unknown.moved.get(name, 0.0))
         for name in found.names
         if name != "load_shift" and name not in why
     }
@@ -283,8 +291,7 @@ def _place(
             return {"no_slip_point": sliding}, {"no_slip_point": stated_sliding}
         name = "no_slip_point" if given.no_slip_point is not None else "rear_axle"
         # What is kept has the error of the estimate, and its distance from it besides.
-        noise, model = stated_sliding
-        return {}, {name: Error(noise, math.hypot(model, sliding - own))}
+        return {}, {name: stated_sliding.wider(sliding - own)}
     if slips and error <= sure:
         return (
             {"rear_axle": rear, "no_slip_point": sliding},

@@ -55,6 +55,8 @@ class Signals(NamedTuple):
     speed_scale: float
     """How far the positions move over how far the speed said, by which it is multiplied."""
     scale_error: float
+    age_error: float
+    """Standard error of the times of samples that repeat [s]."""
     notes: tuple[str, ...]
 
 
@@ -66,6 +68,11 @@ class _Windows:
     said: Array
     first: Array
     last: Array
+
+    def of(self, values: Array) -> Array:
+        """Give by how much values of the rows change over each."""
+        found: Array = values[self.last] - values[self.first]
+        return found
 
 
 def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signals:
@@ -90,13 +97,14 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
             f"{log.name}: steer reaches 1 and stays there: it is normalised (--unit steer=MAX_STEER"
             " gives the angle of the wheels at 1)"
         )
-    thin = excited(unrepeated(log))
+    thin, age_error = unrepeated(log)
+    thin = excited(thin)
     # A gap that was made is no gap of the log's.
     notes = tuple(dict.fromkeys((*log.remarks, *(r for r in thin.remarks if "gap" not in r))))
     windows = _windows(thin)
     moved = float(np.sum(np.abs(windows.moved)))
     if len(windows.moved) < 5 or moved < 1e-4 * float(np.sum(np.abs(windows.said))):
-        return Signals(thin, log, 0.0, 1.0, 0.0, notes)
+        return Signals(thin, log, 0.0, 1.0, 0.0, age_error, notes)
     _refuse_heading(thin, windows)
     if course:
         thin = looks(thin, -rear_axle)
@@ -107,7 +115,7 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
     if not error < 0.02:
         scale, error = 1.0, 0.0
     one, other = _corrected(thin, bias, scale), _corrected(log, bias, scale)
-    return Signals(one, other, bias, scale, error, notes)
+    return Signals(one, other, bias, scale, error, age_error, notes)
 
 
 def centred(log: Log, antenna_left: float) -> Log:
@@ -134,46 +142,43 @@ def _with(log: Log, **columns: Array) -> Log:
     )
 
 
-def unrepeated(log: Log) -> Log:
-    """Keep one row of each pose that repeats while the car drives, at the time it was measured."""
+def unrepeated(log: Log) -> tuple[Log, float]:
+    """Keep one row of each pose that repeats while the car drives, at the time it was measured.
+
+    Also give the standard error of these times, which they share [s].
+    """
     pose = np.stack((log.x, log.y, log.yaw))
     same = np.concatenate(([False], np.all(np.diff(pose) == 0.0, axis=0)))
     moving = np.abs(log.speed) > 0.05 * np.quantile(np.abs(log.speed), 0.9)
     share = float(np.mean(same[moving])) if moving.any() else 0.0
     frozen = np.ptp(log.x) == np.ptp(log.y) == 0.0
     if share < REPEATED or share == 1.0 or frozen:
-        return log
+        return log, 0.0
     rows = np.flatnonzero(~same)
-    way = np.concatenate(
-        ([0.0], np.cumsum(0.5 * np.abs(log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
-    )
-    moved = np.hypot(np.diff(log.x[rows]), np.diff(log.y[rows]))
-
-    def off(times: Array) -> float:
-        """How far the poses moved otherwise than the speed says, with these times."""
-        said = np.diff(np.interp(times, log.t, way))
-        scale = np.median(moved) / max(float(np.median(said)), 1e-9)
-        return float(np.median(np.abs(moved - scale * said)))
-
-    times = min(_sampled(log.t[rows], log.period), key=off)
-    commands = (log.t, log.steer) if log.commands is None else log.commands
-    speed = np.interp(times, log.t, log.speed)
-    columns = (times, log.x[rows], log.y[rows], log.yaw[rows], speed, log.steer[rows])
     held = same & moving
-    known = ~(held & np.concatenate(([False], np.diff(log.speed) == 0.0)))
-    if np.mean(known[held]) < 0.05:  # the speed comes with the pose
-        columns = (*columns[:4], log.speed[rows], columns[5])
+    with_pose = np.mean(np.diff(log.speed, prepend=np.nan)[held] != 0.0) < 0.05  # the speed
+    commands = (log.t, log.steer) if log.commands is None else log.commands
+    times = _sampled(log.t[rows], log.period)
+
+    def sampled(times: Array) -> Log:
+        speed = log.speed[rows] if with_pose else np.interp(times, log.t, log.speed)
+        columns = (times, log.x[rows], log.y[rows], log.yaw[rows], speed, log.steer[rows])
+        return Log(*columns, name=log.name, remarks=remarks, commands=commands)
+
     rate = 1.0 / float(np.median(np.diff(times)))
     note = f"poses repeat in {100.0 * share:.0f} % of the rows: one sample each, {rate:.3g} Hz"
     remarks = (*log.remarks, note)
-    return Log(*columns, name=log.name, remarks=remarks, commands=commands)
+    thin = sampled(times)
+    age, error = (0.0, math.inf) if with_pose else _age(thin, log)
+    if age > 2.0 * error:  # otherwise each is of the row that shows it first
+        thin = sampled(times - min(age, log.period))
+    return thin, min(error, log.period / math.sqrt(3.0))
 
 
-def _sampled(seen: Array, period: float) -> list[Array]:
-    """Give when samples may have been measured that rows show first at `seen` [s].
+def _sampled(seen: Array, period: float) -> Array:
+    """Give when samples were measured at the latest that rows show first at `seen` [s].
 
-    At those rows; or at equal intervals, on the latest line that is after no row; or, where no line
-    fits, half a row before.
+    At equal intervals, on the latest line that is after no row; or at those rows, if none fits.
     """
     steps = np.diff(seen)
     whole = np.maximum(np.round(steps / float(np.median(steps))), 1.0)
@@ -181,10 +186,44 @@ def _sampled(seen: Array, period: float) -> list[Array]:
     for _ in range(3):
         interval, start = np.polyfit(count, seen, 1)
         count = np.round((seen - start) / interval)
-    age = seen - interval * count
+    age = (seen - interval * count)[1:]  # the first row may show a sample of long before
     if float(np.ptp(age)) > 1.5 * period or np.any(np.diff(count) <= 0.0):
-        return [seen, seen - 0.5 * period]
-    return [seen, interval * count + float(np.min(age))]
+        return seen
+    line: Array = np.minimum(interval * count + float(np.min(age)), seen)
+    return line
+
+
+def _age(thin: Log, log: Log) -> tuple[float, float]:
+    """Give by how much the samples are older than their times, and its standard error [s].
+
+    By how far they moved where the speed of all rows changes: the least squares of `_motion`, with
+    the age besides (Gauss and Newton).
+    """
+    windows, age = _windows(thin), 0.0
+    if len(windows.moved) < 5:
+        return 0.0, math.inf
+    way = np.cumsum(np.append(0.0, 0.5 * (log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
+    for _ in range(3):
+        driven, faster = (
+            np.append(0.0, np.cumsum(np.diff(np.interp(thin.t - age, log.t, each)) * _chords(thin)))
+            for each in (way, log.speed)
+        )
+        columns = [windows.of(each) for each in (driven, faster, np.exp(1j * thin.yaw))]
+        matrix = np.stack([np.append(each.real, each.imag) for each in columns], axis=1)
+        moved = np.append(windows.moved.real, windows.moved.imag)
+        found = np.linalg.lstsq(matrix, moved, rcond=1e-9)[0]
+        age -= float(found[1] / found[0])
+    # Windows overlap by half: each residual counts once.
+    size = 2.0 * float(np.mean((moved - matrix @ found) ** 2))
+    error = math.sqrt(size * float(np.linalg.pinv(matrix.T @ matrix)[1, 1])) / abs(found[0])
+    return age, float(error)
+
+
+def _chords(log: Log) -> Array:
+    """Give the chord of each step over its arc, east + i north."""
+    turned = np.diff(np.unwrap(log.yaw))
+    found: Array = np.sinc(0.5 * turned / np.pi) * np.exp(1j * (log.yaw[:-1] + 0.5 * turned))
+    return found
 
 
 def excited(log: Log) -> Log:
@@ -224,12 +263,11 @@ def _windows(log: Log) -> _Windows:
         ([0.0], np.cumsum(0.5 * (log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
     )
     for part in parts(log):
-        first = np.arange(part.start, part.stop)
-        every = max(1, round(0.5 * WINDOW / log.period))
-        first = first[::every]
-        last = np.searchsorted(log.t[part], log.t[first] + WINDOW) + part.start
-        ok = last < part.stop
-        first, last = first[ok], last[ok]
+        t = log.t[part]
+        # By their number, as times that are off would choose which ends they take.
+        rows = max(2, round(WINDOW * (len(t) - 1) / max(float(t[-1] - t[0]), 1e-9)))
+        first = np.arange(part.start, part.stop - rows, max(1, rows // 2))
+        last = first + rows
         ends = place[last] - place[first], travelled[last] - travelled[first]
         found.append((*ends, first, last))
     moved, said, first, last = (np.concatenate(values) for values in zip(*found, strict=True))
@@ -337,12 +375,9 @@ def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
     A point p ahead of the no-slip point moves by c ∫ v exp(i yaw) dt + p (exp(i yaw1) - exp(i
     yaw0)), all complex: the scale is |c|, the turn its angle.
     """
-    turn, turned = np.exp(1j * log.yaw), np.diff(np.unwrap(log.yaw))
-    chord = np.sinc(0.5 * turned / np.pi) * np.exp(1j * (log.yaw[:-1] + 0.5 * turned))
     speed = 0.5 * (log.speed[1:] + log.speed[:-1])
-    driven = np.concatenate(([0.0], np.cumsum(speed * chord * np.diff(log.t))))
-    first, last = windows.first, windows.last
-    columns = np.stack((driven[last] - driven[first], turn[last] - turn[first]), axis=1)
+    driven = np.append(0.0, np.cumsum(speed * _chords(log) * np.diff(log.t)))
+    columns = np.stack([windows.of(each) for each in (driven, np.exp(1j * log.yaw))], axis=1)
     found = np.linalg.lstsq(columns, windows.moved, rcond=1e-9)[0]
     left = windows.moved - columns @ found
     # Windows overlap by half: each residual counts once.

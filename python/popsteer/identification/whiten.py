@@ -85,6 +85,10 @@ class Error(NamedTuple):
     model: float
     """What the residuals show beyond noise, and what else explains the log."""
 
+    def wider(self, off: float) -> Error:
+        """Give it with a further part of the model."""
+        return Error(self.noise, math.hypot(self.model, off))
+
 
 class Known(NamedTuple):
     """How well least squares know their parameters."""
