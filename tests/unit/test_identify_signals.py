@@ -291,6 +291,10 @@ def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
     refuse_steer(found(4.6, 0.6, 7.9), None, "log")
     with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
         refuse_steer(found(4.6, 0.6, 8.1), None, "log")
+    # A tape measure tells better: a scale that takes the length away from it is none.
+    refuse_steer(found(2.7, 0.7, 20.0), popsteer.Vehicle(wheelbase=2.7), "log")
+    with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
+        refuse_steer(found(4.4, 0.6, 20.0), popsteer.Vehicle(wheelbase=2.8), "log")
 
 
 def test_commands_in_a_gap_keep_their_distance_to_its_end() -> None:

@@ -101,13 +101,18 @@ def refuse_steer(found: Fit, given: Vehicle | None, name: str) -> None:
     best = int(np.argmax(likelihood))
     # Tyres that slide bend the other way, which looks like a tangent that does not bend at all.
     scale, clear = scales[best], likelihood[best] - max(0.0, *likelihood[:2]) > SURE
-    if given is not None and not 1.0 / OTHER_LENGTH < length / given.wheelbase < OTHER_LENGTH:
-        scale, clear = given.wheelbase / length, True
-    elif given is None and not clear and length > LONGEST:
+    if given is not None:
+        off = length / given.wheelbase  # a tape measure tells better than the tangent
+        if not 1.0 / OTHER_LENGTH < off < OTHER_LENGTH:
+            scale, clear = 1.0 / off, True
+        elif abs(math.log(scale * off)) > abs(math.log(off)):
+            clear = False
+    elif not clear and length > LONGEST:
         scale, clear = 2.7 / length, True
     if clear:
         raise LogError(
             f"{name}: the car turns as if its wheels had {scale:.3g} times the angle of steer,"
             f" which gives it a wheelbase of {length:.3g} m: is steer normalised (--unit"
             f" steer=MAX_STEER, here some {scale:.2g}) or the hand wheel's (--unit steer=1/RATIO)?"
+            + ("" if given else " If it is the wheels' angle, tell the wheelbase that you measured")
         )
