@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import numpy as np
 
 from popsteer._core import _behind_play, _wheel_angles
+from popsteer.identification.arrays import chords, summed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +37,10 @@ if TYPE_CHECKING:
 LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-7
 """A shorter lag is none [s]: far shorter than the step by which a derivative is taken."""
+CLEARLY = 1.2
+"""What asks for this many times the limit of the rate, at least, is against it."""
+LONGEST = 0.1
+"""A command that comes later than this after the last [s] is a step."""
 _MOST_ANGLE = 1.5
 _REMEMBERED = 24
 _Found = TypeVar("_Found")
@@ -57,7 +62,7 @@ class Wheels:
         if rate is not None:
             ramp = np.abs(commands - self.angle) / rate - self.lag
             self.turning = np.clip(ramp, 0.0, np.append(steps, np.inf))
-        self.total = np.concatenate(([0.0], np.cumsum(self._since(np.arange(len(steps)), steps))))
+        self.total = summed(self._since(np.arange(len(steps)), steps))
 
     def integral(self, times: Array) -> Array:
         """Give the integral of the angle from the first command to these times [rad s]."""
@@ -76,6 +81,23 @@ class Wheels:
         gap -= np.copysign((self.rate or 0.0) * ramp, gap)
         found: Array = self.commands[place] + gap * np.exp((ramp - since) / self.lag)
         return found
+
+    def kept(self) -> float:
+        """Give for how long they kept the limit of their rate [s], where it is clearly exceeded.
+
+        In stretches in which a command asks for `CLEARLY` times as much.
+        """
+        if self.rate is None:
+            return 0.0
+        changes = np.diff(self.commands)
+        between = np.diff(self.times[1:][changes != 0.0])
+        interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
+        asked = np.concatenate(([False], np.abs(changes) > CLEARLY * self.rate * interval))
+        # A stretch at the limit ends with the first command that the wheels reach.
+        reached = self.turning[:-1] < 0.999 * np.diff(self.times)
+        stretch = np.cumsum(np.append(0, reached))
+        kept = np.bincount(stretch, self.turning)
+        return float(kept[np.bincount(stretch, asked) > 0].sum())
 
     def _since(self, place: NDArray[np.int64], time: Array) -> Array:
         """Give the integral of the angle over `time` from each command on."""
@@ -106,9 +128,7 @@ class Chain:
     def place(self, **values: float) -> NDArray[np.complex128]:
         """Simulate where the no-slip point is at the samples, east + i north [m], 0 at first."""
         heading = self._headings(values)
-        middle, turn = 0.5 * (heading[1:] + heading[:-1]), np.diff(heading)
-        step = self.drive.speed * np.sinc(0.5 * turn / np.pi) * np.exp(1j * middle)
-        driven = np.concatenate(([0.0], np.cumsum(step))) * self.drive.cell
+        driven = summed(self.drive.speed * chords(heading)) * self.drive.cell
         t, edges = self.drive.t, self.drive.edges
         found: NDArray[np.complex128] = np.interp(t, edges, driven.real) + 1j * np.interp(
             t, edges, driven.imag
@@ -116,8 +136,7 @@ class Chain:
         return found
 
     def _headings(self, values: dict[str, float]) -> Array:
-        turned = np.cumsum(self.rate(**values))
-        return np.concatenate(([0.0], turned)) * self.drive.cell
+        return summed(self.rate(**values)) * self.drive.cell
 
     def rate(  # noqa: PLR0913 - a parameter of the vehicle each
         self,
@@ -198,7 +217,7 @@ def behind_play(
     moved, turned = np.diff(angle), np.diff(steer)
     share = moved / np.where(moved == 0.0, 1.0, turned)  # of the time for which it pushes
     mean = angle[:-1] + share * (0.5 * moved + mean - 0.5 * (steer[1:] + steer[:-1]))
-    total = np.concatenate(([0.0], np.cumsum(mean * np.diff(nodes))))
+    total = summed(mean * np.diff(nodes))
     found: Array = total[np.searchsorted(nodes, edges)]
     return found
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.identification.arrays import middles, summed
 from popsteer.identification.fit import SURE
 from popsteer.logs import LogError
 
@@ -67,12 +68,12 @@ def _regression(drive: PreparedLog, t: Array, name: str) -> float:
     counted = np.unique(np.round((t - t[0]) / _WINDOW).astype(int)) * _WINDOW + t[0]
     ends = counted[1:][np.diff(counted) < 1.5 * _WINDOW]
     measured = np.interp(ends, drive.t, drive.yaw) - np.interp(ends - _WINDOW, drive.t, drive.yaw)
-    middle = 0.5 * (drive.edges[1:] + drive.edges[:-1])
+    middle = middles(drive.edges)
     best = (-1.0, 1.0)
     for delay in _DELAYS:
         place = np.clip(np.searchsorted(drive.times, middle - delay) - 1, 0, None)
         turning = drive.speed * np.tan(np.clip(drive.commands[place], -1.5, 1.5))
-        total = np.concatenate(([0.0], np.cumsum(turning))) * drive.cell
+        total = summed(turning) * drive.cell
         given = np.interp(ends, drive.edges, total) - np.interp(ends - _WINDOW, drive.edges, total)
         centred = given - given.mean()
         power = float(centred @ centred)

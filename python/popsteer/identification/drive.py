@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.identification.arrays import middles, stretches
 from popsteer.identification.rounding import grain_of, rounding_of, unrounded
 
 if TYPE_CHECKING:
@@ -104,12 +105,11 @@ class PreparedLog:
         """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""
         found = []
         for start, end in zip(self.starts, [*self.starts[1:], len(self.t)], strict=True):
-            first = int(np.searchsorted(self.t[start:end], self.t[start] + SETTLING)) + start
-            edges = np.flatnonzero(np.diff(np.pad(self.moving[first:end].astype(np.int8), 1)))
+            first = int(np.searchsorted(self.t[start:end], self.t[start] + SETTLING) + start)
             found += [
-                slice(int(first + begin), int(first + stop))
-                for begin, stop in zip(edges[::2], edges[1::2], strict=True)
-                if stop - begin >= 3
+                slice(first + part.start, first + part.stop)
+                for part in stretches(self.moving[first:end])
+                if part.stop - part.start >= 3
             ]
         return found
 
@@ -194,10 +194,9 @@ def _moving(
 ) -> NDArray[np.bool_]:
     """Say where the car moves; a rest is as long as `REST_TIME` at least."""
     for start, end in zip(starts, ends, strict=True):
-        edges = np.flatnonzero(np.diff(np.pad((~moving[start:end]).astype(np.int8), 1)))
-        for begin, stop in zip(edges[::2] + start, edges[1::2] + start, strict=True):
-            if t[stop - 1] - t[begin] < REST_TIME:
-                moving[begin:stop] = True
+        for rest in stretches(~moving[start:end]):
+            if t[start + rest.stop - 1] - t[start + rest.start] < REST_TIME:
+                moving[start:end][rest] = True
     return moving
 
 
@@ -228,7 +227,7 @@ def _cells(
     period = float(np.median(np.diff(t)))
     cell = period / np.ceil(period / CELL) if period > CELL else CELL
     edges = t[0] + cell * np.arange(int(np.ceil((t[-1] - t[0]) / cell)) + 2)
-    middle = 0.5 * (edges[1:] + edges[:-1])
+    middle = middles(edges)
     through = np.interp(middle, *speeds)
     driven = through.copy()
     for start, end in zip(starts[1:], ends[:-1], strict=True):
@@ -249,7 +248,7 @@ def _usual_speed(t: Array, yaw: Array, speed: Array) -> float:
     every = min(max(1, round(0.5 / float(np.median(np.diff(t))))), len(t) - 1)
     turned = np.diff(yaw[::every]) / np.diff(t[::every])
     weight = turned**2 + 1e-12
-    middle = 0.5 * np.abs(speed[::every][1:] + speed[::every][:-1])
+    middle = np.abs(middles(speed[::every]))
     return max(float(np.sum(weight * middle) / np.sum(weight)), 1e-3)
 
 

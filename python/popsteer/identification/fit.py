@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.identification.arrays import huber
 from popsteer.identification.chain import Chain, LagOf, Wheels
 from popsteer.identification.whiten import (
     Error,
@@ -66,11 +68,8 @@ _LAGS = (0.03, 0.15)
 _STARTS = [{"dead_time": delay, "steer_lag": lag} for delay in _DEAD_TIMES for lag in _LAGS]
 TURNS = 3
 """How often the fit is made, with the noise that the last one showed."""
-KEPT, CLEARLY = 1.0, 1.2
-"""A limit of the rate is stated if the wheels kept it for this time in all [s], in stretches where
-commands asked for this many times as much: if they were seen against it."""
-LONGEST = 0.1
-"""A command that comes later than this after the last [s] is a step."""
+KEPT = 1.0
+"""A limit of the rate is stated if the wheels kept it for this time in all [s]: were seen at it."""
 RATIO, NARROWED = 1.5, 6
 """Around the best of a row, up to this many times as much and as little, so many values more are
 tried: both bend the residuals, and a fit that starts farther off may stay at a corner."""
@@ -240,8 +239,7 @@ def _chosen(tried: Sequence[Candidate]) -> Fit:
     )
 
 
-def _criterion(each: Candidate) -> float:
-    return each.criterion
+_criterion = attrgetter("criterion")
 
 
 class Candidate(NamedTuple):
@@ -374,22 +372,6 @@ class Task:
         length = float(np.clip(values["turning_wheelbase"] / max(slope, 1e-3), 0.02, 90.0))
         return {**values, "turning_wheelbase": length}
 
-    def sees_rate(self, values: Values) -> bool:
-        """Say whether the wheels kept the limit, while the commands clearly asked for more."""
-        rate = values.get("max_steer_rate")
-        if rate is None or "max_steer_rate" in self.fixed:
-            return rate is not None
-        wheels = self.chain.wheels(values["steer_lag"], rate)
-        times, changes = wheels.times, np.diff(wheels.commands)
-        between = np.diff(times[1:][changes != 0.0])
-        interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
-        asked = np.concatenate(([False], np.abs(changes) > CLEARLY * rate * interval))
-        # A stretch at the limit ends with the first command that the wheels reach.
-        reached = wheels.turning[:-1] < 0.999 * np.diff(times)
-        stretch = np.concatenate(([0], np.cumsum(reached)))
-        kept = np.bincount(stretch, wheels.turning)
-        return float(kept[np.bincount(stretch, asked) > 0].sum()) >= KEPT
-
     def solve(self, values: Values) -> Values:
         """Fit from there, with the noise that the fit itself shows."""
         names = self.free(values)
@@ -459,26 +441,26 @@ class Task:
             below = self.residual({**values, name: lower})
             columns.append((above - below) / (values[name] + step - lower))
         jacobian = np.array(columns).T
-        weight = np.minimum(1.0, 2.0 / np.maximum(np.abs(residual), 1e-12))
+        root = huber(residual, 2.0)
+        weighted = jacobian * root[:, None]
         # Innovations whose theta is not quite right are correlated as long as its powers last.
         longest = max(1.0, self.drive.usual_step / (1.0 - self.theta))
         memory = int(np.ceil(longest / self.drive.usual_step))
-        root = np.sqrt(weight)
         error = self.error(values)
         theta = choose_theta(error, self.parts)
         sample = max(
             np.sqrt(theta) * spread(whitened(error, self.parts, theta)),
             self.drive.least_noise["yaw"],
         )
-        added = influence(jacobian * weight[:, None], self.parts, self.theta)
+        added = influence(weighted * root[:, None], self.parts, self.theta)
         drift = self.drive.drift(error, self.length) / self.noise
         score = noise_score(added, self.parts, sample / self.noise, drift)
         rounded, rounding = rounding_score(self.drive, values, error, (sample, self.noise), added)
         # What the vehicle does not keep is believed to be as far as its prior says.
         nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
-        weighted = jacobian * root[:, None]
         sure = known(weighted, residual * root, memory, score, nuisance, rounding)
         spent = float(np.sum((weighted @ sure.covariance) * weighted))
+        wheels = self.chain.wheels(values["steer_lag"], values.get("max_steer_rate"))
         return Fit(
             values=values,
             names=names,
@@ -489,10 +471,10 @@ class Task:
             noise=self.noise,
             yaw=self.chain.yaw(**values),
             place=self.chain.place(**values),
-            wheels=self.chain.wheels(values["steer_lag"], values.get("max_steer_rate")),
+            wheels=wheels,
             jacobian=weighted,
             root=root,
-            rate_seen=self.sees_rate(values),
+            rate_seen="max_steer_rate" in self.fixed or wheels.kept() >= KEPT,
             play_seen=False,
             rounded=rounded if np.any(np.diag(rounding) > np.diag(score)) else 0.0,
             candidates=(),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.identification.arrays import stretches
 from popsteer.identification.whiten import spread, whitened
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def excitation(drive: PreparedLog, length: float) -> dict[str, tuple[float, floa
     """Give what a drive went through, least and most, as an `Identification` has it."""
     drives = drive.speed != 0.0
     changes = np.abs(np.diff(drive.commands)) / np.maximum(np.diff(drive.times), 1e-3)
-    still = np.flatnonzero(np.diff(np.pad((~drive.moving).astype(int), 1)) == 1)
+    still = list(stretches(~drive.moving))
     rest = float(np.sum(~drive.moving)) * drive.usual_step
 
     def ends(values: Array, share: float = 0.02) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.identification.arrays import huber, middles, summed
 from popsteer.identification.chain import Wheels
 from popsteer.identification.drive import RESOLVED, REST, SEEN, noise_of, prepare
 from popsteer.identification.whiten import choose_theta, influence, known, spread, whitened
@@ -86,11 +87,11 @@ class _Task:
         stands = abs(self.speed[0]) < slowest and not self.direct
         self.given_at = np.concatenate((self.t[:1] - 1.0, self.t)) if stands else self.t
         self.signals = [np.concatenate(([0.0], each)) if stands else each for each in signals]
-        step, mean = np.diff(self.t), 0.5 * (self.speed[1:] + self.speed[:-1])
+        step, mean = np.diff(self.t), middles(self.speed)
         rise, self.per_rise = _rise(log, self.speed)
         self.heights = noise_of(np.asarray(log.signals["z"])) if "z" in log.signals else 0.0
         self.period = log.period
-        self.fixed = -_GRAVITY * np.clip(rise * self.per_rise, -0.5, 0.5)[1:] * step
+        self.by_slope = -_GRAVITY * summed(np.clip(rise * self.per_rise, -0.5, 0.5)[1:] * step)
         self.nuisance = ["drag", "air_drag", "rolling"] if not self.direct else []
         self.columns = [-mean * step, -mean * np.abs(mean) * step, -self.gear[1:] * step]
         self.theta = 0.9
@@ -105,22 +106,20 @@ class _Task:
             added = wheels.at(given) if self.direct else wheels.integral(given)
             found.append(self.gear[1:] * np.diff(added) if not self.direct else np.diff(added))
         found += self.columns if self.nuisance else []
-        grown = np.cumsum(np.stack(found, axis=1), axis=0)
-        return np.concatenate((np.zeros((1, grown.shape[1])), grown))
+        return summed(np.stack(found, axis=1))
 
     def solve(self, delay: float, lag: float) -> tuple[Array, Array]:
         """Give the linear parameters that explain the speed best, and the residuals."""
         names = [*self.names, *self.nuisance]
-        slope = np.concatenate(([0.0], np.cumsum(self.fixed)))
         columns = whitened(self.model(delay, lag), self.parts, self.theta) / self.noise
-        wanted = whitened(self.speed - slope, self.parts, self.theta) / self.noise
+        wanted = whitened(self.speed - self.by_slope, self.parts, self.theta) / self.noise
         belief = np.diag(_belief(names))
         rows = np.vstack((columns, belief)), np.concatenate((wanted, np.zeros(len(names))))
         root = np.ones(len(rows[1]))
         for _ in range(3):
             linear = np.linalg.lstsq(rows[0] * root[:, None], rows[1] * root, rcond=1e-12)[0]
             left = rows[1] - rows[0] @ linear
-            root = np.sqrt(np.minimum(1.0, 3.0 / np.maximum(np.abs(left), 1e-12)))
+            root = huber(left, 3.0)
         weighted: Array = left * root
         return np.asarray(linear), weighted
 
@@ -131,8 +130,7 @@ class _Task:
     def weigh(self, delay: float, lag: float) -> None:
         """Take noise and theta from what is left over."""
         linear, _ = self.solve(delay, lag)
-        slope = np.concatenate(([0.0], np.cumsum(self.fixed)))
-        error = self.speed - slope - self.model(delay, lag) @ linear
+        error = self.speed - self.by_slope - self.model(delay, lag) @ linear
         self.theta = choose_theta(error, self.parts)
         left = spread(whitened(error, self.parts, self.theta))
         self.noise = max(left, RESOLVED["speed"] * float(np.max(np.abs(self.speed))))

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.identification.arrays import huber, middles, summed
 from popsteer.identification.whiten import (
     Error,
     Known,
@@ -82,7 +83,7 @@ def fit_point(
 
 def _moved(place: NDArray[np.complex128], turned: Array) -> NDArray[np.complex128]:
     """Give the steps of a simulated motion, turned by an angle that changes slowly."""
-    moved: NDArray[np.complex128] = np.diff(place) * np.exp(0.5j * (turned[1:] + turned[:-1]))
+    moved: NDArray[np.complex128] = np.diff(place) * np.exp(1j * middles(turned))
     return moved
 
 
@@ -90,12 +91,11 @@ def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -
     columns = _columns(drive, heading, moved)
     base, regressors = columns[0], np.stack(columns[1:], axis=1)
     # Their integrals from the start on, (N, 2) and (N, P, 2).
-    driven = np.concatenate((np.zeros((1, 2)), np.cumsum(base, axis=0)))
-    grown = np.concatenate((np.zeros((1, *regressors.shape[1:])), np.cumsum(regressors, axis=0)))
+    driven, grown = summed(base), summed(regressors)
     measured = np.stack((drive.x, drive.y), axis=1)
     parts = drive.parts()
     values = np.zeros(len(NAMES))
-    memory = int(np.ceil(1.0 / float(np.median(np.diff(drive.t)))))
+    memory = int(np.ceil(1.0 / drive.usual_step))
     root = np.ones((1, 1))  # of the weights
     least = drive.least_noise["position"] ** 2
     drift = float(np.mean((drive.speed_noise * np.diff(drive.t)) ** 2))
@@ -113,8 +113,7 @@ def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -
         values = values / scale
         residual = white - jacobian @ values
         noise = max(spread(residual), drive.least_noise["position"])
-        weight = np.minimum(1.0, 2.0 * noise / np.maximum(np.abs(residual), 1e-12))
-        root = np.sqrt(weight)[:, None]
+        root = huber(residual / noise, 2.0)[:, None]
     white = (jacobian * root).T @ (jacobian * root) / noise**2  # of no less noise than is believed
     rear, slip, across, along = map(float, values)
     angle, scale = math.atan2(across, 1.0 + along), math.hypot(across, 1.0 + along)
@@ -132,7 +131,7 @@ def _sample(left: Array, parts: list[slice]) -> float:
 
 def _columns(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> list[Array]:
     """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
-    speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
+    speed = middles(drive.sample_speed)
     ahead = np.diff(np.exp(1j * heading))
     each = (moved, -ahead, -speed * speed * ahead, 1j * moved, moved)
     return [np.stack((one.real, one.imag), axis=1) for one in each]

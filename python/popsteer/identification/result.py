@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.files import write_text_atomic
+from popsteer.identification.arrays import middles, summed
 from popsteer.identification.drive import SETTLING
 from popsteer.vehicle_file import as_toml
 
@@ -244,7 +245,7 @@ def compared(
         course = yaw[part] + heading[start] + bias
         step, turn = np.diff(drive.t[part]), np.diff(course)
         middle = course[:-1] + 0.5 * turn
-        speed = 0.5 * (drive.sample_speed[part][1:] + drive.sample_speed[part][:-1])
+        speed = middles(drive.sample_speed[part])
         # Chords of the arcs between samples.
         way = speed * step * np.sinc(0.5 * turn / math.pi)
         aside = -(rear + slip * speed**2) * 2.0 * np.sin(0.5 * turn)
@@ -252,7 +253,7 @@ def compared(
         north = way * np.sin(middle) + aside * np.cos(middle)
         near = slice(start, min(start + 5, end))
         # The mean of the first few, so that one sample's noise does not stay for 10 s.
-        path = [np.concatenate(([0.0], np.cumsum(moved))) for moved in (east, north)]
+        path = [summed(moved) for moved in (east, north)]
         count = near.stop - near.start
         x[part] = path[0] + np.mean(drive.x[near] - path[0][:count])
         y[part] = path[1] + np.mean(drive.y[near] - path[1][:count])

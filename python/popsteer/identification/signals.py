@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.identification.arrays import chords, middles, summed
 from popsteer.logs import Log, LogError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from numpy.typing import NDArray
 
     from popsteer.identification.drive import Array
 
@@ -69,9 +72,9 @@ class _Windows:
     first: Array
     last: Array
 
-    def of(self, values: Array) -> Array:
+    def of(self, values: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Give by how much values of the rows change over each."""
-        found: Array = values[self.last] - values[self.first]
+        found: NDArray[np.complex128] = values[self.last] - values[self.first]
         return found
 
 
@@ -182,7 +185,7 @@ def _sampled(seen: Array, period: float) -> Array:
     """
     steps = np.diff(seen)
     whole = np.maximum(np.round(steps / float(np.median(steps))), 1.0)
-    count = np.concatenate(([0.0], np.cumsum(whole)))
+    count = summed(whole)
     for _ in range(3):
         interval, start = np.polyfit(count, seen, 1)
         count = np.round((seen - start) / interval)
@@ -202,10 +205,11 @@ def _age(thin: Log, log: Log) -> tuple[float, float]:
     windows, age = _windows(thin), 0.0
     if len(windows.moved) < 5:
         return 0.0, math.inf
-    way = np.cumsum(np.append(0.0, 0.5 * (log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
+    way = summed(middles(log.speed) * np.diff(log.t))
+    steps = chords(np.unwrap(thin.yaw))
     for _ in range(3):
         driven, faster = (
-            np.append(0.0, np.cumsum(np.diff(np.interp(thin.t - age, log.t, each)) * _chords(thin)))
+            summed(np.diff(np.interp(thin.t - age, log.t, each)) * steps)
             for each in (way, log.speed)
         )
         columns = [windows.of(each) for each in (driven, faster, np.exp(1j * thin.yaw))]
@@ -217,13 +221,6 @@ def _age(thin: Log, log: Log) -> tuple[float, float]:
     size = 2.0 * float(np.mean((moved - matrix @ found) ** 2))
     error = math.sqrt(size * float(np.linalg.pinv(matrix.T @ matrix)[1, 1])) / abs(found[0])
     return age, float(error)
-
-
-def _chords(log: Log) -> Array:
-    """Give the chord of each step over its arc, east + i north."""
-    turned = np.diff(np.unwrap(log.yaw))
-    found: Array = np.sinc(0.5 * turned / np.pi) * np.exp(1j * (log.yaw[:-1] + 0.5 * turned))
-    return found
 
 
 def excited(log: Log) -> Log:
@@ -259,9 +256,7 @@ def _windows(log: Log) -> _Windows:
     """Give displacements over `WINDOW` where the speed says that the car drives one way."""
     place = log.x + 1j * log.y
     found: list[tuple[Array, ...]] = []
-    travelled = np.concatenate(
-        ([0.0], np.cumsum(0.5 * (log.speed[1:] + log.speed[:-1]) * np.diff(log.t)))
-    )
+    travelled = summed(middles(log.speed) * np.diff(log.t))
     for part in parts(log):
         t = log.t[part]
         # By their number, as times that are off would choose which ends they take.
@@ -281,7 +276,7 @@ def _aligned(log: Log, windows: _Windows, unit: float, *, twice: bool = False) -
     The mean direction of circular statistics (K. Mardia, P. Jupp, 2000); of twice the angles,
     which are the same forwards and backwards.
     """
-    total = np.concatenate(([0.0], np.cumsum(np.exp(-1j * unit * log.yaw))))
+    total = summed(np.exp(-1j * unit * log.yaw))
     off = windows.moved * np.sign(windows.said) * (total[windows.last + 1] - total[windows.first])
     off /= np.maximum(np.abs(off), 1e-12)
     weight = np.abs(windows.moved)
@@ -375,8 +370,7 @@ def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
     A point p ahead of the no-slip point moves by c ∫ v exp(i yaw) dt + p (exp(i yaw1) - exp(i
     yaw0)), all complex: the scale is |c|, the turn its angle.
     """
-    speed = 0.5 * (log.speed[1:] + log.speed[:-1])
-    driven = np.append(0.0, np.cumsum(speed * _chords(log) * np.diff(log.t)))
+    driven = summed(middles(log.speed) * chords(np.unwrap(log.yaw)) * np.diff(log.t))
     columns = np.stack([windows.of(each) for each in (driven, np.exp(1j * log.yaw))], axis=1)
     found = np.linalg.lstsq(columns, windows.moved, rcond=1e-9)[0]
     left = windows.moved - columns @ found
