@@ -158,6 +158,56 @@ def test_coarse_waypoints_of_a_hairpin_are_a_curve(tmp_path: Any) -> None:
     assert curved == pytest.approx(0.05, rel=0.03)
 
 
+def test_no_column_beside_a_heading_is_a_speed_that_cannot_be_one(tmp_path: Any) -> None:
+    x, y, _ = _lap()
+    s = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
+    yaw = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
+    bend = np.gradient(yaw, s)
+    noise = np.random.default_rng(2).normal(0.0, 1e-3, (2, len(x)))
+    others = {
+        "time": s / 4.0,
+        "wheels, in degrees": np.degrees(np.abs(np.arctan(2.7 * bend))),
+        "throttle": 0.9 - 0.5 * np.abs(bend) / np.abs(bend).max(),
+        "height": 310.0 + np.sin(s / 9.0),
+    }
+    for other in others.values():
+        file = _write(tmp_path, _rows((x + noise[0], y + noise[1], yaw, other)))
+        with pytest.raises(PathError, match=r"column 4 .* is: .*--columns x,y,yaw,-"):
+            Path.from_csv(file)
+    # A second heading is one, and no speed.
+    file = _write(tmp_path, _rows((x, y, np.degrees(yaw) % 360.0, yaw % (2.0 * np.pi))))
+    path = Path.from_csv(file)
+    assert path.speed is None
+    assert "column 4 is a heading, too" in str(path.source)
+
+
+def test_time_beside_a_speed_without_a_name_says_its_unit(tmp_path: Any) -> None:
+    x, y, _ = _lap()
+    speed = np.asarray(planning.speed_profile(Path(np.column_stack((x, y)))).speed)
+    steps = np.hypot(np.diff(x), np.diff(y))
+    time = np.concatenate(([0.0], np.cumsum(2.0 * steps / (speed[1:] + speed[:-1]))))
+    for unit, scale in (("km/h", 3.6), ("mph", 1.0 / 0.44704)):
+        path = Path.from_csv(_write(tmp_path, _rows((time, x, y, scale * speed))))
+        assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
+        assert f"column 4 is speed in {unit}, as time and distances are" in str(path.source)
+
+
+def test_count_behind_a_stamp_is_no_coordinate(tmp_path: Any) -> None:
+    turns = np.linspace(0.0, 6.28, 263)
+    x, y = 8.0 * np.sin(turns), -8.0 * np.cos(turns)
+    stamp = [str(17 * 10**17 + 10**8 * k) for k in range(263)]
+    count = np.arange(263.0)
+    path = Path.from_csv(_write(tmp_path, _rows((stamp, count, x, y), style="%.3f")))
+    assert np.asarray(path.x) == pytest.approx(x, abs=1e-3)
+    # A constant is no heading of waypoints that turn, and x is no clock for it.
+    rises = 5.0 * count
+    other = 0.1 + 0.2 * np.sin(count / 9.0) ** 2
+    with pytest.raises(PathError, match="columns without names"):
+        Path.from_csv(
+            _write(tmp_path, _rows((rises, 60.0 * np.sin(count / 40.0), other, 0.0 * x + 6.2)))
+        )
+
+
 def test_second_coordinate_that_rises_is_no_clock(tmp_path: Any) -> None:
     # As NCLT has it: time in us, x, y, z, roll, pitch, heading. All but the last few rise or vary.
     x, y = 1.9 * S, 3.0 * np.sin(S / 20.0) + S

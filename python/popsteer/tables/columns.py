@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
@@ -27,7 +27,9 @@ _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file witho
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _CLOCK = "t time"
 _EPOCH = 1e8  # a clock that counts from 1970 is beyond it
-_TIMED = "speed speed, as time and distances are"
+# Of each unit, what is said of a speed in it that time and distances prove.
+_TIMED: dict[str, str | None] = {"speed speed, as time and distances are": None}
+_TIMED |= {f"speed speed in {unit}, as time and distances are": unit for unit in shown.SPEEDS}
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
 _WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car")}
@@ -231,7 +233,7 @@ def explained(
             f"{name}: no two of {count} columns without names are waypoints (--columns {both} takes"
             " those two, - is for one that is left out)"
         )
-    known = max(possible, key=_proof)  # of several the first
+    known = _best(values, possible)
     if len(known) < count:
         # A count or a time before x and y, which do not prove it; one more column may be a speed.
         behind = [each for each in tried if next(iter(each)) and _before(each) <= _BEFORE]
@@ -245,7 +247,7 @@ def explained(
     for place, what in sorted(known.items()):
         quantity, _, words = what.partition(" ")
         if quantity in _READ:
-            found[quantity] = Column(place, f"column {place + 1}")
+            found[quantity] = Column(place, f"column {place + 1}", _TIMED.get(what))
         if quantity not in ("x", "y", "yaw", "curvature"):
             notes.append(f"column {place + 1} is {words}")
     return found, notes
@@ -267,7 +269,7 @@ def _explanations(
 def likeliest(values: Floats) -> tuple[int, int]:
     """Give the two columns that are x and y, if any are; the first two where none show it."""
     tried, possible = _explanations(values, {})
-    x, y, *_ = max(possible or tried, key=_proof, default={0: "x", 1: "y"})
+    x, y, *_ = _best(values, possible or tried) or {0: "x", 1: "y"}
     return x, y
 
 
@@ -286,7 +288,7 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
     found = {known.get(k, "?").split()[0] for k in range(values.shape[1])}
     is_proved = (
         set(range(x)) <= set(texts)
-        or _TIMED in known.values()
+        or _TIMED.keys() & known.values()
         or found & {"yaw", "curvature", "s", "normal"}
     )
     clocks = [k for k in range(x) if known.get(k) == _CLOCK]  # a second one is a coordinate
@@ -297,10 +299,18 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
     )
 
 
-def _proof(known: Mapping[int, str]) -> tuple[bool, int]:
-    """Rank what columns may be: first by waypoints in front, which a direction proves."""
-    is_first = next(iter(known)) == 0
-    return is_first and any(each.startswith("yaw ") for each in known.values()), len(known)
+def _best(values: Floats, each: Iterable[dict[int, str]]) -> dict[int, str]:
+    """Give what columns most likely are, of several the first: empty for none.
+
+    Waypoints in front, which a direction proves, go before all else, and what counts is hardly x.
+    """
+
+    def proof(known: dict[int, str]) -> tuple[bool, int, bool]:
+        x = next(iter(known))
+        proved = x == 0 and any(said.startswith("yaw ") for said in known.values())
+        return proved, len(known), not shown.is_count(values[:, x])
+
+    return max(each, key=proof, default={})
 
 
 def _pairs(values: Floats) -> list[tuple[int, int]]:
@@ -337,6 +347,8 @@ def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[i
             known[k] = _CLOCK
         elif turned is None and shown.is_near_heading(measured, column):
             known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
+        elif turned is not None and shown.heading(measured, column) is not None:
+            known[k] = "heading a heading, too"
     _find_pairs(values, way, known, others)
     _find_speed(values, way, known)
     _find_acceleration(values, way, known)
@@ -366,9 +378,14 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         paired = [j for j in rest if j != k and shown.is_acceleration(way, values[:, j], column)]
         clock = [j for j in rest if j != k and shown.is_time(values[:, j])] if time is None else []
         clock = clock if time is None else [time]
-        timed = [j for j in clock if shown.is_rate(way, column, values[:, j])]
-        if timed:
-            known[k], known[timed[0]] = _TIMED, "t time"
+        timed = (
+            (j, said)
+            for j in clock
+            for said, unit in _TIMED.items()
+            if shown.is_rate(way, factor("speed", unit or "m/s") * column, values[:, j])
+        )
+        if found := next(timed, None):
+            known[found[0]], known[k] = "t time", found[1]
         elif (column < 0.0).any():
             continue
         elif paired:
@@ -379,7 +396,10 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             known[k] = "speed speed, lower in bends"
         elif (
             # What F1TENTH's waypoint logger writes: x, y, a heading that proves to be one, speed.
-            values.shape[1] == 4 and rest == [3] and known.get(2, "").startswith(("yaw", "heading"))
+            values.shape[1] == 4
+            and rest == [3]
+            and known.get(2, "").startswith(("yaw", "heading"))
+            and not shown.is_clock_or_angle(way, column, values[:, 2])
         ):
             known[k] = "speed speed, as F1TENTH's logger writes x, y, yaw, speed"
         else:

@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _AGREE = 0.8  # share of the waypoints at which a column agrees: recordings have their standstills
+_FASTEST = 30.0  # m/s² to the side: no speed means more
 _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which noise turns
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
 _NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
-_SPEEDS = ("km/h", "mph", "kn", "cm/s", "mm/s")  # units of speeds that motion tells apart
+SPEEDS = ("km/h", "mph", "kn", "cm/s", "mm/s")  # units of speeds that motion tells apart
 _TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
 
 
@@ -146,7 +147,7 @@ def _heading(
 ) -> Heading | None:
     if len(way.moves) < (2 if both_ways else _LEAST):
         return None
-    if not both_ways and way.turn < _TURN:
+    if not both_ways and (way.turn < _TURN or np.ptp(values) == 0.0):
         return None  # beside a straight line any constant may be near its direction
     found = []
     for unit in units:
@@ -260,7 +261,7 @@ def ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
 
 def unit_of_speed(size: float, within: float = 0.04) -> str | None:
     """Say in what unit a speed is that says so many times as far as positions move, but m/s."""
-    metres = ((unit, size * UNITS["speed"][unit]) for unit in _SPEEDS)
+    metres = ((unit, size * UNITS["speed"][unit]) for unit in SPEEDS)
     return next((unit for unit, each in metres if abs(each - 1.0) < within), None)
 
 
@@ -295,7 +296,27 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     rises = np.sign(np.diff(here))
     keeps = ranks <= -0.4 and most <= (1.7 if ranks <= -0.5 else 1.1) * usual
     at_top = float(np.mean(here == fast)) >= 0.1 and fast >= 2.0 * slow and most <= 1.2 * usual
-    return (keeps or at_top) and most <= 30.0 and bool(np.ptp(rises) == 2.0)
+    return (keeps or at_top) and most <= _FASTEST and bool(np.ptp(rises) == 2.0)
+
+
+def is_clock_or_angle(way: Along, values: Floats, yaw: Floats) -> bool:
+    """Whether a column is no speed: it rises or falls all the way, or is high where a yaw turns.
+
+    So are an angle of the wheels and a turn rate; a throttle keeps to 1, and a height is no speed
+    that could be driven in the bends.
+    """
+    here = values[way.moves]
+    if len(here) < _LEAST:
+        return False
+    if np.max(here) <= 1.0 or _in_bends(way, here)[0] > _FASTEST:
+        return True
+    if np.ptp(here) == 0.0:
+        return False
+    turns = np.abs(
+        np.diff(np.exp(1j * (np.pi / 180.0 if np.ptp(yaw) > 7.0 else 1.0) * yaw[way.moves]))
+    )
+    first, second = (np.argsort(np.argsort(each)).astype(np.float64) for each in (here[1:], turns))
+    return bool(np.ptp(np.sign(np.diff(here))) < 2.0) or _correlation(first, second) > 0.5
 
 
 def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:

@@ -195,7 +195,9 @@ def _read_table(
             degrees = ",".join(each[:3] for each in said.split(", "))
             both = "x,y" if found.origin is None else degrees
             raise PathError(str(error).replace("--columns x,y", f"--columns {both}")) from None
-        columns = {key: values[:, column.place] for key, column in places.items()}
+        columns = {
+            key: converted(key, each.unit, values[:, each.place]) for key, each in places.items()
+        }
         found.xy = np.column_stack((columns["x"], columns["y"]))
         found.read.append(f"{said} (columns {places['x'].place + 1}, {places['y'].place + 1})")
         found.notes += notes
