@@ -167,3 +167,22 @@ def test_understeer_that_comes_out_negative_leaves_the_length_its_error(seed: in
     assert "understeer" not in found.unknown
     for one in acceptance.stated(car, found):
         assert one.off < 3.0, one
+
+
+@pytest.mark.parametrize("kind", ["parking", "laps"])
+def test_point_is_right_where_the_noise_of_poses_is_that_of_a_filter(kind: str) -> None:
+    # Noise that stays for 0.5 s turns the measured heading as the car would: it is no regressor.
+    car = acceptance.car_of(4, length=9.0, point=5.0)
+    columns = logged.log(kind, car, 4, noise=0.0)
+    random, kept = np.random.default_rng(4), np.exp(-0.05 / 0.5)
+    noise = np.zeros((len(columns["t"]), 3))
+    for k, new in enumerate(random.standard_normal(noise.shape)):
+        noise[k] = kept * noise[k - 1] + np.sqrt(1.0 - kept**2) * new * (0.02, 0.02, 0.002)
+    for name, each in zip(("x", "y", "yaw"), noise.T, strict=True):
+        columns[name] = columns[name] + each
+    found = popsteer.identify(Log(**columns))
+    assert "rear_axle" in found.errors
+    for name in {"rear_axle", "no_slip_point"} & found.errors.keys():
+        error = np.hypot(found.errors[name], found.model_errors[name])
+        assert getattr(found.vehicle, name) == pytest.approx(-car.point, abs=3.0 * error), name
+        assert error < 0.3

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
 
 NAMES = ("rear_axle", "slip", "heading_bias", "speed_excess")
+SLOW = 1.0
+"""Time over which the heading's noise is taken out at least [s]: a filter's own is no white one."""
 _TURNS = 4
 
 
@@ -73,7 +75,7 @@ def fit_point(
 
     `place` is where the simulated no-slip point is, east + i north [m].
     """
-    off = smooth(drive.yaw - simulated, theta, drive)
+    off = smooth(drive.yaw - simulated, max(theta, 1.0 - drive.usual_step / SLOW), drive)
     found = _fitted(drive, simulated + off, _moved(place, off))
     if abs(bias := found.values["heading_bias"]) > 1e-3:  # then the point's place is turned, too
         found = _fitted(drive, simulated + off + bias, _moved(place, off + bias))
