@@ -81,6 +81,27 @@ def test_brake_that_holds_the_car_for_a_moment_is_not_taken_for_the_drive(seed: 
     assert {"drive_delay", "drive_lag"} <= found.errors.keys()
 
 
+def test_drive_of_a_long_log_is_that_of_the_minutes_in_which_most_is_commanded() -> None:
+    car = pedalled(1)
+    log = drive_log(car, 1, starts=6)
+    # It stands for six minutes, drives, and stands again.
+    before, after = 7200, 1200
+    count = before + len(log) + after
+
+    def padded(values: Any) -> Any:
+        return np.pad(np.asarray(values), (before, after), "edge")
+
+    columns = {name: padded(values) for name, values in log.as_dict().items()}
+    columns |= {"t": 0.05 * np.arange(count), "speed": np.pad(log.speed, (before, after))}
+    signals = {name: padded(values) for name, values in log.signals.items()}
+    signals["throttle"][:before] = 0.0
+    found, short = fit_drive(Log(**columns, signals=signals)), fit_drive(log)
+    assert found is not None
+    assert short is not None
+    for name, error in short.errors.items():
+        assert found.values[name] == pytest.approx(short.values[name], abs=error), name
+
+
 def test_log_that_begins_with_throttle_at_rest_shows_the_lag() -> None:
     # Before it the pedals were not what they are in the first row.
     car = replace(pedalled(8), drive_lag=0.5)

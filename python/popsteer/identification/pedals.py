@@ -18,11 +18,12 @@ import numpy as np
 from popsteer.identification.arrays import huber, middles, summed
 from popsteer.identification.chain import Wheels
 from popsteer.identification.drive import RESOLVED, REST, SEEN, noise_of, prepare
+from popsteer.identification.signals import LONGEST
 from popsteer.identification.whiten import choose_theta, influence, known, spread, whitened
+from popsteer.logs import Log
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array
-    from popsteer.logs import Log
 
 _DELAYS = np.arange(0.0, 1.01, 0.05)
 _LAGS = (0.01, 0.05, 0.1, 0.2, 0.4, 0.8)
@@ -153,7 +154,7 @@ def fit_drive(log: Log, size: float = 1.0) -> Drive | None:
 
     if not _commands(log)[0]:
         return None
-    task = _Task(log, size)
+    task = _Task(_liveliest(log), size)
     if sum(part.stop - part.start for part in task.parts) < 50:
         return Drive(unknown={"drive_delay": f"the car hardly drives: {ASKED}"})
     grid = [(delay, lag) for delay in _DELAYS for lag in _LAGS]
@@ -221,6 +222,19 @@ def _commands(log: Log) -> tuple[list[str], bool, list[Array]]:
         if key in signals:
             return ["gain"], direct, [signals[key]]
     return [], False, []
+
+
+def _liveliest(log: Log) -> Log:
+    """Give the part of a long log, without a break in its rows, in which most is commanded."""
+    if log.duration <= LONGEST:
+        return log
+    done = sum(summed(np.abs(np.diff(each))) for each in _commands(log)[2])
+    ends = np.searchsorted(log.t, log.t + LONGEST)
+    first = int(np.argmax(np.asarray(done)[ends - 1] - done))
+    rows = slice(first, int(ends[first]))
+    columns = [values[rows] for values in log.as_dict().values()]
+    signals = {name: np.asarray(values)[rows] for name, values in log.signals.items()}
+    return Log(*columns, name=log.name, signals=signals)
 
 
 def _smoothed(values: Array, period: float, order: int) -> Array:
