@@ -190,6 +190,18 @@ def test_time_beside_a_speed_without_a_name_says_its_unit(tmp_path: Any) -> None
         path = Path.from_csv(_write(tmp_path, _rows((time, x, y, scale * speed))))
         assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
         assert f"column 4 is speed in {unit}, as time and distances are" in str(path.source)
+        stamp = [f"{1.7e18 + 1e9 * each:.0f}" for each in time]
+        path = Path.from_csv(_write(tmp_path, _rows((stamp, x, y, scale * speed))))
+        assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
+
+
+def test_arc_length_in_front_of_a_road_along_y_is_no_coordinate(tmp_path: Any) -> None:
+    s = 2.0 * np.arange(200)
+    x, y = 9.0 * np.sin(s / 60.0), s - 0.01125 * s
+    s = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
+    for place, columns in ((1, (s, x, y)), (0, (y, x, s))):
+        path = Path.from_csv(_write(tmp_path, _rows(columns)))
+        assert np.asarray(path.x) == pytest.approx(columns[place], abs=1e-6)
 
 
 def test_count_behind_a_stamp_is_no_coordinate(tmp_path: Any) -> None:
@@ -199,7 +211,13 @@ def test_count_behind_a_stamp_is_no_coordinate(tmp_path: Any) -> None:
     count = np.arange(263.0)
     path = Path.from_csv(_write(tmp_path, _rows((stamp, count, x, y), style="%.3f")))
     assert np.asarray(path.x) == pytest.approx(x, abs=1e-3)
-    # A constant is no heading of waypoints that turn, and x is no clock for it.
+    # What is near the direction of y against a small number is none, and x is no clock for it.
+    small = np.random.default_rng(4).normal(0.0, 0.03, 263)
+    jumps = 3.0 + 4.0 * (count == 90)
+    columns = (5.0 * count, 3.0 * count + 20.0 * np.sin(count / 40.0), jumps, small)
+    with pytest.raises(PathError, match=r"would be --columns x,y,"):
+        Path.from_csv(_write(tmp_path, _rows(columns)))
+    # Nor is a constant one.
     rises = 5.0 * count
     other = 0.1 + 0.2 * np.sin(count / 9.0) ** 2
     with pytest.raises(PathError, match="columns without names"):

@@ -289,7 +289,12 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
     is_proved = (
         set(range(x)) <= set(texts)
         or _TIMED.keys() & known.values()
-        or found & {"yaw", "curvature", "s", "normal"}
+        or found & {"curvature", "s", "normal"}
+        or any(
+            shown.is_followed(values[:, list(known)[:2]], values[:, k], degrees="(deg" in said)
+            for k, said in known.items()
+            if said.startswith("yaw ")
+        )
     )
     clocks = [k for k in range(x) if known.get(k) == _CLOCK]  # a second one is a coordinate
     return (
@@ -302,13 +307,17 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
 def _best(values: Floats, each: Iterable[dict[int, str]]) -> dict[int, str]:
     """Give what columns most likely are, of several the first: empty for none.
 
-    Waypoints in front, which a direction proves, go before all else, and what counts is hardly x.
+    Waypoints in front, which a direction proves, go before all else, what counts is hardly x, and
+    an arc length fits its own waypoints best.
     """
 
-    def proof(known: dict[int, str]) -> tuple[bool, int, bool]:
-        x = next(iter(known))
+    def proof(known: dict[int, str]) -> tuple[bool, int, bool, float]:
+        x, y, *_ = known
         proved = x == 0 and any(said.startswith("yaw ") for said in known.values())
-        return proved, len(known), not shown.is_count(values[:, x])
+        arcs = [values[:, k] for k, said in known.items() if said.startswith("s ")]
+        gone = shown.along(values[:, [x, y]]).s[-1]
+        off = max((abs(abs(each[-1] - each[0]) / gone - 1.0) for each in arcs), default=0.0)
+        return proved, len(known), not shown.is_count(values[:, x]), -off
 
     return max(each, key=proof, default={})
 
@@ -382,7 +391,7 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             (j, said)
             for j in clock
             for said, unit in _TIMED.items()
-            if shown.is_rate(way, factor("speed", unit or "m/s") * column, values[:, j])
+            if shown.is_rate(way, factor("speed", unit or "m/s") * column, _seconds(values[:, j]))
         )
         if found := next(timed, None):
             known[found[0]], known[k] = "t time", found[1]
@@ -405,6 +414,14 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         else:
             continue
         return
+
+
+def _seconds(time: Floats) -> Floats:
+    """Give a clock in seconds: since 1970 its size says whether it is in ms, us or ns."""
+    for least, size in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)):
+        if time[0] > least:
+            return np.asarray((time - time[0]) / size)
+    return time
 
 
 def _find_acceleration(values: Floats, way: shown.Along, known: dict[int, str]) -> None:

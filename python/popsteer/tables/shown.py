@@ -132,6 +132,16 @@ def is_velocity(xy: Floats, vx: Floats, vy: Floats, yaw: Floats | None = None) -
     return False
 
 
+def is_followed(xy: Floats, values: Floats, *, degrees: bool) -> bool:
+    """Whether a column that is near the direction of waypoints turns as they do.
+
+    Where one coordinate is far larger than the other, any small number is near it.
+    """
+    way = along(xy)
+    yaw = np.unwrap((np.pi / 180.0 if degrees else 1.0) * values[way.moves])
+    return abs(_correlation(way.heading, yaw)) > _AGREE
+
+
 def is_near_heading(measured: Sequence[Along], values: Floats) -> bool:
     """Whether a column is a heading, although farther from the waypoints' than one to drive by."""
     return measured[0].turn >= np.pi and heading(measured, values, most=_NEAR) is not None
