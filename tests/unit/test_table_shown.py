@@ -195,6 +195,15 @@ def test_time_beside_a_speed_without_a_name_says_its_unit(tmp_path: Any) -> None
         assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
 
 
+def test_constant_beside_a_time_is_no_speed_in_other_units(tmp_path: Any) -> None:
+    x, y, _ = _lap()
+    steps = np.hypot(np.diff(x), np.diff(y))
+    time = np.concatenate(([0.0], np.cumsum(steps / 5.0)))  # at 5 m/s
+    rows = _rows((time, x, y, 0.0 * x + 18.0))  # km/h, or a width
+    with pytest.raises(PathError, match="column 4"):
+        Path.from_csv(_write(tmp_path, rows))
+
+
 def test_arc_length_in_front_of_a_road_along_y_is_no_coordinate(tmp_path: Any) -> None:
     s = 2.0 * np.arange(200)
     x, y = 9.0 * np.sin(s / 60.0), s - 0.01125 * s

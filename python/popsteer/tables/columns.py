@@ -391,7 +391,9 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             (j, said)
             for j in clock
             for said, unit in _TIMED.items()
-            if shown.is_rate(way, factor("speed", unit or "m/s") * column, _seconds(values[:, j]))
+            # Of many units one fits any constant.
+            if (unit is None or np.ptp(column) > 0.2 * np.max(column))
+            and shown.is_rate(way, factor("speed", unit or "m/s") * column, _seconds(values[:, j]))
         )
         if found := next(timed, None):
             known[found[0]], known[k] = "t time", found[1]
