@@ -37,6 +37,7 @@ FAULTS = {
     "speed reads 0": ("speed",),
     "speed reads half": ("speed",),
     "heading reads 0.3 rad more": ("heading",),
+    "heading freezes": ("heading",),
     "wheels stick": ("steering",),
     "steering has the wrong sign": ("steering",),
 }
@@ -163,6 +164,7 @@ def spoiled(sensed: list[float], last: list[float], planted: str) -> list[float]
         "speed reads 0": [x, y, yaw, 0.0],
         "speed reads half": [x, y, yaw, 0.5 * speed],
         "heading reads 0.3 rad more": [x, y, yaw + 0.3, speed],
+        "heading freezes": [x, y, last[2], speed],
     }.get(planted, sensed)
 
 

@@ -82,6 +82,7 @@ HELD = {
     "tracker/intend.rs": f"{_RUST}new_path.rs",
     "tracker/monitor/mod.rs": f"{_RUST}monitor.rs",
     "tracker/monitor/state.rs": f"{_RUST}monitor.rs",
+    "tracker/monitor/course.rs": f"{_RUST}faults.rs",
     "tracker/perceive.rs": f"{_RUST}late_poses.rs",
     "tracker/replan.rs": f"{_RUST}new_path.rs",
     "tracker/reported.rs": "tests/unit/test_refused.py",

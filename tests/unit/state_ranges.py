@@ -31,7 +31,7 @@ WHOLE: dict[str, Any] = {
         later=0.1,
         known=((1.1, 0.1), (0.01, 0.02)),
         yaw_rate=0.2,
-        noise=State(variance=1e-6, last=0.01, time=1.0),
+        noise=State(variance=1e-6, last=0.01, count=9.0),
         gain=State(
             level=0.0,
             variance=1e-6,
@@ -42,6 +42,8 @@ WHOLE: dict[str, Any] = {
             noise=1e-6,
             noise_time=1.0,
         ),
+        course=State(turn=0.1, aside=0.2, commanded=0.3),
+        heading=False,
         alarm=0.5,
         within=True,
     ),
@@ -52,7 +54,7 @@ WHOLE["gate"] = State(
     jump=((0.0, 0.0), 0.0),
     drift=(0.0, 0.0),
     **dict.fromkeys(("ahead", "aside"), State(over=0.01, under=0.0)),
-    **dict.fromkeys(("position", "heading"), State(variance=1e-4, last=0.01, time=1.0)),
+    **dict.fromkeys(("position", "heading"), State(variance=1e-4, last=0.01, count=9.0)),
 )
 QUARTER = 0.5 * math.pi
 RANGES: list[tuple[str, float, float, str]] = [
@@ -74,10 +76,18 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"estimator.{name}.{field}", least, most, name)
         for name in ("turning", "sliding", "driving")
         for field, least, most in (
-            *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0", "covariance.1")),
+            *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0")),
             *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0", "noise")),
             ("noise_time", 0.0, 1e3),
         )
+    ),
+    # A covariance of two is no more than the root of their variances' product.
+    *(
+        (f"estimator.{name}.covariance.1", -most, most, name)
+        for name, one, other in (
+            *(("turning", 0.1, 0.012), ("sliding", 0.02, 0.1), ("driving", 0.1, 0.1)),
+        )
+        for most in (1.001 * math.sqrt(one**2 * other**2) + 1e-6,)
     ),
     ("estimator.wheel_rate", -1e40, 1e40, "wheel_rate"),
     ("estimator.gain_deviation", 0.0, 1e40, "gain_deviation"),
@@ -118,7 +128,7 @@ RANGES: list[tuple[str, float, float, str]] = [
         (f"{name}.{field}", least, most, name.split(".")[0])
         for name in ("gate.position", "gate.heading", "monitor.noise")
         for field, least, most in (
-            *(("variance", 0.0, 1e100), ("last", -1e49, 1e49), ("time", 0.0, 1e6)),
+            *(("variance", 0.0, 1e100), ("last", -1e49, 1e49), ("count", 1.0, 1e100)),
         )
     ),
     ("past.wheel", -QUARTER, QUARTER, ""),
@@ -133,6 +143,7 @@ RANGES: list[tuple[str, float, float, str]] = [
             *(("later", 0.0, 1e100), ("yaw_rate", -1e100, 1e100)),
             *(("known.0.0", 0.0, 2.5), ("known.0.1", 0.0, 1e100)),
             *(("known.1.0", -1.0, 1.0), ("known.1.1", 0.0, 1e100)),
+            *((f"course.{sum_}", -1e100, 1e100) for sum_ in ("turn", "aside", "commanded")),
             ("alarm", 0.0, 2.0),
         )
     ),

@@ -106,6 +106,10 @@ fn test_a_fault_is_named_by_the_signal_that_fails() {
             speed: now.speed,
             ..then
         });
+        let compass = sensed(|_, now, then| VehicleState {
+            yaw: then.yaw,
+            ..now
+        });
         let dead = sensed(|_, now, _| VehicleState { speed: 0.0, ..now });
         let backwards = sensed(|_, now, _| VehicleState {
             speed: -now.speed,
@@ -115,6 +119,7 @@ fn test_a_fault_is_named_by_the_signal_that_fails() {
         let wrong_sign = turned(|_, wheel, _| -wheel);
         for (name, found, expected) in [
             ("frozen", frozen, Fault::Position),
+            ("compass", compass, Fault::Heading),
             ("dead", dead, Fault::Speed),
             ("backwards", backwards, Fault::Speed),
             ("stuck", stuck, Fault::Steering),

@@ -46,6 +46,7 @@ fn test_monitor_after_an_interruption_answers_as_one_that_has_seen_no_motion() {
         },
         known: moved.known,
         gain: moved.gain,
+        heading: moved.heading,
         alarm: moved.alarm,
         within: moved.within,
         ..unmoved

@@ -244,7 +244,7 @@ fn test_expected_turn_is_that_of_the_mean_angle_of_the_wheels() {
     }
 }
 
-/// A sixth of the mean square of how residuals change, over the time measured so far.
+/// A sixth of the mean square of how residuals change, over those measured so far.
 #[test]
 fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
     let tracker = tracker(&Vehicle::PAPER, MonitorParams::DEFAULT);
@@ -263,15 +263,14 @@ fn test_noise_is_a_sixth_of_the_square_of_the_change_of_residuals() {
             .unwrap();
         let monitor = state.monitor.unwrap();
         let Some(before) = before else { continue };
-        let time = (before.noise.time + DT).min(2.0);
+        let count = (before.noise.count + 1.0).min(2.0 / DT);
         // There is no residual before the second pose, and no change before the third.
         if k > 0 {
-            assert!((monitor.noise.time - time).abs() < 1e-12);
+            assert!((monitor.noise.count - count).abs() < 1e-12);
         }
         if let (Some(one), Some(two)) = (before.noise.last, monitor.noise.last) {
             let square = (two - one).powi(2) / 6.0;
-            let noise =
-                before.noise.variance + (square - before.noise.variance) * (DT / time).min(1.0);
+            let noise = before.noise.variance + (square - before.noise.variance) / count;
             assert!(
                 (monitor.noise.variance - noise).abs() < 1e-12,
                 "{monitor:?}"
@@ -379,9 +378,9 @@ fn straight_on_by(dt: f64, said: f64, late: impl Fn(u32) -> (f64, f64)) -> Vec<(
 }
 
 /// In a period the vehicle goes 0.4 m, by the speed 0.05 s times it: `0.4 - 0.05 said` apart. What is
-/// beyond 0.3 of the longer of both and 0.05 wheelbases a second adds up once the noise is known, each
-/// time at most half the limit of 0.05 wheelbases and eight deviations of the noise, which is 2 cm at
-/// first and fades where there is none.
+/// beyond 0.3 of the longer of both and 0.05 wheelbases a second adds up, each time at most half the limit
+/// of 0.05 wheelbases and eight deviations of the noise, which is 2 cm at first, more by (13 / n)^2 of n
+/// changes, and fades where there is none.
 #[test]
 fn test_poses_that_move_otherwise_than_the_speed_says_are_implausible() {
     for (said, fault) in [
@@ -393,24 +392,21 @@ fn test_poses_that_move_otherwise_than_the_speed_says_are_implausible() {
         (-8.0, Some(6)),
         (16.0, Some(8)),
     ] {
-        let (mut sum, mut variance, mut time) = (0.0, 0.02 * 0.02, 0.05);
+        let (mut sum, mut variance, mut count) = (0.0, 0.02 * 0.02, 1.0);
         let expected = (0..60).position(|k| {
             if k == 0 {
                 return false;
             }
-            time = f64::min(time + DT, 2.0);
+            count = f64::min(count + 1.0, 2.0 / DT);
             if k > 1 {
-                variance -= variance * (DT / time);
+                variance -= variance / count;
             }
-            let noise = variance.sqrt();
+            let noise = variance.sqrt() * (1.0 + (13.0 / count) * (13.0 / count));
             let driven = DT * said;
             let explained = 0.3 * f64::max(0.4, driven.abs()) + 0.05 * 3.0 * DT;
             let limit = 0.05 * 3.0 + 8.0 * noise;
             let beyond = f64::min(f64::abs(0.4 - driven) - explained, 0.5 * limit);
             sum = f64::max(sum + beyond - noise * DT, 0.0);
-            if time < 0.25 - 1e-9 {
-                sum = 0.0;
-            }
             sum > limit
         });
         let found = straight_on(said, |_| 0.0);

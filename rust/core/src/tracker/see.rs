@@ -193,6 +193,10 @@ impl<L: LateralLaw> Tracker<L> {
             // Where wheels are modelled, a pose that shows nothing has none.
             reached: lately.wheels.map(|_| since),
             estimator: self.adapt().map(|_| &model.estimator),
+            aside: state
+                .gate
+                .and_then(|gate| gate.position.last)
+                .unwrap_or(0.0),
             noise: Gate::noise_of(state.gate.as_ref()),
             dt: lately.time,
         };

@@ -96,7 +96,7 @@ impl Default for Estimator {
 impl Estimator {
     /// Variances of the noise before any was seen: of the yaw [rad^2], of position and speed
     /// in wheelbases.
-    const YAW_NOISE: f64 = 2.5e-5;
+    pub(crate) const YAW_NOISE: f64 = 2.5e-5;
     const POSITION_NOISE: f64 = 1.4e-5;
     const SPEED_NOISE: f64 = 3e-5;
     /// Below so many wheelbases a second a vehicle forgets more slowly, at rest not at all.

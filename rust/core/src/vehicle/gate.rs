@@ -142,9 +142,11 @@ impl Gate {
         self.since += elapsed;
         let repeats = vehicle.x.to_bits() == self.measured.x.to_bits()
             && vehicle.y.to_bits() == self.measured.y.to_bits();
-        // One that stood at either end may have stood in between.
+        // One that stood at either end may have stood in between, and so may one whose speed changed its
+        // sign: noise about 0.
         let slowest = smaller(before.speed.abs(), vehicle.speed.abs());
-        if repeats && slowest > Self::STILL * car.wheelbase {
+        let goes_on = before.speed * vehicle.speed > 0.0;
+        if repeats && goes_on && slowest > Self::STILL * car.wheelbase {
             let status = self.hold_stale(car, vehicle, (travel, curvature), elapsed);
             return (status, false);
         }
@@ -239,7 +241,7 @@ impl Gate {
     /// What a sum of distances is beyond where poses and speed differ [m].
     #[inline]
     fn distance_limit(&self, car: &Vehicle) -> f64 {
-        Cusum::limit(Self::DISTANCE * car.wheelbase, self.position.deviation())
+        Cusum::limit(Self::DISTANCE * car.wheelbase, self.position.at_most())
     }
 
     /// Standard deviation of the position's noise [m] by a gate; 0 without one.
@@ -365,7 +367,7 @@ impl Gate {
         let travel = larger(far.abs(), driven.abs());
         let explained = Self::DISTANCE_SHARE * travel + drift * since;
         let slipped = Self::SLIP * travel + drift * since;
-        let noise = self.position.deviation();
+        let noise = self.position.at_most();
         // One correction of the localisation alone is no speed, and no drift.
         let once = 0.5 * Cusum::limit(drift, noise);
         let add = |sum: &mut Cusum, change: f64, explained: f64| {
@@ -373,12 +375,7 @@ impl Gate {
             let change = saturate(change, -most, most);
             sum.add(change, (-explained, explained), (noise, since), drift)
         };
-        let differs = if self.position.is_known(since) {
-            add(&mut self.ahead, along, explained) | add(&mut self.aside, aside, slipped)
-        } else {
-            (self.ahead, self.aside) = Default::default();
-            false
-        };
+        let differs = add(&mut self.ahead, along, explained) | add(&mut self.aside, aside, slipped);
         self.gone = if self.ahead.under > 0.0 {
             self.gone + far
         } else {

@@ -8,6 +8,10 @@
 //!
 //! so what changes evenly, as by a parameter that is wrong or a fault that begins, counts little.
 //!
+//! Of few changes it is a guess. What is judged by it takes it for `1 + (13 / n)^2` times as much after `n` of them
+//! ([`Noise::at_most`]): the alarms of a [`Cusum`](crate::vehicle::cusum::Cusum) in the first 200 steps of a drive are
+//! then as rare as later, where they were a thousand times as many.
+//!
 //! Assumed: noise that is white from sample to sample.
 
 use crate::error::{InputError, input_in_range, input_within};
@@ -21,8 +25,9 @@ pub struct Noise {
     pub variance: f64,
     /// The last change; None before there was one.
     pub last: Option<f64>,
-    /// How long it has been observed, up to [`TIME`](Self::TIME), or 40 periods [s].
-    pub time: f64,
+    /// Of how many changes it is a mean, the first guess counted in: up to those in [`TIME`](Self::TIME), or
+    /// 40.
+    pub count: f64,
 }
 
 impl Noise {
@@ -30,13 +35,9 @@ impl Noise {
     /// 50 ms, those of a fault would pass as noise.
     pub const TIME: f64 = 2.0;
     const COUNT: f64 = 40.0;
-    /// How long the first guess counts [s].
-    const FIRST_TIME: f64 = 0.05;
-    /// It is known after so long [s], and so many changes.
-    const KNOWN_TIME: f64 = 0.25;
-    const KNOWN_COUNT: f64 = 5.0;
-    /// Bound of the time [s].
-    const MOST_TIME: f64 = 1e6;
+    /// After so many changes the deviation counts twice. More: faults in the first second are found later. Less:
+    /// at 9, five times as many false alarms at a start.
+    const DOUBT: f64 = 13.0;
     /// Bounds that no valid input reaches; a change that keeps to the first has a square that keeps to
     /// the second.
     const MAX_CHANGE: f64 = 1e49;
@@ -47,25 +48,19 @@ impl Noise {
         Self {
             variance: deviation * deviation,
             last: None,
-            time: Self::FIRST_TIME,
+            count: 1.0,
         }
     }
 
     /// Takes in a `change` within `dt` [s].
     #[inline]
     pub(crate) fn observe(&mut self, change: f64, dt: f64) {
-        let most = larger(Self::TIME, Self::COUNT * dt);
-        self.time = saturate(self.time + dt, 0.0, most);
+        let most = larger(Self::TIME / dt, Self::COUNT);
+        self.count = saturate(self.count + 1.0, 1.0, most);
         if let Some(last) = self.last {
-            self.variance = learnt(self.variance, change - last, dt / self.time);
+            self.variance = learnt(self.variance, change - last, 1.0 / self.count);
         }
         self.last = Some(change);
-    }
-
-    /// Whether enough has been seen of it, in periods of `dt` [s], to conclude anything.
-    #[inline]
-    pub(crate) fn is_known(&self, dt: f64) -> bool {
-        self.time >= larger(Self::KNOWN_TIME, Self::KNOWN_COUNT * dt)
     }
 
     /// Its standard deviation.
@@ -74,11 +69,18 @@ impl Noise {
         sqrt(self.variance)
     }
 
+    /// The same with what so few changes leave open of it.
+    #[inline]
+    pub(crate) fn at_most(&self) -> f64 {
+        let doubt = Self::DOUBT / self.count;
+        self.deviation() * (1.0 + doubt * doubt)
+    }
+
     /// The noise itself, where changes can have shown it.
     pub(crate) fn checked(self, field: &'static str) -> Result<Self, InputError> {
         input_in_range(field, self.variance, 0.0, Self::MAX)?;
         input_within(field, self.last.unwrap_or(0.0), Self::MAX_CHANGE)?;
-        input_in_range(field, self.time, 0.0, Self::MOST_TIME)?;
+        input_in_range(field, self.count, 1.0, Self::MAX)?;
         Ok(self)
     }
 }

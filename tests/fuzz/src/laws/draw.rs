@@ -6,6 +6,7 @@ use crate::scene::{car, estimator, symmetric, walk};
 use crate::subject::{Subject, waypoint};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_YAW};
 use popsteer_core::path::{Ahead, Place, Spot};
+use popsteer_core::tracker::monitor::course::Course;
 use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::tracker::{
     Answer, Deviation, Handover, Model, MonitorState, TrackerState, Tracking,
@@ -153,10 +154,16 @@ fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         noise: Noise {
             variance: symmetric(bytes, 1e-4, most).abs(),
             last: unknown(bytes).then(|| symmetric(bytes, 0.1, most.min(1e49))),
-            time: bytes.within(0.0, Noise::TIME),
+            count: bytes.within(1.0, 200.0),
         },
         gain: walk(bytes),
         yaw_rate: symmetric(bytes, 0.5, most),
+        course: Course {
+            turn: symmetric(bytes, 0.1, most.min(1e20)),
+            aside: symmetric(bytes, 0.5, most.min(1e20)),
+            commanded: symmetric(bytes, 0.5, most.min(1e20)),
+        },
+        heading: bytes.byte() & 1 == 1,
         alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
         within: bytes.byte() & 1 == 1,
     })

@@ -7,8 +7,10 @@
 //! sign of the steering, stuck wheels, or a dead time longer than the vehicle's. What is not known yet
 //! may be anything that the vehicle can drive with.
 
+pub mod course;
 pub mod state;
 
+use course::Course;
 use state::Expected;
 pub use state::MonitorState;
 
@@ -17,7 +19,7 @@ use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
 use crate::vehicle::wheels::Reached;
-use crate::vehicle::{Estimator, Vehicle, VehicleState};
+use crate::vehicle::{Estimate, Estimator, Vehicle, VehicleState};
 
 params! {
     /// Thresholds of the monitor's faults: by default 1.5 m for a car that is 2 m wide, which is then half
@@ -50,6 +52,8 @@ pub(super) struct Measured<'a> {
     pub(super) reached: Option<Reached>,
     /// Which gains the turns have shown; None if none are estimated.
     pub(super) estimator: Option<&'a Estimator>,
+    /// How far it moved aside of its heading since the last measured pose [m].
+    pub(super) aside: f64,
     /// Standard deviation of the position's noise [m]; 0 where none is known.
     pub(super) noise: f64,
     /// Control period [s].
@@ -168,8 +172,20 @@ impl Monitor {
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             let tolerance = self.params.turn_tolerance;
-            if monitored.observe(turn, expected, tolerance, now.estimator) {
+            let alarms = monitored.observe(turn, expected, tolerance, now.estimator);
+            if alarms {
                 monitored.alarm = MonitorState::ALARM_TIME;
+            }
+            if alarms || monitored.turned.most() > 0.0 {
+                let travel = speed * dt;
+                let known = now
+                    .estimator
+                    .map_or(Estimate::DEFAULT, |known| known.estimate);
+                let way = (travel, now.aside - known.slip * travel);
+                let commanded = known.gain * (rate + known.steer_offset * share) * dt;
+                monitored.blame((turn, commanded), way, now.noise, alarms);
+            } else {
+                monitored.course = Course::default();
             }
             if now.estimator.is_none() && car.max_lateral_acceleration.is_some() {
                 monitored.observe_gain(turn, expected);

@@ -1,5 +1,6 @@
 //! What the monitor remembers: how far the turns were from what is explained, and their noise.
 
+use super::course::Course;
 use crate::bounds::MAX_YAW;
 use crate::error::{InputError, input_in_range};
 use crate::math::{larger, saturate, smaller};
@@ -35,6 +36,10 @@ pub struct MonitorState {
     /// The yaw, and by how much the vehicle lately turned more than its parameters say: what holds
     /// the limit of the lateral acceleration where nothing else is estimated.
     pub gain: Walk<1>,
+    /// Which signal the turns blame.
+    pub course: Course,
+    /// Whether it is the heading.
+    pub heading: bool,
     /// Remaining time of the alarm [s].
     pub alarm: f64,
     /// Whether the vehicle was within the limit of the deviation.
@@ -77,7 +82,7 @@ impl MonitorState {
     /// Tolerance of its noise, in standard deviations: being too fast is no fault.
     const RATE_DEVIATIONS: f64 = 3.0;
     /// Standard deviation of the noise before it is measured [rad].
-    const NOISE: f64 = 0.005;
+    const NOISE: f64 = 0.002;
     /// Standard deviation of the gain where nothing else estimates it, and time in which it is
     /// forgotten [s]. Longer: less noise in the limit of the lateral acceleration; shorter: a steering
     /// offset, which is another gain in the next bend, limits that for less long.
@@ -101,7 +106,9 @@ impl MonitorState {
             known: Estimator::default().known_turning(),
             yaw_rate: 0.0,
             noise: Noise::new(Self::NOISE),
-            gain: Walk::new([1.0], &Self::GAIN_DOUBT, Self::NOISE * Self::NOISE),
+            gain: Walk::new([1.0], &Self::GAIN_DOUBT, Estimator::YAW_NOISE),
+            course: Course::default(),
+            heading: false,
             alarm: 0.0,
             within: false,
         }
@@ -113,6 +120,7 @@ impl MonitorState {
         self.noise.last = None;
         self.yaw_rate = 0.0;
         self.turned = Cusum::default();
+        self.course = Course::default();
         self.gain.interrupt();
     }
 
@@ -127,7 +135,7 @@ impl MonitorState {
             open: Estimator::open_turn(rate, share, dt),
             dt,
         };
-        self.gain.observe(&change, Self::NOISE * Self::NOISE);
+        self.gain.observe(&change, Estimator::YAW_NOISE);
         self.gain.forget(dt / Self::GAIN_TIME, &Self::GAIN_DOUBT);
         let (least, most) = Estimator::GAINS;
         self.gain.keep(0, least, most);
@@ -163,13 +171,30 @@ impl MonitorState {
                 known.1 += (found.1 - known.1) * followed;
             }
         }
-        let (explained, noise) = ((least * dt, most * dt), (self.noise.deviation(), dt));
-        let is_beyond = self.turned.add(turn, explained, noise, tolerance);
-        let alarms = is_beyond && self.noise.is_known(dt);
+        let (explained, noise) = ((least * dt, most * dt), (self.noise.at_most(), dt));
+        let alarms = self.turned.add(turn, explained, noise, tolerance);
         if alarms {
             self.turned = Cusum::default();
         }
         alarms
+    }
+
+    /// Notes by a `turn` [rad] where another was `expected`, and by how far the vehicle moved `aside` of its
+    /// heading on its `travel` [m], which signal an alarm would blame; `noise` is the position's [m].
+    #[cold]
+    pub(super) fn blame(
+        &mut self,
+        (turn, expected): (f64, f64),
+        (travel, aside): (f64, f64),
+        noise: f64,
+        alarms: bool,
+    ) {
+        self.course.add(expected - turn, travel, aside);
+        if alarms {
+            let was_noisy = self.noise.deviation() > 0.0;
+            self.heading = turn.abs() <= 0.0 && self.course.blames_heading(noise, was_noisy);
+            self.course = Course::default();
+        }
     }
 
     /// By how much the slowest response lags that is explained [s].
@@ -233,7 +258,11 @@ impl MonitorState {
 
     /// What the turns show to be wrong.
     pub(crate) fn fault(&self) -> Option<Fault> {
-        (self.alarm > 0.0).then_some(Fault::Steering)
+        (self.alarm > 0.0).then_some(if self.heading {
+            Fault::Heading
+        } else {
+            Fault::Steering
+        })
     }
 
     /// The state itself, where a vehicle could have shown it.
@@ -250,6 +279,9 @@ impl MonitorState {
             (self.known[1].0, -1.0, 1.0),
             (self.known[1].1, 0.0, Self::MAX),
             (self.yaw_rate, -Self::MAX, Self::MAX),
+            (self.course.turn, -Self::MAX, Self::MAX),
+            (self.course.aside, -Self::MAX, Self::MAX),
+            (self.course.commanded, -Self::MAX, Self::MAX),
             (self.alarm, 0.0, Self::ALARM_TIME),
         ] {
             input_in_range("monitor", value, low, high)?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::vehicle::noise::Noise;
 
 const DT: f64 = 0.05;
 
@@ -44,12 +45,10 @@ fn test_a_sum_beyond_tolerance_and_noise_is_said_and_ends_at_twice_that() {
     }
 }
 
-/// White noise of a level, as large as can be, in periods of `dt`: how many of `steps` steps alarm.
-fn alarms(steps: u32, dt: f64, deviations: f64) -> u32 {
-    // A generator of its own (Marsaglia's xorshift), twelve of whose numbers make one of a normal
-    // distribution.
+/// Numbers of a normal distribution: each of twelve of a generator of its own (Marsaglia's xorshift).
+fn normal() -> impl FnMut() -> f64 {
     let mut seed = 0x2545_f491_4f6c_dd1d_u64;
-    let mut normal = || {
+    move || {
         let mut total = -6.0;
         for _ in 0..12 {
             seed ^= seed << 13;
@@ -58,7 +57,12 @@ fn alarms(steps: u32, dt: f64, deviations: f64) -> u32 {
             total += f64::from(u32::try_from(seed >> 32).unwrap()) / f64::from(u32::MAX);
         }
         total
-    };
+    }
+}
+
+/// White noise of a level, as large as can be, in periods of `dt`: how many of `steps` steps alarm.
+fn alarms(steps: u32, dt: f64, deviations: f64) -> u32 {
+    let mut normal = normal();
     let (mut sum, mut last, mut found) = (Cusum::default(), normal(), 0);
     // The limit is of the noise alone: its deviations are taken from, or added to, the tolerance.
     let tolerance = deviations - Cusum::DEVIATIONS;
@@ -73,6 +77,25 @@ fn alarms(steps: u32, dt: f64, deviations: f64) -> u32 {
     found
 }
 
+/// The same of noise that nobody knows, in drives of 200 steps: `known` is what is taken for it.
+fn alarms_of_starts(drives: u32, dt: f64, known: fn(&Noise) -> f64) -> u32 {
+    let (mut normal, mut found) = (normal(), 0);
+    for _ in 0..drives {
+        // A fifth of what it is.
+        let (mut sum, mut noise, mut last) = (Cusum::default(), Noise::new(0.2), normal());
+        for _ in 0..200 {
+            let level = normal();
+            noise.observe(level - last, dt);
+            if sum.add(level - last, (0.0, 0.0), (known(&noise), dt), 0.0) {
+                found += 1;
+                sum = Cusum::default();
+            }
+            last = level;
+        }
+    }
+    found
+}
+
 #[test]
 fn test_white_noise_alarms_as_seldom_as_is_said() {
     for dt in [0.1, 0.05, 0.01] {
@@ -81,6 +104,15 @@ fn test_white_noise_alarms_as_seldom_as_is_said() {
     }
     // And not because nothing ever does.
     assert!(alarms(400_000, 0.01, 5.0) > 400);
+}
+
+#[test]
+fn test_noise_of_which_little_is_known_alarms_as_seldom() {
+    for dt in [0.1, 0.05, 0.01] {
+        assert!(alarms_of_starts(2000, dt, Noise::at_most) <= 1, "{dt}");
+        // As if it were known to be what was seen of it.
+        assert!(alarms_of_starts(2000, dt, Noise::deviation) > 400, "{dt}");
+    }
 }
 
 #[test]

@@ -1,4 +1,5 @@
 use super::*;
+use alloc::vec::Vec;
 
 #[test]
 fn test_noise_is_a_sixth_of_the_mean_square_of_differences_of_changes() {
@@ -8,7 +9,7 @@ fn test_noise_is_a_sixth_of_the_mean_square_of_differences_of_changes() {
         noise.observe(if k % 2 == 0 { 0.5 } else { -0.5 }, 0.05);
     }
     assert!((noise.variance - 1.0 / 6.0).abs() < 1e-9, "{noise:?}");
-    assert_eq!(noise.time, Noise::TIME);
+    assert_eq!(noise.count, 40.0);
 }
 
 #[test]
@@ -32,11 +33,6 @@ fn test_first_guess_counts_until_as_much_is_seen() {
     assert_eq!(noise.variance, 1.0);
     noise.observe(0.0, 0.05);
     assert!((noise.variance - 2.0 / 3.0).abs() < 1e-12, "{noise:?}");
-    let known = [(); 5].map(|()| {
-        noise.observe(0.0, 0.05);
-        noise.is_known(0.05)
-    });
-    assert_eq!(known, [false, true, true, true, true]);
 }
 
 #[test]
@@ -44,9 +40,22 @@ fn test_in_long_periods_it_is_a_mean_of_as_many_changes() {
     let mut noise = Noise::new(0.0);
     for k in 0..400 {
         noise.observe(if k % 2 == 0 { 0.5 } else { -0.5 }, 0.5);
-        assert!(!noise.is_known(0.5) || k >= 4, "{k}");
     }
-    assert_eq!(noise.time, 20.0);
+    assert_eq!(noise.count, 40.0);
+}
+
+#[test]
+fn test_noise_of_few_changes_may_be_far_more() {
+    let mut noise = Noise::new(0.1);
+    let mut shares = Vec::new();
+    for count in 1..=200 {
+        assert_eq!(noise.count, f64::from(count.min(200)));
+        shares.push(noise.at_most() / noise.deviation());
+        noise.observe(if count % 2 == 0 { 0.1 } else { -0.1 }, 0.01);
+    }
+    assert!(shares.is_sorted_by(|a, b| a > b), "{shares:?}");
+    let ends = shares.first().zip(shares.last()).unwrap();
+    assert!((ends.0 - 170.0).abs() < 1e-12 && (ends.1 - 1.004_225).abs() < 1e-12);
 }
 
 #[test]
@@ -62,7 +71,7 @@ fn test_noise_that_no_changes_show_is_refused() {
             ..noise
         },
         Noise {
-            time: f64::INFINITY,
+            count: f64::INFINITY,
             ..noise
         },
     ] {
