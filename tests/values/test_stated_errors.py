@@ -129,7 +129,7 @@ def test_identification_of_a_short_drive_is_the_recorded_one() -> None:
                 "steer_offset": (0.01017635, 0.0001322063),
                 "steer_lag": (0.117664, 0.0059401),
                 "dead_time": (0.1244052, 0.003959429),
-                "rear_axle": (-1.35, 0.01555903),
+                "rear_axle": (-1.35, 0.01617201),
             },
             [0.2420692, 0.00355198, 0.002013066, 0.0009489682, 0.02037182],
         ),
