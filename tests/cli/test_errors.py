@@ -185,25 +185,6 @@ def test_waypoints_at_fault_are_named(
     assert not out.exists()
 
 
-def test_speed_pid_on_waypoints_without_speeds_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    file = tmp_path / "way.csv"
-    file.write_text("0,0\n9,0\n", encoding="utf-8")
-    arguments = (
-        "compare",
-        "--controllers",
-        "pop",
-        "--longitudinal",
-        "speed-pid",
-        "--waypoints",
-        str(file),
-    )
-    outcome = command.call(capsys, *arguments)
-    assert (outcome.status, outcome.out) == (2, "")
-    assert "no reference speeds" in outcome.err
-
-
 def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     outcome = command.run("compare", "--controllers", "foo")
     assert outcome.status == 2

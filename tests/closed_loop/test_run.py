@@ -9,7 +9,7 @@ import pytest
 
 import popsteer
 from popsteer import controllers, presets, sim
-from popsteer.errors import ConfigError, InputError, PathError
+from popsteer.errors import ConfigError, InputError
 from tests.closed_loop.drives import Bicycle
 from tests.closed_loop.paths import line, track
 
@@ -224,10 +224,14 @@ def test_speed_pid_on_racetrack_follows_the_reference_speeds() -> None:
     )
 
 
-def test_speed_pid_without_reference_speeds_is_refused() -> None:
-    path = popsteer.Path([(float(x), 0.0) for x in range(50)])
-    with pytest.raises(PathError, match="no reference speeds"):
-        sim.run(popsteer.Pop(path), longitudinal=popsteer.SpeedPid())
+def test_speed_pid_on_a_path_without_speeds_keeps_planned_ones() -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(100)])
+    car = popsteer.vehicles.get("carla-identified").replace(max_speed=6.0)
+    run = sim.run(popsteer.Pop(path, car), longitudinal=popsteer.SpeedPid())
+    assert run.metrics.finished
+    assert run.path is path
+    # Its integral overshoots by a tenth.
+    assert 5.0 < run.records["speed"].max() < 7.0
 
 
 def test_unknown_plant_is_refused_with_the_known_ones() -> None:

@@ -88,7 +88,7 @@ def compare(
         wanted = lab.compare.files.file_names(tuning.params, several=several)
         outputs.check_folder(out, wanted, report)
         _check_record(record, len(names) * len(courses) * len(movers))
-        pedals = longitudinal, set_longitudinal, constant_speed, courses, movers.values()
+        pedals = longitudinal, set_longitudinal, constant_speed, movers.values()
         found = lab.compare.run_each(
             {course.name: course.path for course in courses},
             tuning.params,

@@ -258,7 +258,6 @@ def longitudinal(
     name: str | None,
     assignments: Sequence[str] | None,
     constant_speed: float | None,
-    courses: Iterable[Course],
     plants: Iterable[Plant],
 ) -> LongitudinalParams | None:
     """Give the parameters of the controller of the pedals; None where a constant speed is kept.
@@ -271,7 +270,7 @@ def longitudinal(
         return None
     if name is not None:
         return assigned(params_of(name), assignments, name)
-    found = usual_pedals([course.path for course in courses], plants)
+    found = usual_pedals(plants)
     return assigned(found, assignments, name_of(found))
 
 

@@ -84,7 +84,7 @@ def sweep(
     moved, given, label = inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = inputs.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed, columns=columns, origin=origin)
-    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [course], [moved])
+    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [moved])
     varies = inputs.distributions(vary, distributions, moved)
     job = lab.sweep.Job(
         course.path,

@@ -91,7 +91,7 @@ def tune(
         telling = {*vehicle_of(moved).as_dict(), *START}
         varies = {k: v for k, v in varies.items() if k in telling}
     courses = inputs.courses(waypoints, tracks, closed=closed, columns=columns, origin=origin)
-    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, courses, [moved])
+    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed, [moved])
     paths = {each.name: each.path for each in courses}
     problem = lab.tune.Problem(
         paths,

@@ -154,6 +154,15 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     return _with_speed(path, speeds), SpeedPid(KEEPING)
 
 
+def with_speeds(path: Path, longitudinal: Longitudinal | None, vehicle: Vehicle) -> Path:
+    """Give the path with speeds for a `SpeedPid`: its own, or those that a `SpeedTracker` plans."""
+    if not isinstance(longitudinal, SpeedPid) or path.speed is not None:
+        return path
+    speeds = SpeedTracker(path, vehicle).plan
+    signs = 1.0 if path.reverse is None else np.where(path.reverse, -1.0, 1.0)
+    return _with_speed(path, signs * speeds)
+
+
 def run(  # noqa: PLR0913 - each is one thing that may differ
     controller: controllers.Controller | OwnController,
     plant: Plant = "carla-identified",
@@ -200,7 +209,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         reference speeds give the direction alone.
     longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
         What works the pedals, from a fresh state; the paper's coupled controller by default. A
-        `SpeedTracker` of the same path chooses the gear, too.
+        `SpeedTracker` of the same path chooses the gear, too. Where the path has no speeds,
+        `SpeedPid` keeps those that a `SpeedTracker` plans for the controller's vehicle.
     pedals : PedalMap, optional
         Which pedals give the accelerations of a `SpeedTracker`; those of the plant by default.
     settings : Settings, optional
@@ -234,8 +244,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     PopsteerError
         The plant needs an extra that is not installed.
     PathError
-        `SpeedPid` is to follow the reference speeds of a path that has none, or the path is driven
-        backwards in places and the plant does not reverse.
+        The path is driven backwards in places and the plant does not reverse.
     TypeError
         Your controller carries no path and none is given, or `step` returns no angle.
 
@@ -292,6 +301,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     controller = informed(controller, vehicle)
     if isinstance(controller, Driver):
         controller = _fresh(controller, path, plant, longitudinal)
+    path = with_speeds(path, longitudinal, believed(controller) or vehicle)
     check_longitudinal(longitudinal, path, vehicle)
     if start is None:
         start = default_start(path, vehicle=vehicle)

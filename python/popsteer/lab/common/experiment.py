@@ -28,7 +28,7 @@ from popsteer.lab.common.names import law_of
 from popsteer.lab.common.varied import START, Distribution, Varied, varied
 from popsteer.parameters import Parameters
 from popsteer.sim import OwnSimpleController, Run
-from popsteer.sim.closed_loop import at_constant_speed, start_speed
+from popsteer.sim.closed_loop import at_constant_speed, start_speed, with_speeds
 from popsteer.sim.geometry import object_of
 from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
@@ -126,7 +126,8 @@ class Experiment(_Driven):
     def road_of(self, path: Path) -> Road:
         """Give the path that is driven, and what works the pedals: None for those of the paper."""
         if self.constant_speed is None:
-            road: Road = path, pedals_of(self.longitudinal, path, self.given)
+            pedals = pedals_of(self.longitudinal, path, self.given)
+            road: Road = with_speeds(path, pedals, self.given), pedals
         else:
             road = at_constant_speed(path, self.constant_speed)
         check_longitudinal(road[1], road[0], sim.vehicle_of(self.whole))

@@ -42,17 +42,14 @@ def name_of(params: LongitudinalParams) -> str:
     return next(name for name, kind in KINDS.items() if isinstance(params, kind))
 
 
-def usual(paths: Iterable[Path], plants: Iterable[Plant]) -> LongitudinalParams:
+def usual(plants: Iterable[Plant]) -> LongitudinalParams:
     """Give what works the pedals where nothing is said: a `SpeedTracker`.
 
     It plans within the limits of the vehicle and the speeds of the waypoints. Where a plant does
     not say what its pedals do, as `PedalMap.of` needs it, a `SpeedPid` keeps the speeds of the
-    waypoints, and without any the paper's coupled controller drives.
+    waypoints, and without any those of such a plan.
     """
-    if all(map(PedalMap.is_known, plants)):
-        return SpeedTrackerParams()
-    has_speeds = all(path.speed is not None for path in paths)
-    return SpeedPidParams() if has_speeds else CoupledLongitudinalParams()
+    return SpeedTrackerParams() if all(map(PedalMap.is_known, plants)) else SpeedPidParams()
 
 
 def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Longitudinal | None:
@@ -102,7 +99,8 @@ def beginning(
         own = "" if path.speed is None else " and the speeds of the waypoints"
         then = f"speed-tracker keeps the speeds that the vehicle's limits{own} allow"
     elif isinstance(longitudinal, SpeedPid):
-        then = "speed-pid keeps the speeds of the waypoints"
+        whose = "that are planned within the vehicle's limits"
+        then = f"speed-pid keeps the speeds {whose if path.speed is None else 'of the waypoints'}"
     else:
         given = CoupledLongitudinalParams() if longitudinal is None else longitudinal.params
         then = f"the paper's pedals (coupled) drive towards {given.speed_limit:.4g} m/s"

@@ -142,7 +142,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     believed = vehicle_of(plant) if vehicle is None else vehicle
     if longitudinal is None and constant_speed is None:
-        longitudinal = made(usual([path], [plant]), path, believed)
+        longitudinal = made(usual([plant]), path, believed)
     drivers = {
         name: controller(name, path, believed, params, adapt, monitor)
         for name, params in chosen.items()
@@ -256,7 +256,7 @@ def run_each(  # noqa: PLR0913 - as `run`
         for name, plant in movers.items()
     }
     if longitudinal is None and how.get("constant_speed") is None:
-        longitudinal = usual(paths.values(), movers.values())
+        longitudinal = usual(movers.values())
     if joined:
         keys = ("speed", "constant_speed", "settings")
         alike: dict[str, Any] = {key: how[key] for key in keys if how.get(key) is not None}

@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
-from popsteer._core import Path, SpeedPidParams
+from popsteer._core import Path
 from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 from popsteer.lab.common.names import where_they_differ
 from popsteer.lab.tune.problem import Problem, Score
@@ -39,8 +39,6 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
     parts = [(problem, True)]
     if problem.cars:  # without them the same runs would be judged twice
         parts.append((replace(problem, seed=fresh), False))
-    if isinstance(problem.longitudinal, SpeedPidParams):
-        others = {name: path for name, path in others.items() if path.speed is not None}
     if others:
         parts.append((replace(problem, paths=others, seed=fresh), False))
     found = []
