@@ -56,7 +56,7 @@ HELD = {
     "row.rs": "tests/unit/test_api_state.py",
     "status.rs": f"{_RUST}equations.rs",
     **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("mod", "chain", "ends")},
-    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("fit", "folds", "mends")},
+    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("fit", "folds", "gears", "mends")},
     "path/stop.rs": f"{_RUST}laps.rs",
     **{
         f"speed/law/{part}.rs": f"{_RUST}speed_equations.rs"

@@ -176,16 +176,52 @@ def test_driver_set_path_plans_anew_and_keeps_its_place() -> None:
     assert abs(after.steer - before.steer) <= 0.5 * 0.05 + 1e-12
 
 
-def test_driver_predicts_as_its_controller_does() -> None:
-    driver, controller = made(), popsteer.PreviewPop(PATH, CAR)
+def test_driver_predicts_where_it_will_be_from_its_start_to_its_stop() -> None:
+    # A drive whose pedals answer after 0.2 s and with a lag of 0.3 s, by its equations.
+    car = CAR.replace(rear_axle=0.0, dead_time=0.0, drive_delay=0.2, drive_lag=0.3, max_speed=5.0)
+    s = np.arange(0.0, 40.0, 0.5)
+    line = popsteer.Path(np.c_[30.0 * np.sin(s / 30.0), 30.0 - 30.0 * np.cos(s / 30.0)])
+    driver = popsteer.Driver(line, car)
     with pytest.raises(popsteer.InputError):
         driver.predict()
-    for k in range(20):
-        pose = (1.35 + 0.15 * k, 0.1, 0.1, 3.0)
-        driver.step(*pose, 0.05), controller.step(*pose, 0.05)
-    ours, theirs = driver.predict(2.0), controller.predict(2.0)
-    assert np.array_equal(ours.x, theirs.x)
-    assert np.array_equal(ours.steer, theirs.steer)
+    x = y = yaw = speed = pull = wheel = 0.0
+    pulls, went, ahead = [0.0] * 40, [], []
+    for _ in range(700):
+        command = driver.step(x, y, yaw, speed, 0.02)
+        went.append((x, y))
+        ahead.append(driver.predict(2.0, 0.1))
+        for _ in range(4):
+            pulls.append(command.acceleration)
+            pull += (pulls.pop(0) - pull) * (1.0 - np.exp(-0.005 / 0.3))
+            turn = (command.steer - wheel) / max(car.steer_lag, 0.005)
+            wheel += 0.005 * np.clip(turn, -0.5, 0.5)
+            speed = max(speed + 0.005 * pull, 0.0)
+            yaw += 0.005 * speed * np.tan(wheel) / car.wheelbase
+            x, y = x + 0.005 * speed * np.cos(yaw), y + 0.005 * speed * np.sin(yaw)
+    assert command.phase == "standing"
+    for seconds, most in ((1.0, 0.05), (2.0, 0.15)):
+        k, steps = round(seconds / 0.1), round(seconds / 0.02)
+        off = [
+            np.hypot(each.x[k] - there[0], each.y[k] - there[1])
+            for each, there in zip(ahead, went[steps:], strict=False)
+        ]
+        assert max(off) < most, seconds
+
+
+def test_prediction_of_a_driver_turns_round_at_a_cusp_and_stops_for_a_fault() -> None:
+    x = np.r_[np.arange(0.0, 10.1, 0.5), np.arange(9.5, -0.1, -0.5)]
+    there = popsteer.Path(np.c_[x, 0.0 * x], speed=[2.0] * 21 + [-2.0] * 20)
+    driver = popsteer.Driver(there, CAR.replace(rear_axle=0.0))
+    for k in range(40):
+        driver.step(4.0 + 0.1 * k, 0.0, 0.0, 2.0, 0.05)
+    seen = driver.predict(12.0, 0.05)
+    assert seen.x.max() == pytest.approx(10.0, abs=0.1)
+    assert seen.speed.min() < -1.0
+    assert seen.x[-1] < 6.0
+    for _ in range(20):
+        driver.step(np.nan, np.nan, np.nan, np.nan, 0.05)
+    assert driver.fault == "input"
+    assert driver.predict(5.0).speed[-1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_driver_repr_names_what_it_is_made_of() -> None:

@@ -72,9 +72,11 @@ def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> 
         length = car.turning_length(speed)
         monitor = None if controller.adapt else state.monitor
         gain = estimate.gain if monitor is None else monitor.gain.mean[0]
-        square = speed * speed * gain
-        most = math.atan2(car.max_lateral_acceleration * length, square)
-        left.append(most - abs(wheel))
+        # Preview POP plans for the gain that is estimated or given; what is commanded keeps the
+        # one that is measured.
+        for each in (estimate.gain, gain):
+            most = math.atan2(car.max_lateral_acceleration * length, speed * speed * each)
+            left.append(most - abs(wheel))
     return left
 
 

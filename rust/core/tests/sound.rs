@@ -68,6 +68,35 @@ fn test_sound_path_stays_as_it_is() {
     assert_eq!(mend(&twins, false).unwrap(), Sound::default());
 }
 
+/// Ahead, back beside it, and ahead again: the gears with the changes at, before or behind the cusps.
+#[test]
+fn test_change_of_gear_a_waypoint_beside_its_cusp_is_moved_there() {
+    let ahead = (0..20).map(|k| (f64::from(k), 0.0));
+    let back = (1..15).map(|k| (19.0 - f64::from(k), 0.002 * f64::from(k * k)));
+    let again = (1..12).map(|k| (5.0 + f64::from(k), 0.392));
+    let (x, y): (Vec<f64>, Vec<f64>) = ahead.chain(back).chain(again).unzip();
+    let gears = |off: usize| -> Vec<f64> {
+        let reverse = |k: usize| (19 + off..33 + off).contains(&(k + 1));
+        (0..x.len())
+            .map(|k| if reverse(k) { -1.0 } else { 1.0 })
+            .collect()
+    };
+    let of = |off: usize| Path::sound(&x, &y, Some(&gears(off)), None, false, false).unwrap();
+    let right = of(1);
+    assert_eq!(right.mends(), []);
+    for off in [0, 2] {
+        let path = of(off);
+        let mends: Vec<_> = path.mends().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            mends,
+            ["moved 2 changes of gear to the cusp beside, the first at waypoint 19"]
+        );
+        assert_eq!(path.view().reverse(), right.view().reverse(), "{off}");
+    }
+    // Farther off it is no slip: it stays as it is given.
+    assert_eq!(of(3).mends(), []);
+}
+
 #[test]
 fn test_swapped_waypoints_are_put_in_order_anywhere() {
     for spacing in SPACINGS {

@@ -405,6 +405,9 @@ impl PyDriver {
 
     /// Predict the trajectory that the vehicle is to take, from the last step on.
     ///
+    /// A copy of the driver steers and drives the vehicle as estimated, whose wheels and drive have their
+    /// delay and lag: through cusps, and to its stop, or to rest where it stops for a fault.
+    ///
     /// Parameters
     /// ----------
     /// time : float, default 1.0
@@ -430,7 +433,9 @@ impl PyDriver {
     ) -> Raises<Bound<'py, PyAny>> {
         let mut out = prediction::room(time, dt)?;
         let path = self.path.get().view();
-        let count = self.law.predict(&path, &self.state, dt, &mut out)?;
+        let count = self
+            .law
+            .predict(&path, &self.plan, &self.state, dt, &mut out)?;
         Ok(prediction::shown(py, out.get(..count).unwrap_or_default())?)
     }
 

@@ -30,7 +30,8 @@ use crate::waypoints::Waypoints;
 ///     Waypoints, shape (N, 2) [m]; N >= 2, or 3 for a closed path.
 /// speed : array_like, optional
 ///     Reference speed at each waypoint, shape (N,) [m/s]; negative where the path that leaves it
-///     is driven backwards. Where it is 0 the sign of the next waypoint's counts.
+///     is driven backwards. Where it is 0 the sign of the next waypoint's counts. A sign that changes a
+///     waypoint beside a cusp is taken to change there, and `mended` says so.
 /// closed : bool, default False
 ///     Whether the last waypoint leads back to the first, which is then not repeated.
 /// reverse : sequence of bool, optional
@@ -69,8 +70,9 @@ use crate::waypoints::Waypoints;
 /// repeated at the end of a closed path; two neighbours swapped; a step back over what the path passes
 /// again; a standstill recorded in the noise of its position; a first or last stretch, shorter than the
 /// spacing, that points aside. A controller also smooths an end over its wheelbase if no vehicle of its
-/// size drives it, as a goal 5 cm aside after 10 cm; see `mended` of its `path`. With `reverse`, a negative speed, a `yaw` or a `curvature` folds are
-/// cusps, and only waypoints at one place are mended. Lengths are compared with the usual spacing.
+/// size drives it, as a goal 5 cm aside after 10 cm; see `mended` of its `path`. With `reverse`, a negative
+/// speed, a `yaw` or a `curvature` folds are cusps, and only waypoints at one place are mended, and changes of
+/// gear a waypoint beside their cusp. Lengths are compared with the usual spacing.
 ///
 /// Examples
 /// --------

@@ -180,10 +180,7 @@ impl<L: LateralLaw> Driver<L> {
             age,
             noise: Gate::noise_of(state.tracker.tracking.gate.as_ref()),
             reverse_gear,
-            stop: match state.fault {
-                Some(fault) if fault.is_urgent() => Some(self.vehicle().strongest_braking()),
-                fault => (state.held || fault.is_some()).then(|| self.vehicle().comfort_braking()),
-            },
+            stop: self.halts(state),
         };
         let command = law.step(path, plan, &mut state.speed, rear, sensed);
         // One value alone that is wrong is a glitch: what it would mean waits for the next.
@@ -324,7 +321,8 @@ impl<L: LateralLaw> Driver<L> {
         }
     }
 
-    /// The trajectory that the vehicle is to take, as [`Tracker::predict`].
+    /// The trajectory that the vehicle is to take, as [`Tracker::predict`], at the speeds by the law: a copy of
+    /// this driver drives the estimated vehicle, whose drive has its delay and lag.
     ///
     /// # Errors
     ///
@@ -332,11 +330,48 @@ impl<L: LateralLaw> Driver<L> {
     pub fn predict(
         &self,
         path: &PathView<'_>,
+        plan: &[f64],
         state: &DriverState<L::State>,
         dt: f64,
         out: &mut [Predicted],
     ) -> Result<usize, InputError> {
-        self.tracker.predict(path, &state.tracker, dt, out)
+        let (law, mut speed) = (self.speed.law(), state.speed);
+        let straight = state.fault.is_some_and(|fault| !fault.steers());
+        let noise = Gate::noise_of(state.tracker.tracking.gate.as_ref());
+        let stop = self.halts(state);
+        let drive = |vehicle: VehicleState, seen: Option<&Seen>| {
+            let mut passes = None;
+            if let Some(seen) = seen {
+                let travelled = vehicle.speed.abs() * dt;
+                let rear = self.rear.offset(path, &seen.located, vehicle, travelled);
+                let sensed = speed::Sensed {
+                    speed: vehicle.speed,
+                    age: 0.0,
+                    noise,
+                    reverse_gear: Some(rear.reverse),
+                    stop,
+                };
+                law.step(path, plan, &mut speed, &rear, sensed);
+                passes = speed.passes;
+            }
+            let gear = if speed.reverse == Some(true) {
+                -1.0
+            } else {
+                1.0
+            };
+            let along = gear * vehicle.speed;
+            Some((gear * law.expected(&speed, along, dt), passes))
+        };
+        self.tracker
+            .predict_driven(path, &state.tracker, dt, out, straight, drive)
+    }
+
+    /// The deceleration with which the vehicle is to stop [m/s²], for its fault or its operator.
+    fn halts(&self, state: &DriverState<L::State>) -> Option<f64> {
+        match state.fault {
+            Some(fault) if fault.is_urgent() => Some(self.vehicle().strongest_braking()),
+            fault => (state.held || fault.is_some()).then(|| self.vehicle().comfort_braking()),
+        }
     }
 
     /// Whether `state` is one that this driver could have on `path`.

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use super::boxes::{self, Bounds};
 use super::measure::{Measures, check_column, check_length, check_waypoints, lengths};
 use super::shape::spline;
-use super::sound::{Fault, Mend, Sound, fit_ends, sound};
+use super::sound::{Fault, Mend, Sound, at_cusps, fit_ends, sound};
 use super::view::PathView;
 use crate::bounds::MAX_SPEED;
 use crate::error::PathError;
@@ -96,9 +96,10 @@ impl Path {
             let path = Self::of_checked(x, y, speed, closed)?;
             let path = Self { fits, ..path };
             return match reverse {
-                Some(reverse) => path.with_reverse(reverse),
-                None => Ok(path),
-            };
+                Some(reverse) => path.with_reverse(reverse)?,
+                None => path,
+            }
+            .with_gears_at_cusps();
         };
         let speed: Option<Vec<f64>> = speed.map(|speed| pick(speed, &kept));
         let path = Self::new(&pick(x, &kept), &pick(y, &kept), speed.as_deref(), closed)?;
@@ -108,11 +109,32 @@ impl Path {
         };
         let given = x.len();
         let mended = Mended { kept, given, mends };
-        Ok(Self {
+        Self {
             mended: Some(Box::new(mended)),
             fits,
             ..path
-        })
+        }
+        .with_gears_at_cusps()
+    }
+
+    /// The same path with each change of gear at its cusp.
+    fn with_gears_at_cusps(mut self) -> Result<Self, PathError> {
+        let found = self.reverse.as_deref();
+        let found = found.and_then(|reverse| at_cusps(&self.x, &self.y, reverse));
+        let Some((gears, mut mend)) = found else {
+            return Ok(self);
+        };
+        let count = self.x.len();
+        let mended = self.mended.get_or_insert_with(|| {
+            Box::new(Mended {
+                kept: (0..count).collect(),
+                given: count,
+                mends: Vec::new(),
+            })
+        });
+        mend.index = mended.kept.get(mend.index).copied().unwrap_or(mend.index);
+        mended.mends.push(mend);
+        self.with_reverse(&gears)
     }
 
     /// The same waypoints with ends that this vehicle drives, if the path was made by

@@ -4,7 +4,9 @@ use crate::error::InputError;
 use crate::laws::LateralLaw;
 use crate::math::from_count;
 use crate::path::view::PathView;
+use crate::path::{Place, Spot};
 use crate::tracker::reported::Reported;
+use crate::tracker::seen::Seen;
 use crate::tracker::state::TrackerState;
 use crate::tracker::step::Tracker;
 use crate::vehicle::bicycle::Rollout;
@@ -34,6 +36,10 @@ impl Predicted {
     };
 }
 
+/// How a predicted vehicle goes on: its acceleration [m/s²], signed as its speed, and the segment behind a
+/// cusp at which it stands.
+pub(crate) type Pace = (f64, Option<usize>);
+
 impl<L: LateralLaw> Tracker<L> {
     /// Writes the trajectory from the last step of `state` on into `out`, an instant each `dt` [s],
     /// the last step first. Returns how many were written: 0 before the first step.
@@ -51,27 +57,30 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         out: &mut [Predicted],
     ) -> Result<usize, InputError> {
+        self.predict_driven(path, state, dt, out, false, |_, _| None)
+    }
+
+    /// [`predict`](Self::predict) of a vehicle that `drive`s by what was seen of it, nothing at first, with
+    /// `straight` wheels or not; at its present acceleration, and to the next stop at most, where that is none.
+    pub(crate) fn predict_driven(
+        &self,
+        path: &PathView<'_>,
+        state: &TrackerState<L::State>,
+        dt: f64,
+        out: &mut [Predicted],
+        straight: bool,
+        mut drive: impl FnMut(VehicleState, Option<&Seen>) -> Option<Pace>,
+    ) -> Result<usize, InputError> {
         let dt = checked_dt(dt)?;
         let Some(answer) = state.answer else {
             return Ok(0);
         };
         let car = self.vehicle();
-        let mut state = state.clone();
-        // Predicted poses have no age, and carry no information on the vehicle.
-        let model = &mut state.model;
-        let wheel = model.past.take().map(|past| past.wheel());
-        (model.estimator.last_measured, model.estimator.unseen) = (None, None);
-        let (mut estimate, mut plant) = match model.in_flight {
-            Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
-            _ => (
-                Estimate::DEFAULT,
-                InFlight::standing(car, state.steer, wheel),
-            ),
-        };
-        state.held_time = 0.0;
+        let (mut state, mut estimate, mut plant) = self.estimated(state);
         let mut vehicle = answer.vehicle;
         let mut remaining = answer.ahead.distance_to_stop;
         let count = out.len();
+        let mut pace = drive(vehicle, None);
         for (k, instant) in out.iter_mut().enumerate() {
             *instant = Predicted {
                 time: from_count(k) * dt,
@@ -81,7 +90,10 @@ impl<L: LateralLaw> Tracker<L> {
             if k + 1 == count {
                 break;
             }
-            if (vehicle.speed < 0.0) == answer.reverse {
+            if let Some((acceleration, _)) = pace {
+                estimate.acceleration = acceleration;
+                state.model.estimator.estimate.acceleration = acceleration;
+            } else if (vehicle.speed < 0.0) == answer.reverse {
                 let most = if remaining > 0.0 { remaining / dt } else { 0.0 };
                 if vehicle.speed.abs() > most {
                     vehicle.speed = most.copysign(vehicle.speed);
@@ -111,8 +123,34 @@ impl<L: LateralLaw> Tracker<L> {
                 dt,
                 (Reported::NOTHING, true),
             );
-            self.turn(path, tracking, &seen, false);
+            self.turn(path, tracking, &seen, straight);
+            pace = drive(vehicle, Some(&seen));
+            if let Some((_, Some(segment))) = pace {
+                let (point, _) = path.segment(segment);
+                tracking.place = Place::Known(Spot { segment, point });
+            }
         }
         Ok(count)
+    }
+
+    /// A copy of the controller, and the vehicle that it drives ahead: the estimated one. Predicted poses have
+    /// no age, and carry no information on the vehicle.
+    fn estimated(
+        &self,
+        state: &TrackerState<L::State>,
+    ) -> (TrackerState<L::State>, Estimate, InFlight) {
+        let mut state = state.clone();
+        let model = &mut state.model;
+        let wheel = model.past.take().map(|past| past.wheel());
+        (model.estimator.last_measured, model.estimator.unseen) = (None, None);
+        let (estimate, plant) = match model.in_flight {
+            Some(in_flight) if self.models => (model.estimator.estimate, in_flight),
+            _ => (
+                Estimate::DEFAULT,
+                InFlight::standing(self.vehicle(), state.steer, wheel),
+            ),
+        };
+        state.held_time = 0.0;
+        (state, estimate, plant)
     }
 }

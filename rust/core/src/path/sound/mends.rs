@@ -19,11 +19,13 @@ pub enum Fault {
     End,
     /// A first or last stretch that turns as no vehicle of the size does.
     Undrivable,
+    /// A change of gear a waypoint beside its cusp.
+    Gear,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Coinciding,
         Self::Repeated,
         Self::Swapped,
@@ -31,6 +33,7 @@ impl Fault {
         Self::Standstill,
         Self::End,
         Self::Undrivable,
+        Self::Gear,
     ];
 }
 
@@ -63,6 +66,7 @@ impl fmt::Display for Mend {
             Fault::StepBack => write!(f, "left out {times} step{many} back")?,
             Fault::Standstill => write!(f, "left out {times} standstill{many} in noise")?,
             Fault::Undrivable => write!(f, "smoothed {times} end{many} over a wheelbase")?,
+            Fault::Gear => write!(f, "moved {times} change{many} of gear to the cusp beside")?,
             Fault::End => write!(f, "left out {times} short end{many} that pointed aside")?,
         }
         if left_out > times {

@@ -13,6 +13,7 @@ mod chain;
 mod ends;
 mod fit;
 mod folds;
+mod gears;
 mod mends;
 
 use alloc::boxed::Box;
@@ -20,6 +21,7 @@ use alloc::vec::Vec;
 
 use self::chain::{CORNERS, Chain, EVEN};
 use self::fit::{fit_end, sharp_end};
+pub(super) use self::gears::at_cusps;
 pub use self::mends::{Fault, Mend};
 use super::measure::COINCIDING;
 use crate::error::PathError;
