@@ -60,7 +60,10 @@ def test_directions_in_words_are_read(tmp_path: Any) -> None:
     for name, ahead, behind in (("gear", "D", "R"), ("reverse", "False", "True")):
         words = np.where(back, behind, ahead).tolist()
         file = _write(tmp_path, f"x,y,{name}\n" + _rows((x, 0.0 * x, words)))
-        assert np.asarray(Path.from_csv(file).reverse).tolist() == back.tolist()
+        # The words say how each point was reached: the way back begins at the cusp, one before.
+        path = Path.from_csv(file)
+        assert np.asarray(path.reverse).tolist() == (np.arange(29) >= 19).tolist()
+        assert path.mended == ("moved 1 change of gear to the cusp beside, at waypoint 19",)
     file = _write(tmp_path, "x,y,gear\n" + _rows((x, 0.0 * x, ["D"] * 28 + ["back"])))
     with pytest.raises(PathError, match=r"line 30, column 3: 'back' is none of d, drive, f"):
         Path.from_csv(file)

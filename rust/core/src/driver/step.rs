@@ -360,7 +360,10 @@ impl<L: LateralLaw> Driver<L> {
                 1.0
             };
             let along = gear * vehicle.speed;
-            Some((gear * law.expected(&speed, along, dt), passes))
+            let pulls = law.expected(&speed, along, dt);
+            // Brakes hold a vehicle at rest.
+            let rests = along.abs() <= 0.0 && pulls < 0.0;
+            Some((if rests { 0.0 } else { gear * pulls }, passes))
         };
         self.tracker
             .predict_driven(path, &state.tracker, dt, out, straight, drive)

@@ -93,6 +93,10 @@ impl<L: LateralLaw> Tracker<L> {
             if let Some((acceleration, _)) = pace {
                 estimate.acceleration = acceleration;
                 state.model.estimator.estimate.acceleration = acceleration;
+                if acceleration < 0.0 && vehicle.speed.abs() <= 0.0 {
+                    // From rest, backwards: a speed of 0 counts as one forwards, which brakes.
+                    vehicle.speed = -f64::MIN_POSITIVE;
+                }
             } else if (vehicle.speed < 0.0) == answer.reverse {
                 let most = if remaining > 0.0 { remaining / dt } else { 0.0 };
                 if vehicle.speed.abs() > most {
