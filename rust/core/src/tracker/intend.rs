@@ -2,7 +2,7 @@
 
 use crate::error::InputError;
 use crate::laws::LateralLaw;
-use crate::math::from_count;
+use crate::math::{from_count, larger, saturate};
 use crate::path::view::PathView;
 use crate::path::{Place, Spot};
 use crate::tracker::reported::Reported;
@@ -98,10 +98,8 @@ impl<L: LateralLaw> Tracker<L> {
                     vehicle.speed = -f64::MIN_POSITIVE;
                 }
             } else if (vehicle.speed < 0.0) == answer.reverse {
-                let most = if remaining > 0.0 { remaining / dt } else { 0.0 };
-                if vehicle.speed.abs() > most {
-                    vehicle.speed = most.copysign(vehicle.speed);
-                }
+                let most = larger(remaining / dt, 0.0);
+                vehicle.speed = saturate(vehicle.speed, -most, most);
             }
             remaining -= vehicle.speed.abs() * dt;
             let start = vehicle.ahead(car.no_slip());
