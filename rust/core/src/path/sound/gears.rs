@@ -2,12 +2,12 @@
 //!
 //! A segment is driven as the waypoint at its start says. Planners that say at each pose how it was reached
 //! change the gear a waypoint later, others one sooner. The one segment between the cusp and the change is then
-//! driven in the wrong gear: at the cusp the vehicle would turn by 180 degrees on the spot. No vehicle does, so
+//! driven in the wrong gear: at the cusp the vehicle would turn round on the spot, by more than 120 degrees. No vehicle does, so
 //! the segment takes the gear of the leg that it goes on with.
 
 use alloc::vec::Vec;
 
-use super::chain::{CUSP, along, turn};
+use super::chain::along;
 use super::mends::{Fault, Mend};
 use crate::geometry::Point;
 
@@ -31,7 +31,7 @@ pub(in crate::path) fn at_cusps(
         let (before, after) = (cusp - 1, cusp);
         let is_fold = step(before)
             .zip(step(after))
-            .is_some_and(|(into, out)| turn(into, out) > CUSP);
+            .is_some_and(|(into, out)| along(into, -out));
         if !is_fold || gears.get(before) != gears.get(after) {
             continue;
         }
