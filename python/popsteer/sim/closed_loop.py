@@ -148,19 +148,20 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     where the speed is not in [0, 100].
     """
     check_in_range("constant_speed", speed, 0.0, 100.0)
-    speeds = np.full(len(path), float(speed))
-    if path.reverse is not None:
-        speeds[path.reverse] *= -1.0
-    return _with_speed(path, speeds), SpeedPid(KEEPING)
+    return _driven_at(path, np.full(len(path), float(speed))), SpeedPid(KEEPING)
 
 
 def with_speeds(path: Path, longitudinal: Longitudinal | None, vehicle: Vehicle) -> Path:
     """Give the path with speeds for a `SpeedPid`: its own, or those that a `SpeedTracker` plans."""
     if not isinstance(longitudinal, SpeedPid) or path.speed is not None:
         return path
-    speeds = SpeedTracker(path, vehicle).plan
-    signs = 1.0 if path.reverse is None else np.where(path.reverse, -1.0, 1.0)
-    return _with_speed(path, signs * speeds)
+    return _driven_at(path, SpeedTracker(path, vehicle).plan)
+
+
+def _driven_at(path: Path, speeds: NDArray[np.float64]) -> Path:
+    """Give the path with these speeds, negative where it is driven backwards."""
+    backwards = path.reverse
+    return _with_speed(path, speeds if backwards is None else np.where(backwards, -speeds, speeds))
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ

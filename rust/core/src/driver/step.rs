@@ -7,7 +7,7 @@ use crate::bounds::{MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::error::{ConfigError, InputError, input_within};
 use crate::laws::LateralLaw;
 use crate::params;
-use crate::path::{Follow, Located, PathView, Place, Spot};
+use crate::path::{Follow, Located, PathView, Place};
 use crate::speed::{self, SpeedCommand, SpeedState, SpeedTracker};
 use crate::status::Status;
 use crate::tracker::seen::Seen;
@@ -157,8 +157,7 @@ impl<L: LateralLaw> Driver<L> {
         let status = self.tracker.turn(path, tracking, &seen, straight);
         if let Some(segment) = state.speed.passes {
             // It stands at a cusp, and goes on behind it.
-            let (point, _) = path.segment(segment);
-            tracking.place = Place::Known(Spot { segment, point });
+            tracking.place = Place::at(path, segment);
         }
         let held = Status::INPUT_HELD.when(state.signals.is_incomplete());
         Drive::of(&tracking.command(status | held), &pace, state.fault)
@@ -229,19 +228,14 @@ impl<L: LateralLaw> Driver<L> {
         let before = signals.believed.map_or(0.0, |last| last.speed);
         // Made only where something is missing: the commands in flight are many.
         let steered = || {
-            let gear = if speed.reverse == Some(true) {
-                -1.0
-            } else {
-                1.0
-            };
-            let expected = self.speed.law().expected(speed, gear * before, dt);
+            let expected = self.speed.law().expected(speed, before, dt);
             Steered {
                 car,
                 noise: Gate::noise_of(tracker.tracking.gate.as_ref()),
                 in_flight: tracker.model.in_flight.as_ref(),
                 steer: tracker.tracking.steer,
                 estimate: Estimate {
-                    acceleration: gear * expected,
+                    acceleration: expected,
                     ..tracker.model.estimator.estimate
                 },
             }
@@ -354,16 +348,7 @@ impl<L: LateralLaw> Driver<L> {
                 law.step(path, plan, &mut speed, &rear, sensed);
                 passes = speed.passes;
             }
-            let gear = if speed.reverse == Some(true) {
-                -1.0
-            } else {
-                1.0
-            };
-            let along = gear * vehicle.speed;
-            let pulls = law.expected(&speed, along, dt);
-            // Brakes hold a vehicle at rest.
-            let rests = along.abs() <= 0.0 && pulls < 0.0;
-            Some((if rests { 0.0 } else { gear * pulls }, passes))
+            Some((law.expected(&speed, vehicle.speed, dt), passes))
         };
         self.tracker
             .predict_driven(path, &state.tracker, dt, out, straight, drive)

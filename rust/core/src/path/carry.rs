@@ -71,13 +71,13 @@ pub fn carry_over(
         if anchor < -place.reach || anchor > new.length() + place.reach {
             continue;
         }
-        let Some(near) = beside(new, anchor, is_reverse) else {
+        let there = new.segment_by_arc(anchor, 0);
+        let Some(near) = beside(new, anchor, there, is_reverse) else {
             continue;
         };
         let (point, reach) = (place.point, place.reach);
         let at = locate(new, near, point, along, reach, opposite_distance);
-        let is_there = new.is_reverse(new.segment_by_arc(anchor, 0)) == is_reverse;
-        if !is_there && distance(&at) > distance(&anywhere) + tolerance {
+        if near != there && distance(&at) > distance(&anywhere) + tolerance {
             continue;
         }
         if best.is_none_or(|best| cost(&at) + tolerance < cost(&best)) {
@@ -90,10 +90,9 @@ pub fn carry_over(
     best.filter(|best| cost(best) <= most).unwrap_or(anywhere)
 }
 
-/// The segment at `arc` [m] of a path; where that is driven in the other direction, the nearest one that is
-/// not: beside a cusp the noise of a plan puts the same arc into either leg.
-fn beside(path: &PathView<'_>, arc: f64, is_reverse: bool) -> Option<usize> {
-    let at = path.segment_by_arc(arc, 0);
+/// The segment `at` the `arc` [m] of a path; where that is driven in the other direction, the nearest one
+/// that is not: beside a cusp the noise of a plan puts the same arc into either leg.
+fn beside(path: &PathView<'_>, arc: f64, at: usize, is_reverse: bool) -> Option<usize> {
     if path.is_reverse(at) == is_reverse {
         return Some(at);
     }

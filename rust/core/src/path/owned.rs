@@ -54,6 +54,17 @@ struct Mended {
     mends: Vec<Mend>,
 }
 
+impl Mended {
+    /// Of waypoints that all stay.
+    fn whole(count: usize) -> Self {
+        Self {
+            kept: (0..count).collect(),
+            given: count,
+            mends: Vec::new(),
+        }
+    }
+}
+
 impl Path {
     /// The path of waypoints as people have them: mended where that is certain, and refused where it
     /// is not. See [`sound`](super::sound) for what is mended.
@@ -125,13 +136,8 @@ impl Path {
             return Ok(self);
         };
         let count = self.x.len();
-        let mended = self.mended.get_or_insert_with(|| {
-            Box::new(Mended {
-                kept: (0..count).collect(),
-                given: count,
-                mends: Vec::new(),
-            })
-        });
+        let whole = || Box::new(Mended::whole(count));
+        let mended = self.mended.get_or_insert_with(whole);
         mend.index = mended.kept.get(mend.index).copied().unwrap_or(mend.index);
         mended.mends.push(mend);
         self.with_reverse(&gears)
@@ -183,9 +189,8 @@ impl Path {
     /// The same path, of which this was mended before, and whose ends may be fitted to a vehicle.
     pub fn with_mends(self, mends: &[Mend], fits: bool) -> Self {
         let mended = Mended {
-            kept: (0..self.x.len()).collect(),
-            given: self.x.len(),
             mends: mends.into(),
+            ..Mended::whole(self.x.len())
         };
         Self {
             mended: (!mends.is_empty()).then(|| Box::new(mended)),

@@ -93,6 +93,13 @@ impl Place {
         })
     }
 
+    /// That at the start of a segment.
+    #[inline]
+    pub fn at(path: &PathView<'_>, segment: usize) -> Self {
+        let point = path.waypoint(segment);
+        Self::Known(Spot { segment, point })
+    }
+
     /// Where it is, or was; None where that is not yet known.
     #[inline]
     pub fn spot(&self) -> Option<Spot> {
@@ -205,10 +212,7 @@ impl Follow {
         dt: f64,
         travelled: f64,
     ) -> Located {
-        let place = waypoint.map_or(Place::Unknown, |segment| {
-            let point = path.waypoint(segment);
-            Place::Known(Spot { segment, point })
-        });
+        let place = waypoint.map_or(Place::Unknown, |segment| Place::at(path, segment));
         self.find(path, &place, vehicle, dt, travelled)
     }
 

@@ -3,8 +3,8 @@
 use crate::error::InputError;
 use crate::laws::LateralLaw;
 use crate::math::{from_count, larger, saturate};
+use crate::path::Place;
 use crate::path::view::PathView;
-use crate::path::{Place, Spot};
 use crate::tracker::reported::Reported;
 use crate::tracker::seen::Seen;
 use crate::tracker::state::TrackerState;
@@ -128,8 +128,7 @@ impl<L: LateralLaw> Tracker<L> {
             self.turn(path, tracking, &seen, straight);
             pace = drive(vehicle, Some(&seen));
             if let Some((_, Some(segment))) = pace {
-                let (point, _) = path.segment(segment);
-                tracking.place = Place::Known(Spot { segment, point });
+                tracking.place = Place::at(path, segment);
             }
         }
         Ok(count)

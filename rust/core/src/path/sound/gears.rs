@@ -2,8 +2,8 @@
 //!
 //! A segment is driven as the waypoint at its start says. Planners that say at each pose how it was reached
 //! change the gear a waypoint later, others one sooner. The one segment between the cusp and the change is then
-//! driven in the wrong gear: at the cusp the vehicle would turn round on the spot, by more than 120 degrees. No vehicle does, so
-//! the segment takes the gear of the leg that it goes on with.
+//! driven in the wrong gear: at the cusp the vehicle would turn round on the spot, by more than 120 degrees. No
+//! vehicle does, so the segment takes the gear of the leg that it goes on with.
 
 use alloc::vec::Vec;
 
@@ -18,33 +18,27 @@ pub(in crate::path) fn at_cusps(
     y: &[f64],
     reverse: &[bool],
 ) -> Option<(Vec<bool>, Mend)> {
-    let step = |segment: usize| {
-        let (start, end) = (
-            Point::new(*x.get(segment)?, *y.get(segment)?),
-            Point::new(*x.get(segment + 1)?, *y.get(segment + 1)?),
-        );
-        Some(end - start)
-    };
+    let at = |index: usize| Some(Point::new(*x.get(index)?, *y.get(index)?));
+    let step = |segment: usize| Some(at(segment + 1)? - at(segment)?);
+    let steps = |one: usize, other: usize| step(one).zip(step(other));
+    let folds = |cusp: usize| steps(cusp - 1, cusp).is_some_and(|(into, out)| along(into, -out));
+    let slips = |&cusp: &usize| reverse.get(cusp - 1) == reverse.get(cusp) && folds(cusp);
+    let cusps: Vec<usize> = (1..x.len().saturating_sub(1)).filter(slips).collect();
+    if cusps.is_empty() {
+        return None;
+    }
     let mut gears = reverse.to_vec();
     let mut mend: Option<Mend> = None;
-    for cusp in 1..x.len().saturating_sub(1) {
-        let (before, after) = (cusp - 1, cusp);
-        let is_fold = step(before)
-            .zip(step(after))
-            .is_some_and(|(into, out)| along(into, -out));
-        if !is_fold || gears.get(before) != gears.get(after) {
-            continue;
-        }
+    for cusp in cusps {
         // The leg that a segment goes on with, straight on and in the other gear.
         let leg = |segment: usize, neighbour: usize| {
-            let ahead = step(segment)
-                .zip(step(neighbour))
-                .is_some_and(|(one, other)| along(one, other));
+            let ahead = steps(segment, neighbour).is_some_and(|(one, other)| along(one, other));
             let gear = gears.get(neighbour).copied();
-            gear.filter(|gear| ahead && gears.get(segment) != Some(gear))
+            let gear = gear.filter(|gear| ahead && gears.get(segment) != Some(gear));
+            gear.map(|gear| (segment, gear))
         };
-        let late = leg(after, after + 1).map(|gear| (after, gear));
-        let early = || Some((before, leg(before, before.checked_sub(1)?)?));
+        let late = leg(cusp, cusp + 1);
+        let early = || leg(cusp - 1, cusp.checked_sub(2)?);
         let Some((segment, gear)) = late.or_else(early) else {
             continue;
         };

@@ -150,14 +150,25 @@ impl SpeedLaw {
     }
 
     /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
-    /// a vehicle that had the `speed` [m/s] along its path.
+    /// a vehicle that had the `speed` [m/s]; both are negative backwards. Brakes hold one at rest.
     pub(crate) fn expected(&self, state: &SpeedState, speed: f64, dt: f64) -> f64 {
         let Some(mut drive) = state.drive else {
             return 0.0;
         };
         drive.elapse(&self.car, state.acceleration, dt, dt);
-        let moved = drive.since(&self.car, speed, state.observer.answer(0.0), dt);
-        (moved.speed - speed) / dt
+        let gear = if state.reverse == Some(true) {
+            -1.0
+        } else {
+            1.0
+        };
+        let along = gear * speed;
+        let moved = drive.since(&self.car, along, state.observer.answer(0.0), dt);
+        let pulls = (moved.speed - along) / dt;
+        if pulls < 0.0 && speed.abs() <= 0.0 {
+            0.0
+        } else {
+            gear * pulls
+        }
     }
 
     /// How far the vehicle goes until it rests [m], from when the command begins to act, if it brakes with
