@@ -281,6 +281,7 @@ def mended_figure(found: list[tuple[str, Any, popsteer.Path]], theme: Theme) -> 
         car = popsteer.Vehicle(wheelbase=0.5, max_steer=0.6)
         start = (*xy[0], math.atan2(*(xy[1] - xy[0])[::-1]))
         options: dict[str, Any] = {"start": start, "start_at": "rear", "constant_speed": 1.0}
+        options["settings"] = sim.Settings(stop_distance=0.05)
         law = popsteer.PreviewPop(path, car)
         driven = sim.run(law, sim.KinematicBicycle(car), **options).records
         wide: dict[str, Any] = {"color": theme.path, "linewidth": 7}
