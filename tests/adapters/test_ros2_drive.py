@@ -33,6 +33,7 @@ from tests.helpers import ROOT
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+NUMBERS = "cycles", "missed_cycles", "mean_period_s", "longest_period_s"
 PLANT = (sys.executable, "-m", "tests.adapters.ros2_plant")
 
 
@@ -117,15 +118,16 @@ def _check_recording(file: Path) -> None:
 def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Path) -> None:
     """In real time, with Autoware's messages."""
     number, topics = domain(), Topics.of_autoware()
-    file = tmp_path / "tap.mcap"
+    file, own = tmp_path / "tap.mcap", tmp_path / "own.mcap"
     options = ("--autoware", "--max-speed", "8", "--set-vehicle", "max_deceleration=5")
+    records = ("--record", str(own))
     track = ("--domain", str(number), "--autoware", "--track", "slalom", "--metres", "45")
     tap = (command.script(), "record", str(file), "--autoware", "--domain", str(number))
     member = Participant(number, local=True)
     odometry = member.reader(topics.odometry, messages.ODOMETRY)
     commands = member.reader(topics.command, messages.CONTROL, reliable=True)
     with process(*tap, "--localhost", "--timeout", "30") as recorder:
-        with node(tmp_path, number, *options) as steering:
+        with node(tmp_path, number, *options, *records) as steering:
             with process(*PLANT, *track) as plant:
                 pose = _until_fast(odometry)
                 plant.kill()
@@ -157,21 +159,27 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     for turned, passed in zip(pairwise(angles), pairwise(times), strict=True):
         assert abs(turned[1] - turned[0]) < 0.5 * (passed[1] - passed[0]) + 0.005
     assert f"Written to {file}" in tapped
-    _check_cycles(file)
+    assert {report.status[0].level for report in recorded(file, messages.DIAGNOSTICS)} >= {0, 2}
+    _check_cycles(own)
 
 
 def _check_cycles(file: Path) -> None:
-    """The cycles that were and those that were missed fill the time."""
-    reports = recorded(file, messages.DIAGNOSTICS)
-    first, last = reports[3], reports[-3]
-    times = [each.header.stamp.sec + 1e-9 * each.header.stamp.nanosec for each in (first, last)]
-    counts = [
-        int(values(each)["cycles"]) + int(values(each)["missed_cycles"]) for each in (first, last)
-    ]
-    passed, counted = times[1] - times[0], 0.02 * (counts[1] - counts[0])
-    assert counted == pytest.approx(passed, abs=0.1 + 0.02 * passed)
-    levels = {report.status[0].level for report in reports}
-    assert levels >= {0, 2}
+    """The cycles' periods fill the time, however late they are on a machine that is busy.
+
+    None is shorter than three quarters of what is wanted; with those missed before it, none is
+    longer than two and a half, as one that waits for odometry is late from one and a half on.
+    """
+    reports = recorded(file, messages.DIAGNOSTICS)  # by the node itself: none is lost
+    told = [{k: float(v) for k, v in values(each).items() if k in NUMBERS} for each in reports]
+    for (one, other), (before, after) in zip(pairwise(reports), pairwise(told), strict=True):
+        passed = 1e-9 * (stamp_of(other) - stamp_of(one))
+        cycles = after["cycles"] - before["cycles"]
+        missed = after["missed_cycles"] - before["missed_cycles"]
+        assert cycles * after["mean_period_s"] == pytest.approx(passed, abs=1e-5)
+        assert 0.015 * cycles + 0.02 * missed - 0.03 <= passed
+        assert passed <= 0.05 * cycles + 0.02 * missed + 0.03
+        assert after["longest_period_s"] < 0.05 + 0.02 * missed + 1e-6
+    assert told[-1]["cycles"] > 300
 
 
 def _last(reader: Any) -> tuple[float, ...] | None:

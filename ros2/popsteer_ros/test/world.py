@@ -8,6 +8,7 @@ from typing import Any
 
 import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Odometry, Path
@@ -16,6 +17,7 @@ from rclpy.action import ActionClient
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 from tf2_ros import TransformBroadcaster
 
 from popsteer.adapters.ros2.paths import inverse, placed
@@ -45,6 +47,7 @@ class Car:
             self.executor.add_node(self.track)
         self.x = self.y = self.yaw = self.speed = self.steer = 0.0
         self.drifts, self.farthest, self.publishes, self.localised = drifts, 0.0, True, True
+        self.obeys = True
         self.origin = (3.0, 0.0, 0.1) if drifts else origin
         self.turns = False  # whether odometry says the yaw rate
         self.ahead, self.stamps = 0.0, True  # of transforms [s]; whether odometry says its time
@@ -60,6 +63,8 @@ class Car:
 
     def obey(self, message: Any) -> None:
         self.commands.append(message)
+        if not self.obeys:
+            return
         self.speed, self.steer = message.drive.speed, message.drive.steering_angle
 
     def frame(self) -> tuple[float, float, float]:
@@ -143,6 +148,42 @@ class Car:
     def state(self) -> str:
         """What the node does."""
         return str(self.track.core.state)
+
+    def simulate(self) -> Car:
+        """Begin a time of the test's own, which `tick` moves on, and activate the node in it."""
+        self.node.set_parameters([Parameter("use_sim_time", value=True)])
+        self._clock, self.time = self.node.create_publisher(Clock, "/clock", 1), 100 * 10**9
+        now = lambda node: node.get_clock().now().nanoseconds  # noqa: E731
+        self._await(lambda: now(self.node) == now(self.track) == self.time)
+        self.start()
+        assert self.until(lambda: self.odometry.get_subscription_count() > 0)
+        assert self.until(lambda: self.node.count_publishers("/drive") > 0)
+        while self.track.core.intake.measured is None:
+            self._await(lambda: self.moved == self.time, 20_000_000)
+            self.executor.spin_once(timeout_sec=0.05)
+        return self
+
+    def tick(self) -> None:
+        """Let 20 ms pass: the car moves, the node steps, and its command comes."""
+        core, cycles, commands = self.track.core, self.track.core.loop.cycles, len(self.commands)
+        self._await(lambda: self.moved == self.time and core.loop.cycles > cycles, 20_000_000)
+        drives = core.state == "driving" and self.obeys
+        assert not drives or self.until(lambda: len(self.commands) > commands)
+
+    def _await(self, holds: Any, passes: int = 0) -> None:
+        self.time += passes
+        seconds, nanoseconds = divmod(self.time, 10**9)
+
+        def told() -> bool:
+            # A node hears the time as best it can, and again does no harm.
+            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+            return bool(holds())
+
+        assert self.until(told)
+
+    def stall(self) -> None:
+        """Stand, whatever is commanded."""
+        self.obeys, self.speed = False, 0.0
 
     def rest(self, seconds: float) -> None:
         """Let time pass."""
