@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from popsteer.identification import drive, rounding, whiten
-from popsteer.identification.chain import Chain, Wheels, behind_play
+from popsteer.identification.chain import Chain, Wheels
 from popsteer.logs import Log
 
 pytest.importorskip("scipy")
@@ -300,7 +300,7 @@ def test_wheels_behind_play_turn_as_in_small_steps(lag: float, rate: float | Non
     total = np.concatenate(([0.0], np.cumsum(angles) * h))
     edges = np.linspace(0.0, 4.95, 199)
     wheels = Wheels(times, commands, lag, rate)
-    found = behind_play(wheels, edges, (late, scale, offset), play)
+    found = wheels.behind_play(edges, late, scale, offset, play)
     # Of the means of the steering over cells it would be off by 0.2 to 1 mrad s.
     assert found == pytest.approx(np.interp(edges, fine, total[:-1]), abs=1e-4)
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from popsteer._core import _recursion
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -19,6 +21,13 @@ def summed(values: Some) -> Some:
     """Give the sums of the rows before each, from 0 on: one row more."""
     found: Some = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
     return found
+
+
+def recursion(kept: Array | float, added: Array) -> Array:
+    """Give y_k = kept_k y_{k-1} + added_k from 0 on, (N,) or (N, M) by rows."""
+    factors = np.empty(len(added))
+    factors[:] = kept
+    return _recursion(factors, added.ravel()).reshape(added.shape)
 
 
 def middles(values: Array) -> Array:

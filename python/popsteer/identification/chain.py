@@ -24,13 +24,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from popsteer._core import _behind_play, _wheel_angles
-from popsteer.identification.arrays import chords, summed
+from popsteer._core import _Wheels
+from popsteer.identification.arrays import chords, recursion, summed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
+    from typing_extensions import Self
 
     from popsteer.identification.drive import Array, PreparedLog
 
@@ -46,41 +47,25 @@ _REMEMBERED = 24
 _Found = TypeVar("_Found")
 
 
-class Wheels:
-    """The wheels under the commands [rad] of a log, in the time of the commands: without dead time.
+class Wheels(_Wheels):
+    """The wheels under the commands [rad] of a log, in the time of the commands: no dead time.
 
     Exact between commands: they turn at the limited `rate` [rad/s] until the first-order response
     of `lag` [s] is slower, and respond from there. A command begins at its time [s], and the last
     one holds for ever; before the first the wheels stand as it asks.
     """
 
-    def __init__(self, times: Array, commands: Array, lag: float, rate: float | None) -> None:
-        self.times, self.commands, self.lag, self.rate = times, commands, max(lag, _NO_LAG), rate
-        steps = np.diff(times)
-        self.angle = _wheel_angles(steps, np.ascontiguousarray(commands), self.lag, rate)
-        self.turning = np.zeros(len(times))  # how long the rate is limited from each command on
-        if rate is not None:
-            ramp = np.abs(commands - self.angle) / rate - self.lag
-            self.turning = np.clip(ramp, 0.0, np.append(steps, np.inf))
-        self.total = summed(self._since(np.arange(len(steps)), steps))
+    times: Array
+    commands: Array
+    lag: float
+    rate: float | None
 
-    def integral(self, times: Array) -> Array:
-        """Give the integral of the angle from the first command to these times [rad s]."""
-        place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
-        since = times - self.times[place]
-        after = self.total[place] + self._since(place, np.maximum(since, 0.0))
-        found: Array = after + np.minimum(since, 0.0) * self.commands[0]
-        return found
-
-    def at(self, times: Array) -> Array:
-        """Give the angle at these times [rad]."""
-        place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
-        since = np.maximum(times - self.times[place], 0.0)
-        ramp = np.minimum(since, self.turning[place])
-        gap = self.angle[place] - self.commands[place]
-        gap -= np.copysign((self.rate or 0.0) * ramp, gap)
-        found: Array = self.commands[place] + gap * np.exp((ramp - since) / self.lag)
-        return found
+    def __new__(cls, times: Array, commands: Array, lag: float, rate: float | None) -> Self:
+        """Turn them."""
+        times, commands = np.ascontiguousarray(times), np.ascontiguousarray(commands)
+        made = super().__new__(cls, times, commands, lag := max(lag, _NO_LAG), rate)
+        made.times, made.commands, made.lag, made.rate = times, commands, lag, rate
+        return made
 
     def kept(self) -> float:
         """Give for how long they kept the limit of their rate [s], where it is clearly exceeded.
@@ -89,28 +74,15 @@ class Wheels:
         """
         if self.rate is None:
             return 0.0
-        changes = np.diff(self.commands)
+        changes, turning = np.diff(self.commands), self.turning
         between = np.diff(self.times[1:][changes != 0.0])
         interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
         asked = np.concatenate(([False], np.abs(changes) > CLEARLY * self.rate * interval))
         # A stretch at the limit ends with the first command that the wheels reach.
-        reached = self.turning[:-1] < 0.999 * np.diff(self.times)
+        reached = turning[:-1] < 0.999 * np.diff(self.times)
         stretch = np.cumsum(np.append(0, reached))
-        kept = np.bincount(stretch, self.turning)
+        kept = np.bincount(stretch, turning)
         return float(kept[np.bincount(stretch, asked) > 0].sum())
-
-    def _since(self, place: NDArray[np.int64], time: Array) -> Array:
-        """Give the integral of the angle over `time` from each command on."""
-        angle, target = self.angle[place], self.commands[place]
-        ramp = np.minimum(time, self.turning[place])
-        done: Array = angle * ramp
-        if self.rate is not None:
-            turn = np.copysign(self.rate, target - angle)
-            done += 0.5 * turn * ramp * ramp
-            angle = angle + turn * ramp
-        rest = time - ramp
-        done += target * rest - (target - angle) * self.lag * -np.expm1(-rest / self.lag)
-        return done
 
 
 @dataclass(eq=False)
@@ -181,7 +153,7 @@ class Chain:
         """Give the turn of each cell, times the length: speed times the tangent of the wheels."""
         edges, (dead_time, scale, offset) = self.drive.edges, given
         if play > 0.0:
-            total = behind_play(wheels, edges, given, play)
+            total = wheels.behind_play(edges, *given, play)
         else:
             key = (wheels.lag, wheels.rate, dead_time)
             integral = self._once(key, lambda: wheels.integral(edges - dead_time))
@@ -200,45 +172,11 @@ class Chain:
         return found
 
 
-def behind_play(
-    wheels: Wheels, edges: Array, given: tuple[float, float, float], play: float
-) -> Array:
-    """Give the integral from the first of some times on of the angle behind play [rad s].
-
-    `given` are the dead time, the scale of the angle and its offset. The steering turns back only
-    where a command begins: between those, and the times that are asked for, it pushes one way.
-    """
-    dead_time, scale, offset = given
-    begin = wheels.times + dead_time
-    nodes = np.unique(np.concatenate((edges, begin[(begin > edges[0]) & (begin < edges[-1])])))
-    steer = scale * wheels.at(nodes - dead_time) + offset
-    mean = scale * np.diff(wheels.integral(nodes - dead_time)) / np.diff(nodes) + offset
-    angle = _behind_play(steer, play)
-    moved, turned = np.diff(angle), np.diff(steer)
-    share = moved / np.where(moved == 0.0, 1.0, turned)  # of the time for which it pushes
-    mean = angle[:-1] + share * (0.5 * moved + mean - 0.5 * (steer[1:] + steer[:-1]))
-    total = summed(mean * np.diff(nodes))
-    found: Array = total[np.searchsorted(nodes, edges)]
-    return found
-
-
 def _lagged(given: Array, lag: float | Array, cell: float) -> Array:
     """Give the mean of each cell behind a first-order lag, exact for a constant input in each."""
     lag = np.maximum(lag, _NO_LAG) * np.ones_like(given)
     kept = np.exp(-cell / lag)
-    begun = _scan(kept, (1.0 - kept) * given, float(given[0]))[:-1]
+    before = np.append(0.0, kept[:-1])
+    begun = recursion(before, np.append(given[:1], (1.0 - kept[:-1]) * given[:-1]))
     moved: Array = given + (begun - given) * (lag * (1.0 - kept) / cell)
     return moved
-
-
-def _scan(kept: Array, added: Array, first: float) -> Array:
-    """Give y_0 = first and y_{k+1} = kept_k y_k + added_k, in log2(N) passes over the arrays."""
-    kept, added = kept.copy(), added.copy()
-    reach = 1
-    while reach < len(kept):
-        added[reach:] += kept[reach:] * added[:-reach]
-        kept[reach:] *= kept[:-reach]
-        reach *= 2
-        if reach < len(kept) and float(kept[reach:].max()) < 1e-300:
-            break  # nothing before is remembered any more
-    return np.concatenate(([first], kept * first + added))

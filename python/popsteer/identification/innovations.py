@@ -76,7 +76,7 @@ def _sample_noise(error: Array, drive: PreparedLog) -> float:
 
 def _octaves(white: Array, step: float) -> list[Octave]:
     """Give the octaves of innovations that are white noise of deviation 1."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
     power = np.abs(np.fft.rfft(white)[1:]) ** 2 / len(white)
     hz, high, found = 1.0 / (len(white) * step), len(power), []
@@ -84,7 +84,7 @@ def _octaves(white: Array, step: float) -> list[Octave]:
     while high >= 4:
         low = high // 2
         freedom = 2 * (high - low)
-        most = max(float(chi2.isf(RISK / count, freedom)) / freedom, NOTABLE)
+        most = max(float(chdtri(freedom, RISK / count)) / freedom, NOTABLE)
         found.append(Octave(low * hz, high * hz, float(np.mean(power[low:high])), most))
         high = low
     return found

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.arrays import huber, middles, summed
+from popsteer.identification.arrays import huber, middles, recursion, summed
 from popsteer.identification.whiten import (
     Error,
     Known,
@@ -141,14 +141,13 @@ def _columns(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) 
 
 def smooth(values: Array, theta: float, drive: PreparedLog) -> Array:
     """Give a random walk out of the noise of its samples: exponential, forwards and backwards."""
-    from scipy.signal import lfilter
-
     smooth = values.copy()  # what does not count stays as it was measured
     for place in drive.parts():
         part = values[place]
         first = max(1, min(len(part), round(1.0 / (1.0 - theta))))
         for _ in range(2):
-            begun = [theta * float(np.mean(part[:first]))]
-            part = lfilter([1.0 - theta], [1.0, -theta], part, zi=begun)[0][::-1]
+            added = (1.0 - theta) * part
+            added[0] += theta * float(np.mean(part[:first]))
+            part = recursion(theta, added)[::-1]
         smooth[place] = part
     return smooth

@@ -13,9 +13,12 @@ Identification*, 2nd ed., 1999, chapter 7), and their standard errors are the us
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from popsteer.identification.arrays import recursion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -38,19 +41,23 @@ UNSURE = -1.0
 
 def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
     """Give the innovations of an error, (N,) or (N, M) by samples, one part after the other."""
-    from scipy.signal import lfilter
-
-    pieces = []
-    for part in parts:
-        piece = lfilter([1.0], [1.0, -theta], np.diff(error[part], axis=0), axis=0)
-        # The first sample has noise too, which goes on as theta^k: what looks like it is taken out.
-        gone = 1 if theta == 0.0 else int(np.ceil(np.log(_GONE) / np.log(theta)))
-        start = theta ** np.arange(min(len(piece), gone))
-        start /= np.linalg.norm(start)
-        head = piece[: len(start)]
+    steps = np.concatenate([np.diff(error[part], axis=0) for part in parts])
+    firsts = _firsts(parts)
+    kept = np.full(len(steps), theta)
+    kept[firsts[:-1]] = 0.0
+    white = recursion(kept, steps)
+    # The first sample has noise too, which goes on as theta^k: what looks like it is taken out.
+    powers = theta ** np.arange(1 if theta == 0.0 else int(np.ceil(np.log(_GONE) / np.log(theta))))
+    for first, end in pairwise(firsts):
+        head = white[first : min(end, first + len(powers))]
+        start = powers[: len(head)] / np.linalg.norm(powers[: len(head)])
         head -= np.multiply.outer(start, start @ head)
-        pieces.append(piece)
-    return np.concatenate(pieces)
+    return white
+
+
+def _firsts(parts: Sequence[slice]) -> list[int]:
+    """Give where the steps of each part begin, and where the last ones end."""
+    return [0, *np.cumsum([part.stop - part.start - 1 for part in parts]).tolist()]
 
 
 def choose_theta(error: Array, parts: Sequence[slice]) -> float:
@@ -130,14 +137,9 @@ def influence(jacobian: Array, parts: Sequence[slice], theta: float) -> list[Arr
 
     w are the innovations, and `jacobian` theirs, (K, P).
     """
-    from scipy.signal import lfilter
-
-    ends = np.cumsum([part.stop - part.start - 1 for part in parts])[:-1]
     # The transposed filter, backwards in time.
-    return [
-        lfilter([1.0], [1.0, -theta], piece[::-1], axis=0)[::-1]
-        for piece in np.split(jacobian, ends)
-    ]
+    pieces = np.split(jacobian, _firsts(parts)[1:-1])
+    return [recursion(theta, piece[::-1])[::-1] for piece in pieces]
 
 
 def noise_score(

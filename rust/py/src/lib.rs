@@ -19,6 +19,7 @@ mod empty_call;
 mod episodes;
 mod errors;
 mod laws;
+mod logged;
 mod many;
 mod metrics;
 mod params;
@@ -35,7 +36,6 @@ mod tracker;
 mod vehicle;
 mod vehicles;
 mod waypoints;
-mod wheels;
 
 use pyo3::prelude::*;
 
@@ -53,6 +53,7 @@ mod _core {
             PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop, PyPreviewPopParams,
             PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
+        logged::{PyWheels, recursion},
         many::run_many,
         path::{PyPath, path_headings},
         plants::{PyCarlaIdentified, PyKinematicBicycle},
@@ -68,7 +69,6 @@ mod _core {
         tracker::monitor::PyMonitorParams,
         tracker::prediction::PyInFlight,
         vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
-        wheels::{wheel_angles, wheels_behind_play},
     };
 
     /// Names the version and the profile that this module was built with.

@@ -31,6 +31,8 @@ pub mod closed_loop;
 pub mod delay;
 #[cfg(feature = "std")]
 pub mod episodes;
+#[cfg(feature = "std")]
+pub mod logged;
 pub mod longitudinal;
 #[cfg(feature = "std")]
 pub mod many;
@@ -47,6 +49,8 @@ pub use batch::{Batch, BatchError};
 pub use closed_loop::{Controller, Driver, Driving};
 #[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
+#[cfg(feature = "std")]
+pub use logged::LoggedWheels;
 pub use longitudinal::Longitudinal;
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
