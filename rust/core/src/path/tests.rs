@@ -3,7 +3,7 @@
 use super::follow::Follow;
 use super::locate::{OPPOSITE, locate};
 use super::projection::{project, reference_speed};
-use super::sound::distinct_waypoints;
+use super::sound::{distinct_waypoints, sound};
 use super::{Path, PathView};
 use crate::error::PathError;
 use crate::geometry::Point;
@@ -127,6 +127,20 @@ fn test_distinct_waypoints_keep_the_last_of_several() {
     // The last coincides with both before, which do not with each other.
     let close = [0.0, 1.2e-9, 0.6e-9, 1.0];
     assert_eq!(distinct_waypoints(&close, &[0.0; 4], false), [2, 3]);
+}
+
+#[test]
+fn test_place_that_is_left_and_come_back_to_is_kept_once() {
+    // As a simulator rolls at its start, to the millimetre: aside and back before it sets off.
+    let x = [
+        0, 0, 0, -1, 0, 1, 3, 5, 8, 13, 19, 26, 34, 43, 51, 60, 69, 78,
+    ];
+    let y = [
+        0, 1, 1, 1, 0, -4, -10, -17, -28, -45, -68, -98, -134, -172, -212, -255, -300, -346,
+    ];
+    let [x, y] = [x, y].map(|each| each.map(|mm| 1e-3 * f64::from(mm)));
+    let kept = sound(&x, &y, false, false).unwrap().kept.unwrap();
+    assert!(kept.windows(2).all(|pair| x[pair[0]] != x[pair[1]]));
 }
 
 fn bent() -> Path {

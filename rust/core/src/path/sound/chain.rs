@@ -7,6 +7,7 @@ use super::mends::{Fault, Mend};
 use crate::error::PathError;
 use crate::geometry::Point;
 use crate::math::{atan2, from_count, sqrt};
+use crate::path::measure::COINCIDING;
 
 /// Segments whose lengths differ by no more than this factor are no gap, and none is a twin.
 pub(super) const EVEN: f64 = 10.0;
@@ -141,6 +142,20 @@ impl Chain<'_> {
                 self.order.pop();
                 self.note(Fault::Repeated, 1, last);
             }
+        }
+    }
+
+    /// Leaves out waypoints that stand where the next does, now that what lay between them is gone.
+    pub(super) fn rejoin(&mut self) {
+        let given = core::mem::take(&mut self.order);
+        for index in given {
+            while let Some(&last) = self.order.last()
+                && size(self.given(index) - self.given(last)) <= COINCIDING
+            {
+                self.order.pop();
+                self.note(Fault::Coinciding, 1, last);
+            }
+            self.order.push(index);
         }
     }
 

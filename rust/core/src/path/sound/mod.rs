@@ -66,6 +66,7 @@ pub fn sound(x: &[f64], y: &[f64], closed: bool, directed: bool) -> Result<Sound
         chain.reach = (1..chain.order.len()).map(away).fold(0.0, larger);
         if !directed {
             chain.mend(closed)?;
+            chain.rejoin();
         }
         chain.check_gaps(directed)?;
     }
