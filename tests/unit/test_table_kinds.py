@@ -137,6 +137,51 @@ READ: dict[str, tuple[str, str]] = {
         ),
         "vy",
     ),
+    "velocity to the east and north": (
+        "x,y,velocity_east,VelN [km/h]\n" + _rows((X, Y, 3.5 * COS, 3.6 * 3.5 * SIN)),
+        "v",
+    ),
+    "velocity to the north alone": ("x,y,velocity_north\n" + _rows((X, Y, 3.5 * SIN)), ""),
+    "velocity to the east and north beside a speed": (
+        "x,y,ve,vn,speed\n" + _rows((X, Y, 3.5 * COS, 3.5 * SIN, SPEED)),
+        "v",
+    ),
+    "NGSIM": (
+        "Vehicle_ID,Global_Time,Local_X,Local_Y,Global_X,Global_Y,v_Vel\n"
+        + _rows((["2"] * N, S, X / 0.3048, Y / 0.3048, 6e6 + X, 1e6 + Y, SPEED / 0.3048)),
+        "v",
+    ),
+    "EuRoC": (
+        "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [],"
+        " q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1]\n"
+        + _rows((S, X, Y, ONE, QUATERNION[1], NONE, NONE, QUATERNION[0], 3.5 * COS, 3.5 * SIN)),
+        "vy",
+    ),
+    "a unit for a name": ("x,y,MPH\n" + _rows((X, Y, SPEED / 0.44704)), "v"),
+    "a unit in words": (
+        "x,y,GPS Speed (Meters/second)\n" + _rows((X, Y, SPEED)),
+        "v",
+    ),
+    "speed beside a time in ms": (
+        "millis,x,y,speed\n" + _rows((1e3 * S / 3.5, X, Y, 3.6 * SPEED)),
+        "v",
+    ),
+    "separators of another kind at the ends": (
+        "x,y;\n" + _rows((X, Y)).replace("\n", ";\n"),
+        "",
+    ),
+    "empty columns at the ends": (_rows((X, Y, WRAPPED, *[[""] * N] * 3)), "y"),
+    "names below titles": (
+        "header,seq,pose,pose,position,x,y,z,orientation,x,y,z,w,twist,twist,linear,x,y,angular,x,y\n"
+        + _rows(
+            (
+                *([""] * N, ["1"] * N, [""] * N, [""] * N, [""] * N, X, Y, NONE, [""] * N),
+                *(NONE, NONE, *QUATERNION, [""] * N, [""] * N, [""] * N, SPEED, NONE),
+                *([""] * N, ONE, ONE),
+            )
+        ),
+        "vy",
+    ),
     "capstone": (_rows((X, Y, NONE, np.degrees(WRAPPED))), "y"),
     "highway map": (_rows((X, Y, S, np.sin(YAW), -np.cos(YAW)), " "), ""),
     "Unity": (_rows((X, NONE, Y)), ""),
@@ -319,7 +364,7 @@ def test_path_of_each_kind_is_never_misread_between_other_separators(
                     continue
                 _agrees(path, what)
                 read += 1
-    assert read >= 2
+    assert read >= 2 or kind == "F1TENTH logger"  # which is known by its %f
 
 
 @looped(

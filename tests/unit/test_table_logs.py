@@ -93,6 +93,36 @@ READ: dict[str, str] = {
     "slashes in a date": HEAD + _rows(_clock("%Y/%m/%d %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
     "clock with its zone": HEAD + _rows(_clock("%H:%M:%S.%f-05:00"), X, Y, YAW, SPEED, STEER),
     "clock past midnight": HEAD + _rows(_clock("%H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "day first": HEAD + _rows(_clock("%d.%m.%Y %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "month first, to noon": HEAD
+    + _rows(_clock("%m/%d/%Y %I:%M:%S.%f %p"), X, Y, YAW, SPEED, STEER),
+    "hours left out": HEAD + _rows(_clock("%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "days of a spreadsheet": HEAD
+    + _rows([f"{0.5 + t / 86400:.12f}" for t in T], X, Y, YAW, SPEED, STEER),
+    "s and us": HEAD.replace("t,", "tv_sec,tv_usec,")
+    + _rows(
+        [str(EPOCH + k // 25) for k in range(N)],
+        [str(k % 25 * 40_000) for k in range(N)],
+        *(X, Y, YAW, SPEED, STEER),
+    ),
+    "s and ms": HEAD.replace("t,", "seconds,milliseconds,")
+    + _rows(
+        [str(EPOCH + k // 25) for k in range(N)],
+        [str(k % 25 * 40) for k in range(N)],
+        *(X, Y, YAW, SPEED, STEER),
+    ),
+    "milliseconds beside a clock": HEAD.replace("t,", "millis,")
+    + _rows([str(1000 * EPOCH + 40 * k) for k in range(N)], X, Y, YAW, SPEED, STEER),
+    "velocity to the east and north": "t,x,y,yaw,velocity_east,VelNorth [km/h],steer\n"
+    + _rows(T, X, Y, YAW, SPEED * np.cos(YAW), 3.6 * SPEED * np.sin(YAW), STEER),
+    "names below titles": "header,secs,nsecs,pose,position,x,y,orientation,x,y,z,w,linear,x,y,"
+    "steer\n"
+    + _rows(
+        [""] * N,
+        [str(EPOCH + k // 25) for k in range(N)],
+        [str(k % 25 * 40_000_000) for k in range(N)],
+        *([""] * N, [""] * N, X, Y, [""] * N, 0 * X, 0 * X, QZ, QW, [""] * N, SPEED, 0 * X, STEER),
+    ),
     "decimal commas": HEAD.replace(",", ";")
     + _rows(T, X, Y, YAW, SPEED, STEER, separator=";").replace(".", ","),
     "PlotJuggler": "__time,/odom/pose/pose/position/x,/odom/pose/pose/position/y,"
@@ -260,7 +290,7 @@ def test_rows_of_several_vehicles_are_refused(tmp_path: Any) -> None:
 
 
 def test_date_in_another_order_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:
-    text = HEAD + _rows(_clock("%d.%m.%Y %H:%M:%S"), X, Y, YAW, SPEED, STEER)
+    text = HEAD + _rows(_clock("%b %d %Y %H:%M:%S"), X, Y, YAW, SPEED, STEER)
     with pytest.raises(LogError, match=r"line 2, column 1: .* is no time: .* as 2024-05-01T"):
         logs.read(_write(tmp_path, text))
 

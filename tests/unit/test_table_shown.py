@@ -13,23 +13,58 @@ from popsteer.tables import read_waypoints
 from tests.unit.test_table_kinds import WRAPPED, YAW, N, S, X, Y, _rows, _write
 
 
-def test_speed_without_a_name_is_shown_by_bends_or_by_a_recorder(tmp_path: Any) -> None:
+def test_speed_without_a_name_is_shown_by_bends_beside_a_heading(tmp_path: Any) -> None:
     turns = np.linspace(0.0, 4.0 * np.pi, 400)
     radius = 40.0 + 25.0 * np.cos(3.0 * turns / 2.0)
     xy = np.column_stack((radius * np.cos(turns / 2.0), radius * np.sin(turns / 2.0)))
-    fast = planning.speed_profile(Path(xy)).speed
-    path = Path.from_csv(_write(tmp_path, _rows((*xy.T, fast))))
+    yaw = np.arctan2(*np.gradient(xy, axis=0).T[::-1])
+    fast = np.asarray(planning.speed_profile(Path(xy)).speed)
+    path = Path.from_csv(_write(tmp_path, _rows((*xy.T, yaw, fast))))
     assert path.speed is not None
     assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
-    for waves in (0.5, 1.0, 2.0, 3.0, 5.0, 9.0):
-        width = 6.0 + 2.6 * np.sin(waves * turns + 1.0)
+    # Nor is it one in km/h, nor a constant, nor a wave, nor anything without the heading.
+    waves = (6.0 + 2.6 * np.sin(each * turns + 1.0) for each in (0.5, 1.0, 2.0, 3.0, 5.0, 9.0))
+    for other in (3.6 * fast, 0.0 * fast + 5.0, *waves):
+        with pytest.raises(PathError, match="column 4"):
+            Path.from_csv(_write(tmp_path, _rows((*xy.T, yaw, other))))
         with pytest.raises(PathError, match="column 3"):
-            Path.from_csv(_write(tmp_path, _rows((*xy.T, width))))
+            Path.from_csv(_write(tmp_path, _rows((*xy.T, other))))
+    with pytest.raises(PathError, match="column 3"):
+        Path.from_csv(_write(tmp_path, _rows((*xy.T, fast))))
+
+
+def test_speed_without_a_name_is_shown_by_the_distances_of_a_recorder(tmp_path: Any) -> None:
     speed = 3.0 + 2.0 * np.sin(S / 4.0)  # 10 rows a second
     gone = np.concatenate(([0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))))
     x, y = 30.0 * np.sin(gone / 30.0), 30.0 * np.cos(gone / 30.0)
     path = Path.from_csv(_write(tmp_path, _rows((x, y, speed))))
     assert path.speed is not None
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
+    for scale in (3.6, 1.0 / 0.44704, 3600.0 / 1852.0, 100.0, 1000.0, 1.0 / 3.3):  # or a throttle
+        with pytest.raises(PathError, match="column 3"):
+            Path.from_csv(_write(tmp_path, _rows((x, y, scale * speed))))
+
+
+def test_rows_that_tell_a_logger_tell_its_columns(tmp_path: Any) -> None:
+    speed = 0.5 + 0.2 * np.sin(S)
+    columns = (X, Y, WRAPPED, speed)
+    path = Path.from_csv(_write(tmp_path, _rows(columns, ", ", "%f")))  # as F1TENTH's writes
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
+    with pytest.raises(PathError, match="column 4"):
+        Path.from_csv(_write(tmp_path, _rows(columns, ", ", "%.9f")))
+
+
+def test_all_columns_of_a_raceline_along_x_are_found(tmp_path: Any) -> None:
+    # Of which s and x would be waypoints, and y their direction.
+    s = 0.2 * np.arange(90)
+    bend = 0.1 + 0.1 * np.sin(s / 3.0)
+    yaw = 0.06 + np.concatenate(([0.0], np.cumsum(0.1 * (bend[1:] + bend[:-1]))))
+    steps = 0.2 * np.exp(0.5j * (yaw[1:] + yaw[:-1]))
+    there = np.concatenate(([0.0], np.cumsum(steps)))
+    speed = 5.0 - 20.0 * bend
+    a = np.gradient(0.5 * speed * speed, s)
+    path = Path.from_csv(_write(tmp_path, _rows((s, there.real, there.imag, yaw, bend, speed, a))))
+    assert np.asarray(path.y) == pytest.approx(there.imag, abs=1e-8)
     assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
 
 
@@ -63,7 +98,7 @@ def test_speed_that_is_at_the_top_for_most_of_the_way_is_shown_by_its_limits(tmp
         float(np.min(corner + 0.06 * np.abs(np.arange(len(corner)) - k)))
         for k in range(len(corner))
     ]
-    path = Path.from_csv(_write(tmp_path, _rows((x, y, np.array(speed)))))
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, yaw, np.array(speed)))))
     assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
 
 

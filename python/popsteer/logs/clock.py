@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     Rows = Iterable[tuple[int, list[str]]]
 
 _CLOCK = re.compile(
-    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T ]\s*)?"
-    r"(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\s*(Z|[+-]\d\d:?\d\d)?$"
+    # A day may come first, by which a drive is not told from another.
+    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T /]\s*|\d\d?[./]\d\d?[./]\d{4},?\s+)?"
+    # Spreadsheets leave the hours out.
+    r"(?:(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)|(\d\d?):(\d\d[.,]\d+))"
+    r"\s*(Z|[+-]\d\d:?\d\d|[AP]M)?$"
 )
+PARTS = {"t_ms": ("ms", 10**6), "t_us": ("us", 10**3), "t_ns": ("ns", 1)}
+"""What may stand beside whole seconds, each with its unit and that in ns."""
 # From where on a stamp counts the epoch's ns, us or ms: 2001, and later than any other could.
 _EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
 
@@ -44,12 +49,12 @@ class Times(NamedTuple):
 def find(table: Table, places: dict[str, Column]) -> None:
     """Find the columns of time: `s` and `ns` beside each other are one."""
     head = table.head or []
-    if "t_ns" in places and "t" not in places and "s" in head:
+    part = next((key for key in PARTS if key in places), None)
+    if part and "t" not in places and "s" in head:
         places["t"] = Column(head.index("s"), "s")
-    if "t_ns" in places and "t" not in places:
-        places["t"] = places.pop("t_ns")
-        if places["t"].unit is None:
-            places["t"] = Column(places["t"].place, places["t"].name, "ns")
+    if part and "t" not in places:
+        alone = places.pop(part)
+        places["t"] = Column(alone.place, alone.name, alone.unit or PARTS[part][0])
 
 
 def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
@@ -57,13 +62,15 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
 
     Raises PathError, which names line and column, where an entry is neither number nor clock.
     """
-    column, nanoseconds = places["t"], places.get("t_ns")
+    column, part = places["t"], next((key for key in PARTS if key in places), None)
     unit = unit or column.unit
-    use = [column.place] + ([] if nanoseconds is None else [nanoseconds.place])
+    use = [column.place] + ([] if part is None else [places[part].place])
     entries = ((line, row) for _, line, row in table.entries(use))
-    first = next((row[0] for _, _, row in table.entries(use) if row[0]), "")
-    if nanoseconds is not None and first.lstrip("-").isdigit():
-        return _stamps(table, entries, column)
+    first, *after = next((row for _, _, row in table.entries(use) if row[0]), [""])
+    if part and first.lstrip("-").isdigit() and after[0].isdigit():
+        name, size = PARTS[part]
+        if int(after[0]) * size < 10**9:  # else it is a clock of its own
+            return _stamps(table, entries, column, name, size)
     if unit == "hhmmss":
         values = table.numbers([column.place], blank=True)[:, 0]
         hours, minutes = np.floor(values / 1e4), np.floor(values / 1e2) % 100.0
@@ -72,23 +79,23 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     if _CLOCK.match(first) or ":" in first:
         return _clocks(table, entries, column, dated=bool(re.match(r"\d{4}\D", first)))
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
-        size = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
-        return _counts(table, entries, column, size)
+        unit = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
+        return _counts(table, entries, column, unit)
     scale = factor("t", unit or "s")
     found = scale * table.numbers([column.place], blank=True)[:, 0]
     return Times(found, 0, f"t is in {unit}" if scale != 1.0 else "", unit is not None)
 
 
-def _stamps(table: Table, entries: Rows, column: Column) -> Times:
+def _stamps(table: Table, entries: Rows, column: Column, part: str, size: int) -> Times:
     try:
-        stamps = [int(s) * 10**9 + int(ns) for _, (s, ns) in entries]
+        stamps = [int(s) * 10**9 + int(each) * size for _, (s, each) in entries]
     except ValueError:
-        raise PathError(f"{table.name}: {column} and ns are not whole numbers") from None
-    return _since_first(stamps, "t is s + ns")
+        raise PathError(f"{table.name}: {column} and {part} are not whole numbers") from None
+    return _since_first(stamps, f"t is s + {part}")
 
 
 def _counts(table: Table, entries: Rows, column: Column, unit: str) -> Times:
-    size = {"ns": 1, "us": 10**3, "ms": 10**6}[unit]
+    size = dict(PARTS.values())[unit]
     stamps = []
     for line, row in entries:
         if not row[0].isdigit():
@@ -104,9 +111,9 @@ def _since_first(stamps: list[int], said: str) -> Times:
 
 
 def _clocks(table: Table, entries: Rows, column: Column, *, dated: bool) -> Times:
-    values = []
+    values, colons = [], 0
     for line, row in entries:
-        value = _clock(row[0])
+        value, colons = _clock(row[0]), max(colons, row[0].count(":"))
         if value is None:
             raise PathError(
                 f"{table.at(line, column.place)}: {row[0][:40]!r} is no time: seconds, a clock, or"
@@ -115,7 +122,8 @@ def _clocks(table: Table, entries: Rows, column: Column, *, dated: bool) -> Time
         values.append(value)
     since = np.array(values)
     if not dated:
-        return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
+        span = 86400.0 if colons > 1 else 3600.0
+        return Times(_of_one_day(since, span), 0, "t is a clock", is_sure=True)
     origin = int(since[0])
     return Times(since - origin, origin * 10**9, "t is a date and a clock", is_sure=True)
 
@@ -125,9 +133,12 @@ def _clock(entry: str) -> float | None:
     found = _CLOCK.match(entry)
     if found is None:
         return None
-    year, month, day, hour, minute, second, zone = found.groups()
-    since = 3600.0 * int(hour) + 60.0 * int(minute) + float(second.replace(",", "."))
-    if zone and zone != "Z":
+    year, month, day, hour, *minutes, zone = found.groups()
+    minute, second = filter(None, minutes)
+    since = 3600.0 * int(hour or 0) + 60.0 * int(minute) + float(second.replace(",", "."))
+    if zone in ("AM", "PM"):
+        since += 43200.0 * ((zone == "PM") - (hour == "12"))
+    elif zone and zone != "Z":
         away = 60 * int(zone[1:3]) + int(zone[-2:])
         since -= 60.0 * (away if zone[0] == "+" else -away)
     try:
@@ -137,6 +148,6 @@ def _clock(entry: str) -> float | None:
     return since + 86400.0 * days
 
 
-def _of_one_day(since: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Go on past midnight."""
-    return since + 86400.0 * np.cumsum(np.diff(since, prepend=since[:1]) < -43200.0)
+def _of_one_day(since: NDArray[np.float64], span: float = 86400.0) -> NDArray[np.float64]:
+    """Go on past midnight, or past the hour."""
+    return since + span * np.cumsum(np.diff(since, prepend=since[:1]) < -0.5 * span)

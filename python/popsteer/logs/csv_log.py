@@ -24,6 +24,7 @@ from popsteer.tables.columns import (
     check_units,
     ignored,
     named,
+    over_ground,
 )
 from popsteer.tables.poses import yaw_of
 from popsteer.tables.quantities import converted
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
 _TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
+_TIMES["days"] = 1.0 / 86400.0  # of a spreadsheet
 _APART = 1.5  # times speed and positions may differ: more is another unit, or no speed
 _COMPASS = ("", "from north, clockwise")
 _ENOUGH = 20_000  # rows that show what a heading is
@@ -109,7 +111,8 @@ def paths(
     return [file] if isinstance(file, (str, os.PathLike)) else list(file)
 
 
-_KNOWN = (*COLUMNS, *SIGNALS, "speed_y", "direction", "lat", "lon", "qx", "qy", "qz", "qw", "t_ns")
+_KNOWN = (*COLUMNS, *SIGNALS, *clock.PARTS, "speed_y", "direction", "lat", "lon")
+_KNOWN += ("qx", "qy", "qz", "qw", "v_east", "v_north")
 
 
 def _read(
@@ -134,27 +137,34 @@ def _read(
     times = clock.read(table, places, units.get("t"))
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
-    rest = {key: column for key, column in places.items() if key not in ("t", "t_ns")}
+    rest = {key: column for key, column in places.items() if key not in ("t", *clock.PARTS)}
     gear = rest.pop("direction", None)
     check_units(table, {k: c for k, c in rest.items() if k not in units})
     values = table.numbers([column.place for column in rest.values()], blank=True)
     found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
-    for (key, column), raw in zip(rest.items(), values.T, strict=True):
-        each = raw if key in units else converted(key, column.unit, raw)
+    columns = {
+        key: raw if key in units else converted(key, column.unit, raw)
+        for (key, column), raw in zip(rest.items(), values.T, strict=True)
+    }
+    used = over_ground(rest, columns)
+    for key, column in rest.items():
         said = key if column.name == key else f"{key} ({column})"
-        found[key] = _Series(t, each, said, units.get(key, column.unit))
+        found[key] = _Series(t, columns[key], said, units.get(key, column.unit))
     if gear is not None:
         with suppress(PathError):  # words of a gearbox that are not known say nothing
             found["direction"] = _Series(
                 t, np.where(backwards(table, gear), -1.0, 1.0), f"{gear}", None
             )
-    return found, begun, ignored(table, places.values())
+    others = (each for key, each in places.items() if key in ("t", *clock.PARTS, "direction"))
+    return found, begun, ignored(table, [*rest.values(), *used, *others])
 
 
 def _has_other(key: str, places: Mapping[str, Column]) -> bool:
     """Whether a quantity is told by others."""
     if key in ("x", "y"):
         return {"lat", "lon"} <= places.keys()
+    if key == "speed":
+        return {"v_east", "v_north"} <= places.keys()
     return key == "yaw" and {"qz", "qw"} <= places.keys()
 
 

@@ -32,7 +32,8 @@ _TIMED: dict[str, str | None] = {"speed speed, as time and distances are": None}
 _TIMED |= {f"speed speed in {unit}, as time and distances are": unit for unit in shown.SPEEDS}
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
-_WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car")}
+_PARTS = ("v_east", "v_north")
+_WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car", "")}
 
 
 @dataclass(frozen=True)
@@ -178,10 +179,12 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
 def check_one(table: Table) -> None:
     """Refuse by PathError a table of several vehicles, as recordings of traffic are."""
     for k, name in enumerate(table.head or []):
-        if re.sub("[^a-z]", "", name.lower()) not in _WHOSE:
+        whose = re.sub("[^a-z]", "", name.lower())
+        if whose not in _WHOSE:
             continue
-        said = list(dict.fromkeys(row[k] for _, row in table.rows() if len(row) > k))
-        if len(said) > 1:
+        rows = [row[k] for _, row in table.rows() if len(row) > k]
+        said = list(dict.fromkeys(rows))
+        if len(said) > 1 and (whose != "id" or 2 * len(said) <= len(rows)):  # or it is a row's
             raise PathError(
                 f"{table.name}: {Column(k, name)} says {', '.join(said[:3])[:60]}"
                 f"{', ...' * (len(said) > 3)}: rows of {len(said)} vehicles: keep those of one"
@@ -206,14 +209,29 @@ def check_units(table: Table, columns: Mapping[str, Column]) -> None:
         )
 
 
+def over_ground(places: dict[str, Column], columns: dict[str, Floats]) -> list[Column]:
+    """Make a velocity's parts to the east and north one speed, unless there is another.
+
+    Gives the columns that it is of; what is not read is left out of both.
+    """
+    parts = [each for key in _PARTS if (each := places.pop(key, None)) is not None]
+    values = [columns.pop(key) for key in _PARTS if key in columns]
+    if len(parts) < len(_PARTS) or "speed" in places:
+        return []
+    columns["speed"] = np.hypot(*values)
+    places["speed"] = Column(parts[0].place, " and ".join(each.name for each in parts), "m/s")
+    return parts
+
+
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
 def explained(
-    name: str, values: Floats, texts: Mapping[int, str] | None = None
+    name: str, values: Floats, texts: Mapping[int, str] | None = None, *, logged: bool = False
 ) -> tuple[dict[str, Column], list[str]]:
     """Find which columns without names are what, and say what the others are.
 
     Every column has to be explained by the waypoints that two of them make; else PathError says
-    what is not, and which option settles it. `texts` says what columns are that are no numbers.
+    what is not, and which option settles it. `texts` says what columns are that are no numbers,
+    and `logged` that the rows are written as F1TENTH's logger does.
     """
     texts = texts or {}
     count = values.shape[1]
@@ -234,6 +252,8 @@ def explained(
             " those two, - is for one that is left out)"
         )
     known = _best(values, possible)
+    if logged and known.get(2, "").startswith(("yaw", "heading")) and values[:, 3].min() >= 0.0:
+        known.setdefault(3, "speed speed, as F1TENTH's logger writes x, y, yaw, speed")
     if len(known) < count:
         # A count or a time before x and y, which do not prove it; one more column may be a speed.
         behind = [each for each in tried if next(iter(each)) and _before(each) <= _BEFORE]
@@ -307,17 +327,18 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
 def _best(values: Floats, each: Iterable[dict[int, str]]) -> dict[int, str]:
     """Give what columns most likely are, of several the first: empty for none.
 
-    Waypoints in front, which a direction proves, go before all else, what counts is hardly x, and
-    an arc length fits its own waypoints best.
+    Where all columns are something goes before all else, then waypoints in front, which a direction
+    proves; what counts is hardly x, and an arc length fits its own waypoints best.
     """
 
-    def proof(known: dict[int, str]) -> tuple[bool, int, bool, float]:
+    def proof(known: dict[int, str]) -> tuple[bool, bool, int, bool, float]:
         x, y, *_ = known
         proved = x == 0 and any(said.startswith("yaw ") for said in known.values())
         arcs = [values[:, k] for k, said in known.items() if said.startswith("s ")]
         gone = shown.along(values[:, [x, y]]).s[-1]
         off = max((abs(abs(each[-1] - each[0]) / gone - 1.0) for each in arcs), default=0.0)
-        return proved, len(known), not shown.is_count(values[:, x]), -off
+        whole = len(known) == values.shape[1]
+        return whole, proved, len(known), not shown.is_count(values[:, x]), -off
 
     return max(each, key=proof, default={})
 
@@ -376,49 +397,41 @@ def _find_pairs(values: Floats, way: shown.Along, known: dict[int, str], others:
 
 
 def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None:
-    """Find the speed among the columns that are not known yet, by one of five proofs."""
+    """Find the speed among the columns that are not known yet, by what proves its size, too."""
     rest = [k for k in range(values.shape[1]) if k not in known]
     place_of_y = next(k for k, what in known.items() if what == "y")
-    time = next((k for k, what in known.items() if what == "t time"), None)
-    for k in rest:
+    time = next((k for k, what in known.items() if what == _CLOCK), None)
+    for k in (k for k in rest if k > place_of_y):
         column = values[:, k]
-        if k < place_of_y:
-            continue
-        paired = [j for j in rest if j != k and shown.is_acceleration(way, values[:, j], column)]
-        clock = [j for j in rest if j != k and shown.is_time(values[:, j])] if time is None else []
-        clock = clock if time is None else [time]
+        clock = [j for j in rest if j != k and shown.is_time(values[:, j])]
         timed = (
             (j, said)
-            for j in clock
+            for j in (clock if time is None else [time])
             for said, unit in _TIMED.items()
             # Of many units one fits any constant.
             if (unit is None or np.ptp(column) > 0.2 * np.max(column))
-            and shown.is_rate(way, factor("speed", unit or "m/s") * column, _seconds(values[:, j]))
+            and shown.is_rate(way, factor("speed", unit or "m/s") * column, seconds(values[:, j]))
         )
         if found := next(timed, None):
-            known[found[0]], known[k] = "t time", found[1]
+            known[found[0]], known[k] = _CLOCK, found[1]
         elif (column < 0.0).any():
             continue
-        elif paired:
+        elif any(j != k and shown.is_acceleration(way, values[:, j], column) for j in rest):
             known[k] = "speed speed"
         elif shown.is_recorded_speed(way, column):
             known[k] = "speed speed, as the waypoints are apart"
-        elif len(rest) == 1 and shown.is_planned_speed(way, column):
-            known[k] = "speed speed, lower in bends"
         elif (
-            # What F1TENTH's waypoint logger writes: x, y, a heading that proves to be one, speed.
-            values.shape[1] == 4
-            and rest == [3]
-            and known.get(2, "").startswith(("yaw", "heading"))
-            and not shown.is_clock_or_angle(way, column, values[:, 2])
+            len(rest) == 1
+            and any(each.startswith("yaw ") for each in known.values())
+            and shown.is_planned_speed(way, column)
         ):
-            known[k] = "speed speed, as F1TENTH's logger writes x, y, yaw, speed"
+            known[k] = "speed speed, lower in bends"
         else:
             continue
         return
 
 
-def _seconds(time: Floats) -> Floats:
+def seconds(time: Floats) -> Floats:
     """Give a clock in seconds: since 1970 its size says whether it is in ms, us or ns."""
     for least, size in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)):
         if time[0] > least:

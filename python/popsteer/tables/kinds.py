@@ -31,6 +31,8 @@ _MARKS = (
         "version https://git-lfs",
         "is a pointer to a file of Git LFS, no table: 'git lfs pull' fetches that",
     ),
+    *((each, f"is NMEA, no table: {_CSV}, or as GPX") for each in ("$GP", "$GN", "$PS")),
+    ("$", "has a section's title of AgOpenGPS above the numbers: leave out what stands there"),
     ("QGC WPL", "is a mission of ArduPilot or PX4, no table: export it as CSV with lat and lon"),
 )
 # But pandas calls an index "Unnamed: 0".

@@ -15,13 +15,15 @@ if TYPE_CHECKING:
 _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 _ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0) | {"mrad": 1e-3}
 _LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
-_LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048}
-_SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "m/sec"), 1.0)
-_SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph", "km/hr"), 1.0 / 3.6)
-_SPEED |= {"cm/s": 1e-2, "cmps": 1e-2, "mm/s": 1e-3, "mmps": 1e-3, "mph": 0.44704, "ft/s": 0.3048}
+_LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3} | dict.fromkeys(("ft", "feet", "foot"), 0.3048)
+_SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "ms^-1", "m/sec", "meters/second"), 1.0)
+_SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph", "km/hr", "kilometers/hour"), 1.0 / 3.6)
+_SPEED |= {"cm/s": 1e-2, "cmps": 1e-2, "mm/s": 1e-3, "mmps": 1e-3, "ft/s": 0.3048, "fps": 0.3048}
+_SPEED |= dict.fromkeys(("mph", "mi/h", "miles/hour"), 0.44704)
 _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _TIME |= {"ns": 1e-9, "nsec": 1e-9, "nanosec": 1e-9, "min": 60.0, "unixtime": 1.0}
+_TIME |= {"day": 86400.0, "days": 86400.0}
 _TIME |= dict.fromkeys(("h", "hr", "hours"), 3600.0)
 _CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "1pm", "m-1"), 1.0)
 _NONE = {"": 1.0, "-": 1.0}
@@ -37,12 +39,13 @@ UNITS: dict[str, dict[str, float]] = {
     "yaw": _ANGLE | {"rad-north": -1.0, "deg-north": -math.pi / 180.0},
     "speed": _SPEED,
     "speed_y": _SPEED,
+    **dict.fromkeys(("v_east", "v_north"), _SPEED),
     "steer": _ANGLE,
     "curvature": _CURVATURE,
     "grade": _GRADE,
     "lat": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
     "lon": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
-    "t_ns": _TIME,
+    **dict.fromkeys(("t_ns", "t_us", "t_ms"), _TIME),
     "direction": _NONE,
     "throttle": _SHARE,
     "brake": _SHARE,
@@ -54,30 +57,41 @@ UNITS: dict[str, dict[str, float]] = {
 }
 """What each quantity may be measured in, and what one of it is in the unit of popsteer."""
 
+_AXIS = (
+    "{0} t{0} p_{0} p_rs_r_{0} pos{0} {0}_coordinate coordinate_{0} pos_{0} position_{0} {0}_pos"
+    " {0}_position p{0} pose_{0} coord_{0} {0}_coord point_{0} location_{0} translation_{0}"
+    " utm_{0} {0}_utm positions_{0} {0}pos {0}_raceline loc_{0} {0}_loc {0}coord utm{0} c{0}"
+    " {0}_axis"
+)
 _NAMES = {
-    "t": "t time stamp timestamp stamp_sec sec secs s_stamp elapsed time_stamp header_stamp"
-    " elapsed_time time_sec seconds rosbagtimestamp session_time"
-    " sim_time unix_time utc utc_time time_utc gps_time datetime date_time",
-    "t_ns": "ns nsec nsecs nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
+    "t": "t time stamp timestamp stamp_sec stamp_secs sec secs tv_sec s_stamp elapsed time_stamp"
+    " header_stamp elapsed_time time_sec seconds rosbagtimestamp session_time sim_time unix_time"
+    " utc utc_time time_utc gps_time datetime date_time",
+    "t_ms": "millis milliseconds msec stamp_millis",
+    "t_us": "usec usecs tv_usec microsec microseconds",
+    "t_ns": "ns nsec nsecs tv_nsec nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
     " header_stamp_nsecs",
-    "x": "x tx p_x posx x_coordinate coordinate_x pos_x position_x x_pos x_position px pose_x"
-    " coord_x x_coord point_x location_x x_axis"
-    " translation_x easting east utm_x utm_easting utm_east utm_e x_utm positions_x xpos x_raceline"
-    " loc_x x_loc xcoord utmx cx",
-    "y": "y ty p_y posy y_coordinate coordinate_y pos_y position_y y_pos y_position py pose_y"
-    " coord_y y_coord point_y location_y y_axis"
-    " translation_y northing north utm_y utm_northing utm_north utm_n y_utm positions_y ypos"
-    " y_raceline loc_y y_loc ycoord utmy cy",
+    "x": _AXIS.format("x") + " easting east utm_easting utm_east utm_e",
+    "y": _AXIS.format("y") + " northing north utm_northing utm_north utm_n",
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
-    " heading_angle euler_yaw"
-    " orientation_z_yaw rotation_yaw course bearing azimuth pose_theta psi_racetraj gps_heading"
-    " cog phi cyaw",
+    " heading_angle euler_yaw orientation_z_yaw rotation_yaw course bearing azimuth pose_theta"
+    " psi_racetraj gps_heading cog phi cyaw",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
     " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
     " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
-    " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed"
-    " spd sog v_long vlong long_vel vel_long lon_velocity x_velocity v_des vdes",
-    "speed_y": "vy linear_y velocity_y vel_y v_y speed_y linear_velocity_y y_velocity",
+    " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed forward_velocity"
+    " forward_speed v_rs_r_x v_vel spd sog v_long vlong long_vel vel_long lon_velocity x_velocity"
+    " v_des vdes",
+    "speed_y": "vy v_rs_r_y linear_y velocity_y vel_y v_y speed_y linear_velocity_y y_velocity",
+    **{
+        f"v_{whither}": " ".join(
+            f"{each}_{part} {part}_{each}"
+            for each in ("v", "vel", "velocity", "speed")
+            for part in (whither, whither[0])
+        )
+        + f" v{whither[0]} v{whither}"
+        for whither in ("east", "north")
+    },
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
     " steering_cmd steer_angle steered_angle wheel_angle steering_tire_angle"
     " drive_steering_angle front_wheel_angle delta_f tire_angle",
@@ -92,7 +106,7 @@ _NAMES = {
     "lat": "lat latitude pos_lat gps_lat gps_latitude",
     "lon": "lon lng long longitude pos_lon gps_lon gps_long gps_longitude",
     **{
-        f"q{axis}": f"q{axis} q_{axis} orientation_{axis} quat_{axis} quaternion_{axis}"
+        f"q{axis}": f"q{axis} q_{axis} q_rs_{axis} orientation_{axis} quat_{axis} quaternion_{axis}"
         f" rotation_{axis} rot_{axis} {axis}_quat"
         for axis in "xyzw"
     },
@@ -146,6 +160,9 @@ def meaning(name: str) -> Meaning:
             for spelled_unit in ("/".join(last), "".join(last)):
                 if shorter is not None and spelled_unit in UNITS[shorter.quantity or ""]:
                     return shorter._replace(unit=spelled_unit)
+    alone = "".join(words)  # MPH
+    if alone in _SPEED and len(alone) > 2:
+        return Meaning("speed", alone, (True, len(_PLAIN)))
     return Meaning(None, unit or None)
 
 

@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _AGREE = 0.8  # share of the waypoints at which a column agrees: recordings have their standstills
-_FASTEST = 30.0  # m/s² to the side: no speed means more
+_FASTEST = 12.0  # m/s² to the side: a speed in km/h means more
 _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which noise turns
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
+_RATES = np.array([1, 2, 4, 5, 10, 15, 20, 25, 30, 40, 50, 60, 100, 200])  # Hz, of recorders
+_TOP_SPEED = 100.0  # m/s
 _NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
 SPEEDS = ("km/h", "mph", "kn", "cm/s", "mm/s")  # units of speeds that motion tells apart
 _TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
@@ -278,13 +280,19 @@ def unit_of_speed(size: float, within: float = 0.04) -> str | None:
 def is_recorded_speed(way: Along, values: Floats) -> bool:
     """Whether waypoints lie as far apart as a recorder with an even period leaves them.
 
-    The distances vary by a third at least, and are proportional to the column.
+    The distances vary by a tenth at least, and are proportional to the column; by a period that
+    recorders have, 1 Hz to 200 Hz, which in other units of speed is none.
     """
-    here, steps = np.abs(values[way.moves]), np.diff(way.s)
+    here, steps = values[way.moves], np.diff(way.s)
     mean = 0.5 * (here[1:] + here[:-1])
-    if len(steps) < 20 or np.std(steps) < 0.3 * np.mean(steps) or not (mean > 0.0).all():
+    if len(steps) < 20 or np.std(steps) < 0.1 * np.mean(steps) or not (mean > 0.0).all():
         return False
-    return _agrees(steps / np.median(steps / mean), mean)
+    rate = float(np.median(mean / steps))
+    return (
+        bool(np.abs(_RATES / rate - 1.0).min() < 0.015)
+        and float(here.max()) < _TOP_SPEED
+        and _agrees(steps * rate, mean)
+    )
 
 
 def is_planned_speed(way: Along, values: Floats) -> bool:
@@ -295,8 +303,8 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     keeps to a limit: its 99 % quantile is at most 1.7 times the one of 90 % (1.03 to 1.61; of 1467
     smooth random columns 8 pass both); or by -0.4, with 1.1 times (none). Where a tenth is at the
     top to the bit, as at a top speed, and it is half as fast elsewhere, 1.2 times is enough. A
-    throttle is low in bends, too, so a speed has to exceed 1.5; it has to be drivable (30 m/s²),
-    and not to rise or fall all the way, as a time does.
+    throttle is low in bends, too, so a speed has to exceed 1.5; it has to be drivable (12 m/s²; in
+    km/h it would seem 13 times as much), and not to rise or fall all the way, as a time does.
     """
     here = values[way.moves]
     slow, fast = (float(each) for each in np.quantile(here, (0.01, 1.0)))
@@ -307,26 +315,6 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     keeps = ranks <= -0.4 and most <= (1.7 if ranks <= -0.5 else 1.1) * usual
     at_top = float(np.mean(here == fast)) >= 0.1 and fast >= 2.0 * slow and most <= 1.2 * usual
     return (keeps or at_top) and most <= _FASTEST and bool(np.ptp(rises) == 2.0)
-
-
-def is_clock_or_angle(way: Along, values: Floats, yaw: Floats) -> bool:
-    """Whether a column is no speed: it rises or falls all the way, or is high where a yaw turns.
-
-    So are an angle of the wheels and a turn rate; a throttle keeps to 1, and a height is no speed
-    that could be driven in the bends.
-    """
-    here = values[way.moves]
-    if len(here) < _LEAST:
-        return False
-    if np.max(here) <= 1.0 or _in_bends(way, here)[0] > _FASTEST:
-        return True
-    if np.ptp(here) == 0.0:
-        return False
-    turns = np.abs(
-        np.diff(np.exp(1j * (np.pi / 180.0 if np.ptp(yaw) > 7.0 else 1.0) * yaw[way.moves]))
-    )
-    first, second = (np.argsort(np.argsort(each)).astype(np.float64) for each in (here[1:], turns))
-    return bool(np.ptp(np.sign(np.diff(here))) < 2.0) or _correlation(first, second) > 0.5
 
 
 def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:
@@ -428,12 +416,15 @@ def is_curve(xy: Floats, *, closed: bool) -> bool:
 
 
 def is_degrees(first: Floats, second: Floats) -> bool:
-    """Whether two columns are latitude and longitude: a road of a few hundredths of a degree."""
+    """Whether two columns are latitude and longitude: a road of a few hundredths of a degree.
+
+    So is a robot that stands near the origin; but no road is where both are below 5.
+    """
     both = np.column_stack((first, second))
     reach, far = np.ptp(both, axis=0).max(), np.abs(both).max()
     steps = np.hypot(*np.diff(both, axis=0).T)
     usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
-    return bool(0.0 < usual < 1e-3 and reach < 1.0 and reach < 0.02 * far and far <= 360.0)
+    return bool(0.0 < usual < 1e-3 and reach < 1.0 and reach < 0.02 * far and 5.0 < far <= 360.0)
 
 
 def _agrees(one: Floats, other: Floats) -> bool:

@@ -40,6 +40,7 @@ _BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {"", "1"}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+_PRINTED = re.compile(r"-?\d+[.,]\d{6}$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
 _SECTION = re.compile(r"\[([A-Za-z ]+)\]$")
@@ -178,6 +179,11 @@ class Table:
         shown = [row[column] for row in self._first if len(row) > column]
         return bool(shown) and all(self._parse(entry) is None for entry in shown)
 
+    @property
+    def is_logged(self) -> bool:
+        """Whether rows are four numbers in C's %f, as F1TENTH's logger writes them."""
+        return all(len(row) == 4 and all(map(_PRINTED.match, row)) for row in self._first)
+
     def listed(self) -> str:
         """List the names of the columns, for a message."""
         names = [each or '""' for each in self.head or []]
@@ -216,18 +222,19 @@ def table_of(name: str, text: str) -> Table:
     place, units = _head(rows, parse)
     comments = _comments(text, rows[0 if place is None else place][0])
     if place is None:
-        columns = len(rows[0][1])
+        alike = [row for _, row in rows if len(row) == len(rows[0][1])]
+        columns = max(map(len, map(_filled, alike)))
         head = _head_of_comment(comments, columns, separator) or kinds.echoed(rows[0][1])
         start = rows[0][0] - 1
         found = replace(found, columns=columns, head=head, start=start, has_index=has_index)
     else:
-        line, head = rows[place]
-        while len(head) > 2 and not head[-1]:
-            head = head[:-1]
+        line, head = rows[place][0], _filled(rows[place][1])
         if units:
             below = rows[place + 1][1]
             head = [f"{a} [{b}]" if b else a for a, b in zip(head, below, strict=True)]
         first = rows[place + units + 1][1] if place + units + 1 < len(rows) else []
+        if len({*head}) < len(head) == len(first):
+            head = _nested(head, [row for _, row in rows[place + 1 :] if len(row) == len(head)])
         columns = max(len(head), *(k + 1 for k, entry in enumerate(first) if entry), 0)
         start = rows[place + units][0]
         found = replace(found, columns=columns, head=head, head_line=line, start=start)
@@ -237,20 +244,46 @@ def table_of(name: str, text: str) -> Table:
             " and y, separated by a comma, a semicolon or white space)"
         )
         raise PathError(message)
-    if marks >= {"column names", "data"} and found.head is not None:
-        found = replace(found, head=[_VBOX.get(each, each) for each in found.head], vbox=True)
-    return replace(found, comments=comments)
+    names = [each.lower() for each in found.head or []]
+    is_vbox = marks >= {"column names", "data"}
+    renamed = _VBOX if is_vbox else _NGSIM if {"local_x", "v_vel"} <= {*names} else {}
+    if found.head and renamed:
+        pairs = zip(names, found.head, strict=True)
+        found = replace(found, head=[renamed.get(name, each) for name, each in pairs])
+    return replace(found, comments=comments, vbox=is_vbox)
 
 
 # Racelogic's VBOX writes minutes, positive to the north and to the west.
 _VBOX = {"lat": "lat [min]", "long": "lon [-min]", "velocity": "velocity [km/h]"}
 _VBOX |= {"heading": "heading [deg]", "time": "time [hhmmss]"}
+# NGSIM's recordings are in feet; beside the road's plane they have that of the state.
+_NGSIM = {"local_x": "Local_X [ft]", "local_y": "Local_Y [ft]", "v_vel": "v_Vel [ft/s]"}
+_NGSIM |= {"global_time": "Global_Time [ms]"}
+_NGSIM |= {f"global_{axis}": f"Global_{axis.upper()} of the state" for axis in "xy"}
+
+
+def _filled(row: list[str]) -> list[str]:
+    """Leave out empty entries at the end of a row, which ends in separators."""
+    return row[: max((k for k, entry in enumerate(row) if entry), default=0) + 1]
+
+
+def _nested(head: list[str], rows: list[list[str]]) -> list[str]:
+    """Put names that repeat behind the title of an empty column: position,x,y is ,position/x."""
+    found, above = [], ""
+    for name, entries in zip(head, zip(*rows, strict=True), strict=True):
+        is_title = not any(entries)
+        is_part = above and (head.count(name) > 1 or len(name) == 1)
+        found.append("" if is_title else f"{above}/{name}" if is_part else name)
+        above = name if is_title else above
+    return found
 
 
 def split(content: str, separator: str | None) -> list[str]:
     """Split a line into its entries, without quotes and surrounding white space."""
     if separator is None:
         return [entry.strip('",') for entry in content.split()]
+    if separator != ";":
+        content = content.rstrip("; ")  # which may end every line
     if '"' in content:
         reader = csv.reader((content,), delimiter=separator, skipinitialspace=True)
         return [entry.strip() for entry in next(reader)]
@@ -281,7 +314,7 @@ def _comments(text: str, before: int) -> list[str]:
 
 def _separator(lines: list[str]) -> str | None:
     for mark in (";", "\t", ","):
-        counts = [line.count(mark) for line in lines]
+        counts = [line.rstrip("; ").count(mark) for line in lines]
         most = 2 * sum(map(bool, counts)) + bool(counts[:1] and counts[0]) > len(counts)
         if most and (mark != "\t" or min(counts) > 0):
             return _BOTH if mark == "," and all(map(_is_spaced, lines)) else mark

@@ -25,6 +25,8 @@ from popsteer.tables.columns import (
     likeliest,
     named,
     option,
+    over_ground,
+    seconds,
 )
 from popsteer.tables.poses import poses, yaw_of
 from popsteer.tables.quantities import UNITS, converted, meaning
@@ -45,7 +47,17 @@ _WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "tru
 _WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
 _WAYS |= {"backward": -1.0, "backwards": -1.0}
 _FEW = 20  # waypoints that no one recorded
-_OF_A_LOG = {"t", "t_ns", "steer", "throttle", "brake", "acceleration_command", "speed_command"}
+_OF_A_LOG = {
+    "t",
+    "t_ns",
+    "t_us",
+    "t_ms",
+    "steer",
+    "throttle",
+    "brake",
+    "acceleration_command",
+    "speed_command",
+}
 _OF_A_PATH = UNITS.keys() - _OF_A_LOG - {"z"}
 _NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
 
@@ -190,7 +202,7 @@ def _read_table(
             said = "longitude, latitude" if east == 0 else "latitude, longitude"
             values[:, :2] = _local(found, values[:, [1 - east, east]], origin)
         try:
-            places, notes = explained(table.name, values, texts)
+            places, notes = explained(table.name, values, texts, logged=table.is_logged)
         except PathError as error:
             degrees = ",".join(each[:3] for each in said.split(", "))
             both = "x,y" if found.origin is None else degrees
@@ -219,11 +231,12 @@ def _read_table(
         _check_count(table.name, len(values))
         read = zip(numbers.items(), values.T, strict=True)
         columns = {key: converted(key, column.unit, each) for (key, column), each in read}
+        used = over_ground(places, columns)
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
         if not wanted:
             _refuse_steep(found, table, places)
-        found.notes += ignored(table, places.values())
+        found.notes += ignored(table, [*places.values(), *used])
     _add(found, columns, places)
     return found
 
@@ -432,10 +445,15 @@ def _unit_by_times(found: Waypoints, speed: Floats) -> str | None:
     """Find the unit of a speed beside times in seconds; None if it is m/s, or nothing shows it."""
     table = found.table
     for k, name in enumerate(table.head or [] if table else []):
-        if table and meaning(name)[:2] in (("t", None), ("t", "s")) and not table.is_text(k):
-            t, (x, y) = table.numbers([k], blank=True)[:, 0], found.xy.T
-            ratio = shown.ratio(t, x, y, speed)
-            return None if ratio is None else shown.unit_of_speed(ratio, 0.02)
+        quantity, told, _ = meaning(name)
+        told = "ms" if quantity == "t_ms" else told
+        is_time = quantity in ("t", "t_ms") and told in (None, *UNITS["t"])
+        if table and is_time and not table.is_text(k):
+            t = seconds(converted("t", told, table.numbers([k], blank=True)[:, 0]))
+            ratio = shown.ratio(t, found.xy[:, 0], found.xy[:, 1], speed) or 0.0
+            unit = shown.unit_of_speed(ratio, 0.02)
+            if unit is not None or abs(ratio - 1.0) < 0.02:
+                return unit
     return None
 
 
