@@ -170,6 +170,7 @@ READ: dict[str, tuple[str, str]] = {
         "x,y;\n" + _rows((X, Y)).replace("\n", ";\n"),
         "",
     ),
+    "blank lines in front": ("\n" * 90 + _rows((X, Y, WRAPPED)), "y"),
     "empty columns at the ends": (_rows((X, Y, WRAPPED, *[[""] * N] * 3)), "y"),
     "names below titles": (
         "header,seq,pose,pose,position,x,y,z,orientation,x,y,z,w,twist,twist,linear,x,y,angular,x,y\n"

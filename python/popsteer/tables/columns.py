@@ -98,9 +98,10 @@ def named(
         read = [meaning(name).quantity or LEFT_OUT for name in head]
         ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
         known_ones = f" (--columns {' or --columns '.join(ways)} says which is which)"
+        is_told = {*read} - {LEFT_OUT} and table.columns <= _MANY
         raise PathError(
             f"{where}: {len(head)} name{'s' * (len(head) > 1)} above {table.columns} columns"
-            + (known_ones if {*read} - {LEFT_OUT} else ", none of which is known: is it a table?")
+            + (known_ones if is_told else ", none of which is known: is it a table?")
         )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}

@@ -37,7 +37,7 @@ _MARKS = (
 )
 # But pandas calls an index "Unnamed: 0".
 _YAML = re.compile(
-    r"(?:\s*(?:#.*)?\n)*(?:---|\s*- [\[{]|\s*(?:- )?(?!Unnamed: \d)[A-Za-z_][\w ]*:(?:\s|$))"
+    r"(?:[^\S\n]*(?:#.*)?\n)*(?:---|\s*- [\[{]|\s*(?:- )?(?!Unnamed: \d)[A-Za-z_][\w ]*:(?:\s|$))"
 )
 # What `ros2 topic echo --csv` writes of types with a header, without names, by their number.
 _POSE = "x y z qx qy qz qw"
