@@ -155,9 +155,9 @@ def test_log_level_is_that_of_ros() -> None:
     from popsteer.cli import ros2_options
 
     levels = [None, "debug", "INFO", "popsteer:=info", "warn", "popsteer:=ERROR", "fatal"]
-    assert [ros2_options.says(each) for each in levels] == [True] * 4 + [False] * 3
+    assert [ros2_options.least(each) for each in levels] == [0, 0, 0, 0, 1, 2, 3]
     with pytest.raises(popsteer.ConfigError, match="loud"):
-        ros2_options.says("loud")
+        ros2_options.least("loud")
 
 
 def _number() -> str:

@@ -37,7 +37,7 @@ def test_limits_angles_and_modes_are_heard_beside_odometry_and_paths() -> None:
         while len(recorded) == count and time.monotonic() < end:
             signals.take(5.0, lambda *taken: recorded.append(taken[0]))
         assert recorded[count:] == [topic]
-        return signals.limited, signals.released
+        return signals.limited, signals.released or signals.engaged
 
     assert heard("/speed_limit", speed_limit=50.0) == (True, False)
     assert (signals.slowed(80.0), signals.slowed(20.0)) == (50.0, 20.0)
@@ -45,6 +45,9 @@ def test_limits_angles_and_modes_are_heard_beside_odometry_and_paths() -> None:
     # The same number is another limit in percent.
     assert heard("/speed_limit", speed_limit=50.0, percentage=True) == (True, False)
     assert signals.slowed(80.0) == 40.0
+    for number in (-5.0, math.nan):
+        assert heard("/speed_limit", speed_limit=number) == (False, False)
+        assert signals.slowed(80.0) == 40.0
     assert heard("/speed_limit", speed_limit=0.0) == (True, False)
     assert signals.slowed(80.0) == 80.0
     assert heard(topics.operation_mode, mode=2) == (False, False)

@@ -15,7 +15,7 @@ pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
 pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
 
 from popsteer.adapters import ros2
-from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2 import diagnostics, messages
 from popsteer.adapters.ros2.topics import Topics
 from tests.adapters.ros2_domain import PERIOD, SLOW, Bench, Client
 
@@ -106,6 +106,56 @@ def test_fault_brakes_until_it_is_released() -> None:
     bench.run(3, y=0.0)
     assert (bench.state, bench.reason) == ("driving", "")
     assert client.call(lambda: bench.run(1, y=0.0)) == (True, "there is no fault")
+
+
+def test_fault_is_said_with_what_it_means_and_what_releases_it() -> None:
+    bench = faulty()
+    deviates = "deviation: it is farther off the path than its limit"
+    assert bench.node.why == deviates
+    end = "; ~/reset or a message on /popsteer/release releases it"
+    assert bench.lines[-1] == f"braking: {deviates}{end}"
+    driver = bench.node.driver
+    assert driver is not None
+    with pytest.raises(ValueError, match="fault must be one of") as caught:
+        driver.state = driver.state.replace(fault="none")
+    names = str(caught.value).split(" of ")[1].split(", got")[0].split(", ")
+    assert {*names} - {"input"} == {*diagnostics.BLAMES}  # of which the reason is what is missing
+
+
+def test_lines_have_the_level_of_what_they_say() -> None:
+    bench = Bench()
+    levels: list[tuple[str, int]] = []
+    say = lambda line: levels.append((line.split(":")[0].split(" of")[0], bench.node.level))  # noqa: E731
+    bench.node._say = say
+    bench.run(1)
+    bench.begin()
+    _stop(bench)
+    assert levels == [
+        ("waiting", 1),
+        ("path", 0),
+        ("driving", 0),
+        ("holding", 1),
+        ("braking", 2),
+        ("standing", 2),
+    ]
+    bench.begin_on()
+    bench.run(50)
+    bench.node.rest("the goal has ended")
+    bench.run(120)
+    assert levels[6:] == [("driving", 0), ("braking", 0), ("standing", 0)]
+
+
+def test_vehicle_that_others_move_after_a_goal_is_no_fault(bench: Bench) -> None:
+    bench.run(10)
+    bench.node.rest("the goal has ended")
+    bench.run(120)
+    bench.drive.take()
+    bench.run(200, y=5.0)  # farther than any limit: somebody drives it
+    assert (bench.state, bench.reason) == ("standing", "the goal has ended")
+    assert bench.drive.take() == []
+    bench.send_path(y=5.0)
+    bench.run(20, y=5.0)
+    assert bench.state == "driving"
 
 
 def test_fault_outlasts_lost_odometry_and_a_jump_of_time_and_is_released_where_it_is_back() -> None:
@@ -297,19 +347,52 @@ def test_new_run_of_the_autonomous_state_releases_a_fault() -> None:
     assert bench.state == "braking"  # the same run goes on
 
 
+def test_hand_over_in_mid_drive_begins_anew_after_a_fault() -> None:
+    bench = Bench(topics=replace(Topics(), mode="/vehicle/status/control_mode"))
+    bench.begin()
+    mode = bench.member.writer("/vehicle/status/control_mode", messages.CONTROL_MODE)
+    bench.send(mode, messages.make(messages.CONTROL_MODE, mode=4))
+    bench.run(20)
+    # A person drives at 4 m/s, in a bend and beside the path: not what is commanded.
+    yaw, at = 0.0, [bench.x, 0.1]
+
+    def driven(turn: float) -> None:
+        nonlocal yaw
+        yaw += 0.02 * turn
+        at[0] += 0.08 * math.cos(yaw)
+        at[1] += 0.08 * math.sin(yaw)
+        sent = ros2.odometry_message(at[0], at[1], yaw, 4.0, bench.now, "map")
+        bench.send(bench.odometry, sent)
+        bench.cycle()
+
+    for _ in range(150):
+        driven(0.2)
+    assert (bench.state, bench.node.level) == ("braking", 2)
+    for _ in range(140):
+        driven(-0.2)
+    bench.send(mode, messages.make(messages.CONTROL_MODE, mode=1))
+    for _ in range(10):
+        driven(-0.2)
+    assert bench.state == "driving"
+
+
 def test_trajectory_without_any_speed_says_stand() -> None:
     bench = Bench(topics=Topics.of_autoware())
-    place = [messages.make("geometry_msgs/msg/Point", x=x) for x in (0.0, 50.0)]
-    points = [
-        messages.make(
-            "autoware_planning_msgs/msg/TrajectoryPoint",
-            pose=messages.make("geometry_msgs/msg/Pose", position=at),
-        )
-        for at in place
-    ]
-    header = messages.make("std_msgs/msg/Header", frame_id="map")
+
+    def send(speed: float) -> None:
+        points = [
+            messages.make(
+                "autoware_planning_msgs/msg/TrajectoryPoint",
+                pose={"position": messages.make("geometry_msgs/msg/Point", x=x, y=0.1)},
+                longitudinal_velocity_mps=speed,
+            )
+            for x in (0.0, 150.0)
+        ]
+        header = messages.make("std_msgs/msg/Header", frame_id="map")
+        bench.send(bench.path, messages.make(messages.TRAJECTORY, header=header, points=points))
+
     bench.send_pose()
-    bench.send(bench.path, messages.make(messages.TRAJECTORY, header=header, points=points))
+    send(0.0)
     assert bench.until(lambda: bench.state == "standing")
     bench.run(20)
     assert (bench.speed, bench.reason) == (0.0, "the path's speeds are 0")
@@ -317,6 +400,15 @@ def test_trajectory_without_any_speed_says_stand() -> None:
     assert bench.drive.wait(1.0)
     control = messages.decode(messages.CONTROL, bench.drive.take()[-1])
     assert (control.longitudinal.velocity, control.longitudinal.acceleration) == (0.0, -3.0)
+    # In mid-drive, too, that is no stop which it overruns: it goes on as soon as it may.
+    for _ in range(2):
+        send(4.0)
+        bench.run(60)
+        assert bench.speed > 1.5
+        send(0.0)
+        assert bench.until(lambda: bench.state == "braking")
+        assert bench.until(lambda: bench.state == "standing")
+        assert (bench.reason, bench.node.level) == ("the path's speeds are 0", 0)
 
 
 def test_last_command_is_to_stand_as_hard_as_the_vehicle_may() -> None:

@@ -191,6 +191,7 @@ def test_diagnostics_say_what_the_command_says_in_its_units() -> None:
     known: dict[str, Any] = {
         "state": "driving",
         "reason": "",
+        "level": 0,
         "deviation": 0.75,
         "path_jump": 4.0,
         "nanoseconds": 1_250_000_000,

@@ -86,8 +86,8 @@ def ros2(
     chosen |= {"use_sim_time": sim_time, **ros2_options.parameters_of(param, params_file, names)}
     max_speed, sim_time = chosen.pop("max_speed"), chosen.pop("use_sim_time")
     settings = Options(**chosen, sim_time=sim_time, topics=topics)
-    printed = ros2_options.says(log_level)
-    say: Any = partial(print, flush=True) if printed else lambda _: None
+    least = ros2_options.least(log_level)
+    say: Any = lambda line: print(line, flush=True) if node.level >= least else None  # noqa: E731
     car, law = _limited(given, max_speed), tuning.params[controller]
     how: Any = {"adapt": tuning.adapt, "monitor": tuning.monitor}
     make: Any = partial(Driver, vehicle=car, controller=law, **how)
@@ -97,11 +97,10 @@ def ros2(
         local, named = localhost or None, {"node": names.node, "namespace": names.namespace}
         participant = Participant(domain, local=local, **named)
         recording = None if record is None else stack.enter_context(Recording(record))
-        node = Node(participant, make, settings, recording=recording, say=say)
-        say(
-            f"domain {participant.domain}: {topics.odometry}, {topics.path} -> {topics.command}"
-            f" at {settings.rate:g} Hz"
-        )
+        node: Any = Node(participant, make, settings, recording=recording, say=say)
+        what = f"{topics.odometry}, {topics.path} -> {topics.command} at {settings.rate:g} Hz"
+        if least == 0:
+            print(f"domain {participant.domain}: {what}", flush=True)
         spin(node, participant, stopped)
     loop, odometry, paths = node.loop, node.intake.odometry, node.intake.courses
     print(

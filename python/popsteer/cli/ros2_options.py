@@ -101,13 +101,13 @@ def _is_meant(pattern: str, node: str) -> bool:
     return re.fullmatch(re.sub(r"(?<!\))\*", "[^/]+", words), node) is not None
 
 
-def says(level: str | None) -> bool:
-    """Say whether what the node tells of itself is printed at a level of ROS's logging."""
+def least(level: str | None) -> int:
+    """Give the least of the node's levels that is printed at a level of ROS's logging."""
     if level is None:
-        return True
+        return 0
     word = level.rpartition(":=")[2].lower()
     check_known("--log-level", word, _LEVELS)
-    return _LEVELS.index(word) <= _LEVELS.index("info")
+    return max(_LEVELS.index(word) - _LEVELS.index("info"), 0)
 
 
 def _assigned(option: str, given: list[str] | None) -> dict[str, str]:

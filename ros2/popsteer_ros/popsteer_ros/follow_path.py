@@ -114,7 +114,7 @@ class Follow:
         # In other states what it knew of its place may be of another path.
         elif core.state == "standing" and now - self._begun > core.options.hold:
             lost = "odometry" in core.reason
-            self._end("TF_ERROR" if lost else "NO_VALID_CONTROL", core.reason)
+            self._end("TF_ERROR" if lost else "NO_VALID_CONTROL", core.why)
 
     def _tell(self, now: float, drive: Any, measured: Any) -> None:
         """Give feedback, and look whether the goal is reached or no more come nearer to."""
@@ -169,7 +169,7 @@ class Follow:
         if rest:
             self.core.rest("the goal has ended")
         if rest and code not in (None, "NONE"):  # of a planner's next path nothing is to be told
-            self._host.get_logger().info(f"goal ended: {said}")
+            self._host.get_logger().error(f"goal ended: {said}")
         self._ended.set_result((code, said))
 
     def _result(self, code: str | None, said: str) -> Any:

@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from popsteer import ConfigError, Driver, Path, PopsteerError, Vehicle, controllers, vehicles
 from popsteer.adapters.ros2 import Node, Options, Recording, Topics
+from popsteer.adapters.ros2.diagnostics import ERROR, OK, WARN
 from popsteer.adapters.ros2.node import RANGES
 from popsteer.adapters.ros2.pacing import Pace, frozen, stop_on_signals
 from popsteer.adapters.ros2.topics import COMMANDS
@@ -135,9 +136,9 @@ class Track(LifecycleNode):
         topics = self._topics()
         given = {name: self.value(name) for name in (*CHANGED, "rate", "timeout", "closed")}
         options = Options(**given, topics=topics)
-        file, say = self.value("record"), self.get_logger().info
+        file = self.value("record")
         recording = self._link.enter_context(Recording(file)) if file else None
-        self.core = Node(self._link, make, options, recording=recording, say=say)
+        self.core = Node(self._link, make, options, recording=recording, say=self._say)
         self.frames.base, self.frames.axle = self.value("base_frame"), self.value("rear_axle_frame")
         self.frames.known = {}
         self.frames.clear()  # time may have begun anew since it was active
@@ -159,6 +160,18 @@ class Track(LifecycleNode):
         self._pace = Pace(round(options.period * 1e9), self._passed(), self.now())
         self._timer = self.create_timer(options.period, self._tick, clock=clock)
         self._link.callback(self.destroy_timer, self._timer)
+
+    def _say(self, line: str) -> None:
+        """Log what the core tells, by how bad it is."""
+        level = OK if self.core is None else self.core.level
+        logger = self.get_logger()
+        # Each in a place of its own: rclpy takes one severity at each.
+        if level == ERROR:
+            logger.error(line)
+        elif level == WARN:
+            logger.warning(line)
+        else:
+            logger.info(line)
 
     def _topics(self) -> Topics:
         """Give the topics, by the names that they are remapped to."""

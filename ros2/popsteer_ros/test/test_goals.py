@@ -82,12 +82,17 @@ def test_nothing_is_commanded_after_a_goal_but_one_standstill() -> None:
     car.close()
 
 
-def test_goal_begins_afresh_after_one_that_ended_in_a_fault() -> None:
+def test_goal_begins_afresh_after_one_that_ended_in_a_fault(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     car = Car().start()
     handle = car.goal(60.0)
     assert car.until(lambda: car.speed > 3.0)
     car.y += 8.0  # the localisation is somewhere else
     assert car.outcome(handle)[0] == ABORTED
+    said = capfd.readouterr().err.splitlines()
+    assert " braking: " in next(each for each in said if "[ERROR]" in each)
+    assert not any(" driving" in each for each in said if "[INFO]" not in each)
     assert car.until(lambda: car.speed == 0.0)
     course = path(car.x, 6.0, origin=(0.0, -car.y, 0.0))
     assert car.outcome(car.send(course)) == (SUCCEEDED, 0)

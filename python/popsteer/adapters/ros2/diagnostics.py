@@ -14,11 +14,21 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from popsteer import Drive, Driver
-    from popsteer.adapters.ros2.intake import Course, Intake
+    from popsteer.adapters.ros2.intake import Intake
 
 OK, WARN, ERROR = 0, 1, 2
 _JUMP = 1.0  # more than a planner's noise, less than a lane [m]
 _LEVELS = {"ok": OK, "degraded": WARN, "fault": ERROR}
+BLAMES = {
+    "position": "positions repeat, jump about or do not come",
+    "heading": "the heading is not that of the way, or does not come",
+    "speed": "the speed is not that of the positions, or does not come",
+    "steering": "the vehicle turns otherwise than commanded",
+    "deviation": "it is farther off the path than its limit",
+    "path": "the path is not where the vehicle is",
+    "cannot-stop": "it overruns its stop, however hard it brakes",
+}
+"""What a fault of the driver means."""
 
 
 @dataclass
@@ -67,6 +77,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
     *,
     state: str,
     reason: str,
+    level: int,
     deviation: float,
     path_jump: float,
     command: str,
@@ -77,7 +88,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
 ) -> Any:  # noqa: ANN401
     """Make four statuses: steering, inputs, outputs, loop.
 
-    `state` and `reason` say what the node does and why, as its attributes.
+    `state`, `reason` and `level` say what the node does, why, and how bad it is, as its attributes.
     `deviation` from the path and `path_jump`, from one path to the next beside the vehicle, are the
     largest since the last message [m]. `listeners` hear `command`, `rivals` publish on it too, and
     `clocks` publish a simulated time.
@@ -114,7 +125,7 @@ def message(  # noqa: PLR0913 - each is one thing that it tells of
     late = [f"{loop.missed_lately} cycles missed"] if loop.missed_lately else []
     outputs = {"command_subscribers": listeners, "other_publishers": rivals}
     statuses = [
-        _steering(driver, drive, state, reason, deviation, intake.course),
+        _steering(driver, drive, state, reason, level, deviation),
         _warning("inputs", troubles, "all messages used", inputs),
         _warning("outputs", heard, "heard", outputs),
         _warning("loop", late, "on time", times),
@@ -139,8 +150,8 @@ def _steering(
     drive: Drive | None,
     state: str,
     reason: str,
+    level: int,
     deviation: float,
-    course: Course | None,
 ) -> Any:  # noqa: ANN401
     said = f"{state}: {reason}" if reason else state
     if driver is None or drive is None:
@@ -165,10 +176,6 @@ def _steering(
     }
     if state == "driving":
         level, said = _LEVELS[drive.status.level], state if status == "ok" else status
-    elif course is not None and reason == course.stands:
-        level = OK  # it is told to stand
-    else:
-        level = WARN if state == "holding" else ERROR
     return _status(level, "steering", said, values)
 
 

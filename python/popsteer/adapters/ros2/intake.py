@@ -182,13 +182,16 @@ class Intake:
                 if here is not None and self.measured is not None:
                     seen_from = placed(self.measured[:3], inverse(here[:3]))
             seen_from = None if anew else seen_from
-            path = points.path(closed=closed, seen_from=seen_from)
+            # Without its speeds: on a path of stops a vehicle in mid-drive overruns them all.
+            stands = points.speed is not None and not points.speed.any()
+            driven = points._replace(speed=None) if stands else points
+            path = driven.path(closed=closed, seen_from=seen_from)
         except MessageError as error:
             return self._refuse(error, now)
         if anew:
             self.measured = here
         self.seen_from = seen_from
-        self.use(path, points.frame, anew=anew)
+        self.use(path, points.frame, anew=anew, stands=stands)
         return True
 
     def here(self, frame: str, now: float) -> Measured | None:
@@ -214,9 +217,12 @@ class Intake:
         self.course_refused = self.courses.refuse(error)
         return False
 
-    def use(self, path: Path, frame: str, *, anew: bool = True) -> None:
-        """Take a path that came by another way than a message, in the frame of `measured`."""
-        stands = path.speed is not None and not path.speed.any()
+    def use(self, path: Path, frame: str, *, anew: bool = True, stands: bool = False) -> None:
+        """Take a path that came by another way than a message, in the frame of `measured`.
+
+        With `stands` the vehicle is to stand on it, as where its speeds are 0.
+        """
+        stands = stands or (path.speed is not None and not path.speed.any())
         self.course = Course(path, frame, "the path's speeds are 0" if stands else "", anew)
         self.course_number += 1
         self.course_refused = ""

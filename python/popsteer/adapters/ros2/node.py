@@ -103,7 +103,7 @@ class Node:
     recording : Recording, optional
         Where all messages go that come in or go out.
     say : callable, optional
-        Called with a line for each change.
+        Called with a line for each change, whose `level` is the node's.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class Node:
         self._most = self._top = math.inf
         self._rests = self._silent = False
         # At the next odometry: whether the fault is forgotten, and whether the drive begins anew.
-        self._released = self._moved = False
+        self._released = self._moved = self._engaged = False
         self._jump = ""
         self._last = 0.0, 0
         self._aged = math.nan, 0.0
@@ -246,7 +246,7 @@ class Node:
         self._publish_drive(now)
         # Once it stands: what moves the vehicle then is another's business.
         self._silent = self._silent or (self._rests and self.stands)
-        changed = self.note(f"{self.state}: {self.reason}" if self.reason else self.state)
+        changed = self.note(self._account())
         self.loop.count(dt, time.perf_counter() - began, missed)
         if changed or now - self._reported >= _SECOND / self.options.report_rate:
             self._report(now)
@@ -294,6 +294,7 @@ class Node:
             self._limit()
         if self.signals.released:
             self.release()
+        self._engaged |= self.signals.engaged
 
     def _renew(self, measured: Measured | None, now: float) -> bool:
         """Go over to the path that came last; says whether a drive begins with it."""
@@ -322,15 +323,18 @@ class Node:
         rate shows it.
         """
         self.driver = self._make(path)
-        car = self.driver.vehicle
-        self._top = car.max_speed or math.inf
+        self._top = self.driver.vehicle.max_speed or math.inf
         self._limit()
-        at = self.signals.steer(now, self.options.stale)
-        at = conversions.shown_steer(car, measured) if at is None else at
-        if at:
-            self.driver.reset(steer=max(-car.max_steer, min(at, car.max_steer)))
-        self._rests = self._silent = self._released = self._moved = False
+        self._reset(self.driver, measured, now)
+        self._rests = self._silent = self._released = self._moved = self._engaged = False
+        self.state, self.reason = "driving", ""
         self._say(f"path of {len(path)} points, {path.length:.1f} m")
+
+    def _reset(self, driver: Driver, measured: Measured, now: float) -> None:
+        """Begin anew from where the vehicle is, at the angle of the wheels that others steered."""
+        car, at = driver.vehicle, self.signals.steer(now, self.options.stale)
+        at = conversions.shown_steer(car, measured) if at is None else at
+        driver.reset(**({"steer": max(-car.max_steer, min(at, car.max_steer))} if at else {}))
 
     @property
     def _waits(self) -> bool:
@@ -368,7 +372,12 @@ class Node:
                 driver.release()
             if self._moved and driver.fault is None and self.drive is not None:
                 driver.reset(steer=self.drive.steer)
-            self._released = self._moved = False
+            if self._engaged and driver.fault is not None:  # what a person drove is no part of it
+                self._reset(driver, measured, now)
+            self._released = self._moved = self._engaged = False
+        if self._silent:  # who moves the vehicle now does not follow the path
+            self.reason = driver.fault or concern
+            return
         (driver.hold if halts else driver.go)()
         x, y, yaw, speed = 4 * (math.nan,) if measured is None else measured[:4]
         # One pose ages by the steps' times: their clock is not quite that of its stamp.
@@ -401,6 +410,27 @@ class Node:
         )
         self._publish(topics.command, message, now)
 
+    @property
+    def level(self) -> int:
+        """How bad what it does is, by the levels of diagnostics; OK where it is told to stand."""
+        course = self.intake.course
+        if self.state == "driving" or self.reason == ("" if course is None else course.stands):
+            return diagnostics.OK
+        return diagnostics.ERROR if self.state in ("braking", "standing") else diagnostics.WARN
+
+    @property
+    def why(self) -> str:
+        """The reason, with what a fault means."""
+        fault = diagnostics.BLAMES.get(self.reason)
+        return f"{self.reason}: {fault}" if fault else self.reason
+
+    def _account(self) -> str:
+        """Say what it does, why, and what ends a fault."""
+        told = f"{self.state}: {self.why}" if self.reason else self.state
+        if self.reason not in diagnostics.BLAMES:
+            return told
+        return f"{told}; ~/reset or a message on {self.options.topics.release} releases it"
+
     def note(self, told: str) -> bool:
         """Say what goes on, where that is news: more than another number in the same words."""
         words = re.sub(r"[-+]?\d[\d.]*", "", told)
@@ -421,6 +451,7 @@ class Node:
             self.drive,
             state=self.state,
             reason=self.reason,
+            level=self.level,
             deviation=self._deviation,
             path_jump=self._path_jump,
             command=topics.command,

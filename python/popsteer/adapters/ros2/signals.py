@@ -24,14 +24,14 @@ class Signals:
 
     Attributes
     ----------
-    released : bool
-        Whether somebody said that a fault is over, or handed the vehicle over.
+    released, engaged : bool
+        Whether somebody said that a fault is over; whether the vehicle was handed over.
     limited : bool
         Whether another limit of the speed was said.
     """
 
     def __init__(self, participant: Participant, topics: Topics) -> None:
-        self.released = self.limited = False
+        self.released = self.limited = self.engaged = False
         self._topics, self._types = topics, topics.types()
         names = topics.release, topics.speed_limit, topics.steering, topics.mode
         self._readers = {
@@ -45,7 +45,7 @@ class Signals:
 
     def take(self, now: float, record: Callable[[str, bytes], None]) -> None:
         """Take what has come in at `now` [s]; `record` is called with each topic and its bytes."""
-        self.released = self.limited = False
+        self.released = self.limited = self.engaged = False
         for topic, reader in self._readers.items():
             for data in reader.take():
                 record(topic, data)
@@ -67,6 +67,8 @@ class Signals:
     def _hear(self, topic: str, message: Any, now: float) -> None:  # noqa: ANN401
         topics, kind = self._topics, self._types[topic]
         if topic == topics.speed_limit:
+            if not message.speed_limit >= 0.0:
+                return  # a number that is no limit ends none
             before, self._limit = self._limit, message
             self.limited |= before is None or any(
                 getattr(before, name) != getattr(message, name)
@@ -83,5 +85,5 @@ class Signals:
                 engaged = message.mode == 1
             else:
                 engaged = message.mode == message.AUTONOMOUS and message.is_autoware_control_enabled
-            self.released |= engaged and not self._engaged.get(topic, False)
+            self.engaged |= engaged and not self._engaged.get(topic, False)
             self._engaged[topic] = engaged
