@@ -25,6 +25,14 @@ from tests.unit.test_table_kinds import (
 )
 
 
+def test_name_says_of_what_a_value_is() -> None:
+    of_others = "/cmd_vel/linear/x", "accel.accel.linear.x", "residual_v_x", "gyroRotationZ"
+    assert {meaning(name)[0] for name in (*of_others, "lead_vehicle_velocity_x")} == {None}
+    own = "/odom/twist/twist/linear/x", "locationSpeed", "field.twist.twist.linear.x"
+    assert {meaning(name)[0] for name in own} == {"speed"}
+    assert meaning("/cmd/steering_angle")[0] == "steer"
+
+
 def test_heading_against_the_waypoints_drives_them_backwards(tmp_path: Any) -> None:
     x = np.concatenate((np.arange(0.0, 20.0), np.arange(19.0, 9.0, -1.0)))
     y, yaw = 0.01 * np.arange(30.0), np.zeros(30)

@@ -67,10 +67,10 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     use = [column.place] + ([] if part is None else [places[part].place])
     entries = ((line, row) for _, line, row in table.entries(use))
     first, *after = next((row for _, _, row in table.entries(use) if row[0]), [""])
-    if part and first.lstrip("-").isdigit() and after[0].isdigit():
+    if part and first.isdigit() and after[0].isdigit():
         name, size = PARTS[part]
         if int(after[0]) * size < 10**9:  # else it is a clock of its own
-            return _stamps(table, entries, column, name, size)
+            return _stamps(table, entries, column, (10**9, size), f"t is s + {name}")
     if unit == "hhmmss":
         values = table.numbers([column.place], blank=True)[:, 0]
         hours, minutes = np.floor(values / 1e4), np.floor(values / 1e2) % 100.0
@@ -80,32 +80,23 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
         return _clocks(table, entries, column, dated=bool(re.match(r"\d{4}\D", first)))
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         unit = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
-        return _counts(table, entries, column, unit)
+        return _stamps(table, entries, column, (dict(PARTS.values())[unit],), f"t is in {unit}")
     scale = factor("t", unit or "s")
     found = scale * table.numbers([column.place], blank=True)[:, 0]
     return Times(found, 0, f"t is in {unit}" if scale != 1.0 else "", unit is not None)
 
 
-def _stamps(table: Table, entries: Rows, column: Column, part: str, size: int) -> Times:
-    try:
-        stamps = [int(s) * 10**9 + int(each) * size for _, (s, each) in entries]
-    except ValueError:
-        raise PathError(f"{table.name}: {column} and {part} are not whole numbers") from None
-    return _since_first(stamps, f"t is s + {part}")
-
-
-def _counts(table: Table, entries: Rows, column: Column, unit: str) -> Times:
-    size = dict(PARTS.values())[unit]
+def _stamps(
+    table: Table, entries: Rows, column: Column, sizes: tuple[int, ...], said: str
+) -> Times:
+    """Read whole numbers that together are a time, each of so many ns."""
     stamps = []
     for line, row in entries:
-        if not row[0].isdigit():
-            place = table.at(line, column.place)
-            raise PathError(f"{place}: {row[0][:40]!r} is no whole number")
-        stamps.append(int(row[0]) * size)
-    return _since_first(stamps, f"t is in {unit}")
-
-
-def _since_first(stamps: list[int], said: str) -> Times:
+        for entry in row[: len(sizes)]:
+            if not entry.isdigit():
+                place = table.at(line, column.place)
+                raise PathError(f"{place}: {entry[:40]!r} is no whole number")
+        stamps.append(sum(int(each) * size for each, size in zip(row, sizes, strict=False)))
     since = np.array([1e-9 * (stamp - stamps[0]) for stamp in stamps])
     return Times(since, stamps[0], f"{said}, and counted from the first row", is_sure=True)
 

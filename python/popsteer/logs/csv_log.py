@@ -34,8 +34,6 @@ from popsteer.tables.waypoints import backwards
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from popsteer.tables.shown import Floats
 
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
@@ -148,8 +146,7 @@ def _read(
     }
     used = over_ground(rest, columns)
     for key, column in rest.items():
-        said = key if column.name == key else f"{key} ({column})"
-        found[key] = _Series(t, columns[key], said, units.get(key, column.unit))
+        found[key] = _Series(t, columns[key], column.said(key), units.get(key, column.unit))
     if gear is not None:
         with suppress(PathError):  # words of a gearbox that are not known say nothing
             found["direction"] = _Series(
@@ -194,7 +191,9 @@ def _log(
     there = [*COLUMNS[1:], *(key for key in SIGNALS if key in series)]
     for key in there:
         each = series[key]
-        empty = len(each.t) != len(base.t) or _share(np.isnan(each.values[here])) > _MERGED
+        empty = (
+            len(each.t) != len(base.t) or np.isnan(each.values[here]).sum() > _MERGED * here.sum()
+        )
         if empty and key not in ("x", "y"):
             merged.append(key)
         columns[key] = _on_clock(key, each, base.t) if empty else each.values
@@ -251,10 +250,6 @@ def _backwards(columns: dict[str, Floats], series: Mapping[str, _Series], t: Flo
     back = _on_clock("direction", gear, t) < 0.0
     columns["speed"] = np.where(back, -columns["speed"], columns["speed"])
     return [f"speed is negative where {gear.said} says backwards"] if back.any() else []
-
-
-def _share(flags: NDArray[np.bool_]) -> float:
-    return float(flags.mean()) if flags.size else 0.0
 
 
 def _localise(name: str, series: dict[str, _Series], origin: tuple[float, float] | None) -> str:

@@ -48,6 +48,10 @@ class Column:
         name = "".join(each if each.isprintable() else "?" for each in self.name)
         return name if len(name) <= 40 else name[:40] + "..."
 
+    def said(self, quantity: str) -> str:
+        """Word it as a quantity, by its name where that is another."""
+        return quantity if str(self) == quantity else f"{quantity} ({self})"
+
 
 def asked_for(columns: Columns | None) -> list[str] | dict[str, str]:
     """Give the names of columns in their order, or by quantity; empty for None.

@@ -63,6 +63,7 @@ _AXIS = (
     " utm_{0} {0}_utm positions_{0} {0}pos {0}_raceline loc_{0} {0}_loc {0}coord utm{0} c{0}"
     " {0}_axis"
 )
+_PART = "v{1} v_{1} v_{0} vel_{1} vel_{0} velocity_{0} velocity_{1} speed_{0} {0}_velocity {0}_vel"
 _NAMES = {
     "t": "t time stamp timestamp stamp_sec stamp_secs sec secs tv_sec s_stamp elapsed time_stamp"
     " header_stamp elapsed_time time_sec seconds rosbagtimestamp session_time sim_time unix_time"
@@ -83,15 +84,8 @@ _NAMES = {
     " forward_speed v_rs_r_x v_vel spd sog v_long vlong long_vel vel_long lon_velocity x_velocity"
     " v_des vdes",
     "speed_y": "vy v_rs_r_y linear_y velocity_y vel_y v_y speed_y linear_velocity_y y_velocity",
-    **{
-        f"v_{whither}": " ".join(
-            f"{each}_{part} {part}_{each}"
-            for each in ("v", "vel", "velocity", "speed")
-            for part in (whither, whither[0])
-        )
-        + f" v{whither[0]} v{whither}"
-        for whither in ("east", "north")
-    },
+    "v_east": _PART.format("east", "e"),
+    "v_north": _PART.format("north", "n"),
     "steer": "steer steer_cmd steer_command steering_command steering steering_angle delta"
     " steering_cmd steer_angle steered_angle wheel_angle steering_tire_angle"
     " drive_steering_angle front_wheel_angle delta_f tire_angle",
@@ -121,9 +115,16 @@ _SAID_OF = (
     "field pose twist odom odometry ego car vehicle state base link map local global world ref data"
     " msg current actual measured robot path wp waypoint waypoints header drive sample raceline"
     " center centre centerline centreline traj trajectory lane route reference desired target gt"
-    " true est estimated filtered"
+    " true est estimated filtered location"
 )
 _SOURCES = frozenset(_SAID_OF.split())
+# What says that a value is not it, but of something else: cmd_vel/linear/x, accel/linear/x.
+_NOT_IT = (
+    "cmd command commanded accel acceleration gyro residual error err std sigma cov covariance max"
+    " min prev previous next predicted lead leader opponent opp obstacle wheel wind"
+)
+_OTHERS = frozenset(_NOT_IT.split())
+_COMMANDED = ("steer", "throttle", "brake")
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 _HAND_WHEEL = re.compile(r"(steering|hand)_?wheel")  # its angle is not the front wheels'
@@ -173,7 +174,11 @@ def _known(words: list[str]) -> Meaning | None:
     last = (plain[k:] for k in range(1, len(plain) - 1))
     for sourced, each in enumerate((words, plain, *last, words[-2:] if len(plain) > 2 else plain)):
         if (name := "_".join(each)) in _PLAIN:
-            return Meaning(_PLAIN[name], None, (sourced > 0, _PLACES[name]))
+            quantity = _PLAIN[name]
+            is_other = sourced > 1 and not _OTHERS.isdisjoint(words[: -len(each)])
+            if is_other and quantity not in _COMMANDED:
+                return None
+            return Meaning(quantity, None, (sourced > 0, _PLACES[name]))
     return None
 
 

@@ -355,7 +355,7 @@ def _position(
             f"{found.name}: {places['x']} and {places['y']} are degrees rather than metres: {by}"
             " reads them as longitude and latitude"
         )
-    found.read += [_said("x", places["x"]), _said("y", places["y"])]
+    found.read += [places["x"].said("x"), places["y"].said("y")]
     if {"x_normal", "y_normal", "alpha"} <= columns.keys() and "ref" in places["x"].name.lower():
         found.notes.append("x and y are the raceline's: the reference line + alpha * normal vector")
         x = x + columns["alpha"] * columns["x_normal"]
@@ -369,16 +369,12 @@ def _local(found: Waypoints, degrees: Floats, origin: tuple[float, float] | None
     return xy
 
 
-def _said(quantity: str, column: Column) -> str:
-    return quantity if str(column) == quantity else f"{quantity} ({column})"
-
-
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
 def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column]) -> None:
     """Add what a path takes beside its positions."""
     both_ways, ahead = bool(found.table and found.table.head), False
     if "yaw" in columns:
-        unit, said = places["yaw"].unit, _said("yaw", places["yaw"])
+        unit, said = places["yaw"].unit, places["yaw"].said("yaw")
         ahead = _add_yaw(found, columns, said, unit, both_ways=both_ways)
     elif "qz" in columns and "qw" in columns:
         columns["yaw"] = yaw_of(columns)
@@ -388,7 +384,7 @@ def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Colu
     for key in ("curvature", "grade"):
         if key in columns:
             found.more[key] = columns[key]
-            found.read.append(_said(key, places[key]))
+            found.read.append(places[key].said(key))
     if "direction" in places and found.table:
         back = backwards(found.table, places["direction"])
         found.read.append(f"direction ({places['direction']})")
@@ -426,7 +422,7 @@ def _add_yaw(
 def _add_speed(
     found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Column], *, ahead: bool
 ) -> None:
-    speed, said = columns["speed"], _said("speed", places["speed"])
+    speed, said = columns["speed"], places["speed"].said("speed")
     if "speed_y" in columns and np.any(columns["speed_y"] != 0.0):
         other = columns["speed_y"]
         if shown.is_velocity(found.xy, speed, other, found.more.get("yaw")):
