@@ -83,7 +83,7 @@ sys.exit(any(name.startswith(parts) for name in sys.modules))
         (["--path-type", "points"], "unknown --path-type 'points'; known: path, trajectory"),
         (["--rate", "0"], "rate must be in [1, 1000], got 0"),
         (["--max-speed", "0"], "--max-speed must be in (0, 10000], got 0"),
-        (["--record", "run.bag"], "--record must be a file *.mcap, got 'run.bag'"),
+        (["--record", "run.bag"], "recording must be a file *.mcap, got 'run.bag'"),
         (["--controller", "mpc"], "unknown controller 'mpc'; known: pid"),
         (["--params", "nowhere.toml"], "nowhere.toml: No such file or directory"),
         (["--timeout", "nan"], "timeout must be in [0, 1e+06], got nan"),

@@ -121,6 +121,12 @@ def test_what_is_there_is_refused_and_kept(
         assert [each.name for each in target.iterdir()] == ["note.txt"]
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no folder that nobody writes")
+def test_folder_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = command.call(capsys, "new", "/proc/mine")
+    assert (outcome.status, outcome.err) == (2, "popsteer: /proc: No such file or directory\n")
+
+
 def test_failure_leaves_nothing(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

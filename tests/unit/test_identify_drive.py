@@ -210,15 +210,15 @@ def test_commands_say_which_defaults_a_drive_hangs_on(
     file, log = tmp_path / "car.toml", command.write_csv(tmp_path / "drive.csv", command.drive())
     rest = "wheelbase = 2.7\nundersteer = 0.0\nsteer_lag = 0.1\n"
     for text, said in (
-        ("wheelbase = 2.7\n", "does not say understeer = 0, steer_lag = 0.1, dead_time = 0"),
-        (rest, "does not say dead_time = 0: defaults"),
+        ("wheelbase = 2.7\n", "does not set: understeer = 0, steer_lag = 0.1, dead_time = 0"),
+        (rest, "does not set: dead_time = 0"),
         (rest + "dead_time = 0.2\n", None),
-        (rest.split("\n", 1)[1] + "dead_time = 0.2\n", "does not say wheelbase = "),
+        (rest.split("\n", 1)[1] + "dead_time = 0.2\n", "does not set: wheelbase = "),
     ):
         file.write_text(text)
         outcome = command.call(capsys, "replay", str(log), "--vehicle", str(file))
         shown = " ".join(outcome.out.split())
-        assert ("does not say" in shown) == (said is not None)
+        assert ("does not set" in shown) == (said is not None)
         assert said is None or said in shown
     assert vehicle_file.defaults(file, 5.0, 0.31) == ["wheelbase", "max_steer_rate"]
     assert vehicle_file.defaults(file, 5.0, 0.29) == ["wheelbase"]
@@ -227,7 +227,7 @@ def test_commands_say_which_defaults_a_drive_hangs_on(
     turns["steer"] = 0.1 * np.sign(np.sin(6.0 * turns["t"]))
     fast = command.write_csv(tmp_path / "fast.csv", turns)
     outcome = command.call(capsys, "replay", str(fast), "--vehicle", str(file))
-    assert "does not say max_steer_rate = none" in " ".join(outcome.out.split())
+    assert "does not set: max_steer_rate = none" in " ".join(outcome.out.split())
     outcome = command.call(
         capsys,
         "compare",

@@ -447,3 +447,18 @@ def test_trial_at_the_limit_of_the_effort_is_within_it_and_the_first_of_equals_b
     assert study._best_within(trials, 1.1) is trials[2]
     assert study._best_within(trials, 1.0) is trials[1]
     assert study._best_within(trials, 0.9) is None
+
+
+def test_trials_beyond_the_edge_of_the_figure_are_counted_and_do_not_stretch_it() -> None:
+    from popsteer.lab.common.theme import THEMES
+    from popsteer.lab.tune.figure import tune_figure
+
+    tried = [trial(0, 0.5, 0.1), trial(1, 0.4, 0.2), trial(2, 9.0, 7.0), trial(3, 70.0, 0.3)]
+    found = Tuned(problem(cars=0), USUAL, tried, tried[1], 1.1)
+    figure = tune_figure(found, THEMES["light"])
+    (panel,) = figure.axes
+    assert "trials (2 of 4)" in panel.get_legend_handles_labels()[1]
+    assert panel.get_ylim()[1] < 9.0
+    assert panel.get_xlim()[1] < 7.0
+    figure = tune_figure(replace(found, trials=tried[:2]), THEMES["light"])
+    assert "trials" in figure.axes[0].get_legend_handles_labels()[1]

@@ -371,7 +371,7 @@ def defaults_note(
     values = {name: "none" if car[name] is None else f"{car[name]:g}" for name in left}
     left = [name for name in left if name not in told(text, changes)]
     said = ", ".join(f"{name} = {values[name]}" for name in left)
-    return [f"{text} does not say {said}: defaults, on which this drive hangs"] if left else []
+    return [f"this drive depends on defaults that {text} does not set: {said}"] if left else []
 
 
 def varied(

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from popsteer import files
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError, printable
 
@@ -49,6 +50,7 @@ def new(
     """Write a project to begin from: own control loop, vehicle, path, test."""
     _check(folder)
     place = folder.absolute()
+    files.check_folder(place.parent)  # whose error has its name, not that of a part
     place.parent.mkdir(parents=True, exist_ok=True)
     # Beside it, so that it takes its place in one step.
     with TemporaryDirectory(dir=place.parent, prefix=".popsteer-") as beside:
@@ -64,10 +66,8 @@ def new(
 
 
 def _check(folder: Path) -> None:
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+    if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
         raise ConfigError("DIR", str(folder), "a new or an empty folder, not a file or a link")
-    if folder.is_dir() and any(folder.iterdir()):
-        raise ConfigError("DIR", str(folder), "a new or an empty folder")
 
 
 def _write(folder: Path) -> None:

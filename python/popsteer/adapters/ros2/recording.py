@@ -70,7 +70,7 @@ class Recording:
         store()  # names the extra where it is missing
         self.file = FilePath(file)
         if self.file.suffix != ".mcap":
-            raise ConfigError("--record", str(file), "a file *.mcap")
+            raise ConfigError("recording", str(file), "a file *.mcap")
         check_files([self.file])
         self.file.parent.mkdir(parents=True, exist_ok=True)
         self._writer: Any = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -19,11 +18,14 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     panel = figure.subplots()
     usual, front = tuned.usual, tuned.front
     blue, red = theme.laws["pop"], theme.laws["pid"]
-    shown = [each for each in tuned.trials if each.error < 50.0] or list(tuned.trials)
-    look: Any = {"s": 16, "color": theme.faint, "alpha": 0.55, "linewidths": 0.0}
-    panel.scatter(*places(shown), label="trials", **look)
+    limit, every = tuned.effort_limit * usual.effort, tuned.trials
+    right = max([usual.effort, limit, *(each.effort for each in front)])
+    left = min([usual.effort, *(each.effort for each in every)])
+    edge = right + 0.35 * (right - left)
+    shown = [each for each in every if each.error < 50.0 and each.effort <= edge] or list(every)
+    said = "trials" if len(shown) == len(every) else f"trials ({len(shown)} of {len(every)})"
+    panel.scatter(*places(shown), label=said, s=16, color=theme.faint, alpha=0.55, linewidths=0.0)
     panel.step(*places(front), where="post", color=blue, linewidth=1.4, label="Pareto front")
-    limit = tuned.effort_limit * usual.effort
     allowed = f"{tuned.effort_limit:g} × the effort before"
     panel.axvline(limit, color=theme.faint, linestyle="--", linewidth=1.0, label=allowed)
     mark = partial(panel.plot, linestyle="")
@@ -31,9 +33,7 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     if tuned.chosen is not None:
         mark(*places([tuned.chosen]), "D", color=blue, markersize=9, label="chosen")
     logarithmic(panel)
-    right = max([usual.effort, limit, *(each.effort for each in front)])
-    left = min([usual.effort, *(each.effort for each in shown)])
-    panel.set_xlim(left - 0.08 * (right - left), right + 0.35 * (right - left))
+    panel.set_xlim(left - 0.08 * (right - left), edge)
     panel.set_xlabel("steering effort: rms rate of the wheels, mean of all runs [rad/s]")
     panel.set_ylabel("|cross-track error| after settling:\n(mean + worst run) / 2 [m]")
     figure.legend(loc="outside lower center", ncols=5)
