@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from popsteer._core import _Wheels as Wheels
 from popsteer.identification import drive, rounding, whiten
-from popsteer.identification.chain import Chain, Wheels
+from popsteer.identification.chain import Chain
 from popsteer.logs import Log
 
 pytest.importorskip("scipy")

@@ -31,13 +31,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
-    from typing_extensions import Self
 
     from popsteer.identification.drive import Array, PreparedLog
 
 LagOf = Literal["wheels", "yaw rate", "tyres"]
 _NO_LAG = 1e-7
-"""A shorter lag is none [s]: far shorter than the step by which a derivative is taken."""
+"""A shorter lag is none [s], as that of the wheels."""
 CLEARLY = 1.2
 """What asks for this many times the limit of the rate, at least, is against it."""
 LONGEST = 0.1
@@ -47,42 +46,21 @@ _REMEMBERED = 24
 _Found = TypeVar("_Found")
 
 
-class Wheels(_Wheels):
-    """The wheels under the commands [rad] of a log, in the time of the commands: no dead time.
+def kept(wheels: _Wheels) -> float:
+    """Give for how long wheels kept the limit of their rate [s], where it is clearly exceeded.
 
-    Exact between commands: they turn at the limited `rate` [rad/s] until the first-order response
-    of `lag` [s] is slower, and respond from there. A command begins at its time [s], and the last
-    one holds for ever; before the first the wheels stand as it asks.
+    In stretches in which a command asks for `CLEARLY` times as much.
     """
-
-    times: Array
-    commands: Array
-    lag: float
-    rate: float | None
-
-    def __new__(cls, times: Array, commands: Array, lag: float, rate: float | None) -> Self:
-        """Turn them."""
-        times, commands = np.ascontiguousarray(times), np.ascontiguousarray(commands)
-        made = super().__new__(cls, times, commands, lag := max(lag, _NO_LAG), rate)
-        made.times, made.commands, made.lag, made.rate = times, commands, lag, rate
-        return made
-
-    def kept(self) -> float:
-        """Give for how long they kept the limit of their rate [s], where it is clearly exceeded.
-
-        In stretches in which a command asks for `CLEARLY` times as much.
-        """
-        if self.rate is None:
-            return 0.0
-        changes, turning = np.diff(self.commands), self.turning
-        between = np.diff(self.times[1:][changes != 0.0])
-        interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
-        asked = np.concatenate(([False], np.abs(changes) > CLEARLY * self.rate * interval))
-        # A stretch at the limit ends with the first command that the wheels reach.
-        reached = turning[:-1] < 0.999 * np.diff(self.times)
-        stretch = np.cumsum(np.append(0, reached))
-        kept = np.bincount(stretch, turning)
-        return float(kept[np.bincount(stretch, asked) > 0].sum())
+    if wheels.rate is None:
+        return 0.0
+    times, turning, changes = wheels.times, wheels.turning, np.diff(wheels.commands)
+    between = np.diff(times[1:][changes != 0.0])
+    interval = min(float(np.median(between)) if len(between) else LONGEST, LONGEST)
+    asked = np.concatenate(([False], np.abs(changes) > CLEARLY * wheels.rate * interval))
+    # A stretch at the limit ends with the first command that the wheels reach.
+    stretch = np.cumsum(np.append(0, turning[:-1] < 0.999 * np.diff(times)))
+    most = np.bincount(stretch, turning)
+    return float(most[np.bincount(stretch, asked) > 0].sum())
 
 
 @dataclass(eq=False)
@@ -144,12 +122,12 @@ class Chain:
         relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
         return _lagged(turning, steer_lag * relative, self.drive.cell)
 
-    def wheels(self, lag: float, rate: float | None = None) -> Wheels:
+    def wheels(self, lag: float, rate: float | None = None) -> _Wheels:
         """Give the wheels without dead time and offset."""
         key = (lag if self.lag_of == "wheels" else 0.0, rate)
-        return self._once(key, lambda: Wheels(self.drive.times, self.drive.commands, *key))
+        return self._once(key, lambda: _Wheels(self.drive.times, self.drive.commands, *key))
 
-    def _turned(self, wheels: Wheels, given: tuple[float, float, float], play: float) -> Array:
+    def _turned(self, wheels: _Wheels, given: tuple[float, float, float], play: float) -> Array:
         """Give the turn of each cell, times the length: speed times the tangent of the wheels."""
         edges, (dead_time, scale, offset) = self.drive.edges, given
         if play > 0.0:

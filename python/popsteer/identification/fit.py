@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.identification.arrays import huber
-from popsteer.identification.chain import Chain, LagOf, Wheels
+from popsteer.identification.chain import Chain, LagOf, kept
 from popsteer.identification.whiten import (
     Error,
     Known,
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from popsteer._core import _Wheels
     from popsteer.identification.drive import PreparedLog
 
     Array = NDArray[np.float64]
@@ -95,7 +96,7 @@ class Fit:
     """Simulated heading at the samples [rad]."""
     place: NDArray[np.complex128]
     """Simulated place of the no-slip point there, east + i north [m]."""
-    wheels: Wheels
+    wheels: _Wheels
     """The simulated wheels, without dead time and offset."""
     jacobian: Array
     """Of the weighted residuals, (K, P), and the roots of their weights, (K,)."""
@@ -474,7 +475,7 @@ class Task:
             wheels=wheels,
             jacobian=weighted,
             root=root,
-            rate_seen="max_steer_rate" in self.fixed or wheels.kept() >= KEPT,
+            rate_seen="max_steer_rate" in self.fixed or kept(wheels) >= KEPT,
             play_seen=False,
             rounded=rounded if np.any(np.diag(rounding) > np.diag(score)) else 0.0,
             candidates=(),

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer._core import _Wheels
 from popsteer.identification.arrays import huber, middles, summed
-from popsteer.identification.chain import Wheels
 from popsteer.identification.drive import RESOLVED, REST, SEEN, noise_of, prepare
 from popsteer.identification.signals import LONGEST
 from popsteer.identification.whiten import choose_theta, influence, known, spread, whitened
@@ -102,7 +102,7 @@ class _Task:
         """Give what each parameter of 1 adds to the speed from the start on, (N, P)."""
         found = []
         for values in self.signals:
-            wheels = Wheels(self.given_at, values, lag, None)
+            wheels = _Wheels(self.given_at, values, lag, None)
             given = self.t - delay
             added = wheels.at(given) if self.direct else wheels.integral(given)
             found.append(self.gear[1:] * np.diff(added) if not self.direct else np.diff(added))

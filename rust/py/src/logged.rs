@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
 /// The wheels under the commands [rad] of a log, which begin at `times` [s], without dead time.
-#[pyclass(name = "_Wheels", module = "popsteer._core", subclass, frozen)]
+#[pyclass(name = "_Wheels", module = "popsteer._core", frozen)]
 pub(crate) struct PyWheels(LoggedWheels);
 
 #[pymethods]
@@ -18,9 +18,29 @@ impl PyWheels {
         commands: PyReadonlyArray1<'_, f64>,
         lag: f64,
         rate: Option<f64>,
-    ) -> PyResult<Self> {
-        let (times, commands) = (times.as_slice()?, commands.as_slice()?);
-        Ok(Self(LoggedWheels::new(times, commands, lag, rate)))
+    ) -> Self {
+        let (times, commands) = (times.as_array().to_vec(), commands.as_array().to_vec());
+        Self(LoggedWheels::new(times, commands, lag, rate))
+    }
+
+    #[getter]
+    fn times<'py>(&self, py: Python<'py>) -> Floats<'py> {
+        PyArray1::from_slice(py, self.0.times())
+    }
+
+    #[getter]
+    fn commands<'py>(&self, py: Python<'py>) -> Floats<'py> {
+        PyArray1::from_slice(py, self.0.commands())
+    }
+
+    #[getter]
+    fn lag(&self) -> f64 {
+        self.0.lag()
+    }
+
+    #[getter]
+    fn rate(&self) -> Option<f64> {
+        self.0.rate()
     }
 
     /// The angle at the beginning of each command [rad].

@@ -4,6 +4,9 @@ use popsteer_core::vehicle::Vehicle;
 
 use crate::plant::behind_play;
 
+/// A shorter lag is none [s]: far shorter than the step by which a derivative is taken.
+pub const NO_LAG: f64 = 1e-7;
+
 /// The wheels under the commands [rad] of a log, in the time of the commands: without dead time.
 ///
 /// Exact between commands: they turn at the limited `rate` [rad/s] until the first-order response
@@ -31,25 +34,30 @@ struct Turned {
 
 impl LoggedWheels {
     /// The wheels under `commands` that begin at `times`, which are as many and rise.
-    pub fn new(times: &[f64], commands: &[f64], lag: f64, rate: Option<f64>) -> Self {
+    pub fn new(times: Vec<f64>, commands: Vec<f64>, lag: f64, rate: Option<f64>) -> Self {
+        let lag = lag.max(NO_LAG);
         let vehicle = Vehicle {
             steer_lag: lag,
             max_steer_rate: rate,
             ..Vehicle::DEFAULT
         };
+        let count = times.len().min(commands.len());
         let mut wheels = Self {
-            times: times.to_vec(),
-            commands: commands.to_vec(),
+            times,
+            commands,
             lag,
             rate,
-            angles: Vec::with_capacity(times.len()),
-            turning: Vec::with_capacity(times.len()),
-            totals: Vec::with_capacity(times.len()),
+            angles: Vec::with_capacity(count),
+            turning: Vec::with_capacity(count),
+            totals: Vec::with_capacity(count),
         };
-        let (mut angle, mut total) = (commands.first().copied().unwrap_or(0.0), 0.0);
-        let steps = times.windows(2).map(|ends| ends[1] - ends[0]);
-        for (place, step) in steps.chain([f64::INFINITY]).take(times.len()).enumerate() {
-            let command = commands[place];
+        let (mut angle, mut total) = (wheels.commands.first().copied().unwrap_or(0.0), 0.0);
+        for place in 0..count {
+            let (command, begin) = (wheels.commands[place], wheels.times[place]);
+            let step = wheels
+                .times
+                .get(place + 1)
+                .map_or(f64::INFINITY, |next| next - begin);
             let ramp = rate.map_or(0.0, |rate| (command - angle).abs() / rate - lag);
             wheels.angles.push(angle);
             wheels.turning.push(ramp.max(0.0).min(step));
@@ -60,6 +68,26 @@ impl LoggedWheels {
             }
         }
         wheels
+    }
+
+    /// When the commands begin [s].
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The commands [rad].
+    pub fn commands(&self) -> &[f64] {
+        &self.commands
+    }
+
+    /// The lag [s].
+    pub fn lag(&self) -> f64 {
+        self.lag
+    }
+
+    /// The limit of the rate [rad/s].
+    pub fn rate(&self) -> Option<f64> {
+        self.rate
     }
 
     /// The angle at the beginning of each command [rad].
@@ -207,7 +235,7 @@ mod tests {
             (0.1, Some(0.3), 0.0),
             (0.1, Some(0.5), 0.04),
         ] {
-            let wheels = LoggedWheels::new(&TIMES, &COMMANDS, lag, rate);
+            let wheels = LoggedWheels::new(TIMES.into(), COMMANDS.into(), lag, rate);
             let fine = stepped(lag, rate.unwrap_or(f64::INFINITY), play, 1e-4);
             let times: Vec<f64> = (0..39).map(|k| 0.1 * f64::from(k)).collect();
             let behind = wheels.behind_play(&times, 0.0, 1.0, 0.0, play);
@@ -228,7 +256,7 @@ mod tests {
 
     #[test]
     fn wheels_come_late_are_scaled_and_turned_by_an_offset() {
-        let wheels = LoggedWheels::new(&TIMES, &COMMANDS, 0.1, None);
+        let wheels = LoggedWheels::new(TIMES.into(), COMMANDS.into(), 0.1, None);
         let edges = [0.5, 1.1, 1.6, 2.6, 9.0];
         let earlier: Vec<f64> = edges.iter().map(|edge| edge - 0.25).collect();
         let total = wheels.integral(&earlier);
