@@ -301,3 +301,48 @@ def test_commands_in_a_gap_keep_their_distance_to_its_end() -> None:
     log, clock = np.array([0.0, 0.1, 0.2, 60.0, 60.1]), np.array([0.0, 0.1, 0.2, 5.2, 5.3])
     found = _on_clock(np.array([-0.05, 0.15, 30.0, 59.0, 60.05, 61.0]), log, clock)
     assert found == pytest.approx([-0.05, 0.15, 0.2, 4.2, 5.25, 6.2], abs=1e-7)
+
+
+def _on_tyres(length: float, seconds: float = 100.0) -> tuple[Log, float]:
+    """Drive a car on linear tyres through brisk bends; its understeer besides [s²/m].
+
+    A bicycle with two axles that slip: 60 and 75 m/s² for a radian, and 0.15 s of dead time.
+    """
+    front, front_grip, rear_grip, dt, substeps = 0.45 * length, 60.0, 75.0, 0.05, 20
+    rear, random, h = length - front, np.random.default_rng(4), dt / substeps
+    t = dt * np.arange(round(seconds / dt))
+    steps = np.repeat(random.uniform(-1.0, 1.0, len(t) // 40), 40)
+    speed = 7.0 + 3.0 * np.sin(0.23 * t)
+    steer = np.convolve(steps * np.minimum(0.25, 4.5 * length / speed**2), np.ones(6) / 6, "same")
+    rows, x, y, yaw, aside, turn = [], 0.0, 0.0, 0.0, 0.0, 0.0
+    for k, v in enumerate(speed.tolist()):
+        rows.append((x, y, yaw))
+        wheel = float(steer[max(k - 3, 0)])
+        for _ in range(substeps):
+            of_front = front_grip * (wheel - np.arctan2(aside + front * turn, v))
+            of_rear = -rear_grip * np.arctan2(aside - rear * turn, v)
+            across = of_front * np.cos(wheel)
+            moment = (front * across - rear * of_rear) / (front * rear)
+            aside, turn = aside + (across + of_rear - v * turn) * h, turn + moment * h
+            sideways = aside - rear * turn  # of the rear axle
+            x += (v * np.cos(yaw) - sideways * np.sin(yaw)) * h
+            y += (v * np.sin(yaw) + sideways * np.cos(yaw)) * h
+            yaw += turn * h
+    poses = np.array(rows) + random.standard_normal((len(t), 3)) * (0.02, 0.02, 0.002)
+    speed = speed + 0.02 * random.standard_normal(len(t))
+    understeer = (rear * rear_grip - front * front_grip) / (front_grip * rear_grip * length)
+    columns: list[Any] = [t, *poses.T, speed, steer]
+    return Log(*columns), understeer
+
+
+@pytest.mark.parametrize("length", [2.4, 3.5])
+def test_tyres_that_slip_are_no_command_of_another_scale(length: float) -> None:
+    # They take from the angle whose tangent bends: without them its commands look too large.
+    log, understeer = _on_tyres(length)
+    found = popsteer.identify(log)
+    error = np.hypot(found.turning_length_error, found.model_errors["turning_length"])
+    truth = length + understeer * found.speed**2
+    assert found.turning_length == pytest.approx(truth, abs=3.0 * error)
+    assert error < 0.005 * truth
+    assert found.vehicle.wheelbase == pytest.approx(length, rel=0.02)
+    assert found.vehicle.understeer == pytest.approx(understeer, rel=0.25)

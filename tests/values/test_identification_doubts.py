@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer.identification import checks, identifiability, procedure, signals
+from popsteer.identification import checks, fit, identifiability, procedure, signals
 from popsteer.identification.drive import prepare, size_of
 from popsteer.identification.result import described
 from popsteer.identification.whiten import Error
@@ -20,8 +20,7 @@ from tests.values.test_known_answers_replay import identification
 
 pytest.importorskip("scipy")
 
-NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
-VALUES = dict(zip(NAMES, (2.8, 0.003, 0.01, 0.1, 0.2, 1e-4), strict=True))
+VALUES = dict(zip(fit.NAMES, (2.8, 0.003, 0.01, 0.1, 0.2, 1e-4), strict=True))
 GIVEN = popsteer.Vehicle(understeer=0.001, steer_offset=0.02, steer_lag=0.07, dead_time=0.15)
 
 
@@ -307,7 +306,7 @@ def test_vehicle_has_what_was_found_and_the_rest_as_given() -> None:
     assert (car.understeer, car.steer_offset, car.steer_lag) == (0.003, 0.01, 0.1)
     assert (car.dead_time, car.max_steer_rate, car.rear_axle) == (0.2, 0.4, -1.3)
     assert {"wheelbase", "max_steer_rate", "rear_axle", "dead_time"} <= set(errors)
-    assert not {"turning_wheelbase", "load_shift"} & set(errors)
+    assert not {"turning_wheelbase", "load_shift", "front_slip"} & set(errors)
     given = GIVEN.replace(wheelbase=2.7, rear_axle=-1.3, max_steer=0.6)
     found = _fit({"understeer": -0.002, "max_steer_rate": 0.4})
     car, errors, notes = made(given, found, {"max_steer_rate": "why"})
@@ -473,6 +472,7 @@ def test_what_is_not_shown_is_fixed_at_once_and_fitted_again(
     # Half of the length at 8 m/s; a tenth of it by 0.5 m/s² of braking.
     assert prior["understeer"] == (0.001, pytest.approx(0.5 * 2.5 / 64.0))
     assert prior["load_shift"] == (0.0, pytest.approx(0.1 * 2.5 / (0.5 * 64.0)))
+    assert prior["front_slip"] == (0.0, 0.01)
     assert asked[1] == {"steer_lag": 0.07}
     assert found is again
     assert {"steer_lag", "dead_time"} <= set(unknown.why)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -183,7 +184,8 @@ def test_theta_is_the_one_that_the_noise_was_made_with() -> None:
         w = random.standard_normal(4000)
         steps = w.copy()
         steps[1:] -= theta * w[:-1]
-        assert whiten.choose_theta(np.cumsum(steps), [slice(0, 4000)]) == theta
+        chosen = whiten.choose_theta(np.cumsum(steps), [slice(0, 4000)])
+        assert chosen == pytest.approx(theta, abs=0.02)
 
 
 def test_spread_and_mean_square_are_not_those_of_outliers() -> None:
@@ -262,28 +264,6 @@ def test_direction_that_is_not_excited_is_not_known() -> None:
     assert whiten.known(jacobian, jacobian[:, 1], 2).errors()[0] == math.inf
 
 
-def test_wheels_turn_as_in_small_steps() -> None:
-    times = np.array([1.0, 1.4, 2.0, 2.05, 3.5])
-    commands = np.array([0.1, 0.3, -0.2, 0.0, 0.4])
-    h = 1e-4
-    for lag, rate in ((0.2, None), (0.2, 0.3), (0.05, 0.6), (0.0, 0.25)):
-        wheels = Wheels(times, commands, lag, rate)
-        fine = np.arange(0.0, 6.0, h)
-        asked = commands[np.clip(np.searchsorted(times, fine, side="right") - 1, 0, None)]
-        angle, angles = 0.1, []
-        for target in asked.tolist():
-            angles.append(angle)
-            wanted = (target - angle) / max(lag, h)
-            angle += h * (wanted if rate is None else max(-rate, min(wanted, rate)))
-        # From the first command on, and before it.
-        total = np.concatenate(([0.0], np.cumsum(angles) * h))
-        at = np.array([0.5, 1.2, 1.9, 2.02, 3.0, 3.6, 5.5])
-        wanted_total = np.interp(at, np.append(fine, 6.0), total) - 0.1
-        assert wheels.integral(at) == pytest.approx(wanted_total, abs=2e-4), (lag, rate)
-        places = np.rint(times / h).astype(int)
-        assert wheels.angle == pytest.approx(np.array(angles)[places], abs=1e-3), (lag, rate)
-
-
 @pytest.mark.parametrize(("lag", "rate"), [(0.1, None), (0.1, 0.4), (1e-7, 0.3)])
 def test_wheels_behind_play_turn_as_in_small_steps(lag: float, rate: float | None) -> None:
     times = np.linspace(0.0, 4.95, 100)
@@ -325,16 +305,21 @@ def _chain_drive() -> Any:
 def test_chain_turns_the_car_as_its_formula_says() -> None:
     drive = _chain_drive()
     kinds: tuple[Any, ...] = ("wheels", "yaw rate", "tyres")
-    for kind in kinds:
+    # The slip is that of the turn that it makes; of the turn without it, it is nearly the same.
+    for kind, (slip, close) in itertools.product(kinds, ((0.0, 1e-6), (0.012, 5e-5))):
         chain = Chain(drive, kind)
         lag, dead_time, offset, shift = 0.15, 0.07, 0.02, 3e-4
         values = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": shift}
+        values["front_slip"] = slip
         values |= {"steer_offset": offset, "steer_lag": lag, "dead_time": dead_time}
         wheels = Wheels(drive.times, drive.commands, lag if kind == "wheels" else 0.0, None)
         total = wheels.integral(drive.edges - dead_time)
         angle = np.diff(total) / drive.cell + offset
         v = drive.speed
-        rate = v * np.tan(angle) / (2.6 + (0.003 + shift * drive.acceleration) * v**2)
+        length, rate = 2.6 + (0.003 + shift * drive.acceleration) * v**2, 0.0 * v
+        for _ in range(9):
+            side = slip * v * rate
+            rate = v * (np.tan(angle - side) + side) / length
         if kind != "wheels":
             state, means = rate[0], []
             for k, given in enumerate(rate.tolist()):
@@ -345,10 +330,10 @@ def test_chain_turns_the_car_as_its_formula_says() -> None:
                 state = fine[-1]
             rate = np.array(means)
         found = chain.rate(**values)
-        assert found == pytest.approx(rate, abs=1e-6), kind
+        assert found == pytest.approx(rate, abs=close), kind
         yaw = chain.yaw(**values)
         heading = np.concatenate(([0.0], np.cumsum(rate))) * drive.cell
-        assert yaw == pytest.approx(np.interp(drive.t, drive.edges, heading), abs=1e-6)
+        assert yaw == pytest.approx(np.interp(drive.t, drive.edges, heading), abs=close)
 
 
 def test_chain_remembers_the_wheels_of_its_last_lags_and_limits() -> None:
@@ -481,8 +466,14 @@ def test_rounded_commands_are_taken_without_their_stairs() -> None:
 
 
 def test_chain_gives_the_rates_of_one_that_remembers_nothing() -> None:
-    base = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": 3e-4, "steer_offset": 0.02}
-    base |= {"steer_lag": 0.15, "dead_time": 0.07, "steer_scale": 0.9, "max_steer_rate": 0.1}
+    base = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": 3e-4, "front_slip": 0.01}
+    base |= {
+        "steer_offset": 0.02,
+        "steer_lag": 0.15,
+        "dead_time": 0.07,
+        "steer_scale": 0.9,
+        "max_steer_rate": 0.1,
+    }
     for kind in ("wheels", "yaw rate", "tyres"):
         chain, seen = Chain(_chain_drive(), kind), []
         for play in (0.0, 0.03):

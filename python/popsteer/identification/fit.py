@@ -43,8 +43,11 @@ if TYPE_CHECKING:
 
 Values = dict[str, float]
 
+NUISANCES = ("load_shift", "front_slip")
+"""What tyres do beyond what a vehicle keeps."""
 NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
-"""What is always fitted, as `Chain.yaw` takes it."""
+"""What is always fitted, as `Chain.yaw` takes it; and what only if it makes the log likelier."""
+GROWN = ("front_slip", "max_steer_rate", "steer_play")
 LAGS: tuple[LagOf, ...] = ("wheels", "yaw rate", "tyres")
 """What the lag may be of; the vehicle's own chain is the first."""
 # The lowest and the highest value of each, its scale, and the step of its derivative over that.
@@ -55,13 +58,15 @@ _BOUNDS = {
     "steer_lag": (0.0, 2.0, 0.1, 1e-3),
     "dead_time": (0.0, 1.5, 0.1, 1e-3),
     "load_shift": (-0.1, 0.1, 1e-4, 1e-3),
+    "front_slip": (0.0, 0.1, 1e-3, 1e-2),
     # Both bend the residuals: a short step would see a corner, not the slope.
     "max_steer_rate": (0.02, 20.0, 0.1, 0.3),
     "steer_play": (0.0, 0.2, 0.01, 0.1),
     "steer_scale": (0.02, 2.0, 1.0, 1e-2),
 }
 _ABSENT = {"max_steer_rate": 1e3, "steer_scale": 1.0}
-_CORNERS = ("max_steer_rate", "steer_play")
+_CORNERS = GROWN[1:]
+_SLIP = 0.005
 _RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
 _PLAYS = (0.005, 0.015, 0.04)
 _DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
@@ -187,15 +192,15 @@ def fit(
     if progress is not None:
         progress(0.7)
     best = _grow(tried)
-    for name in [name for name in best.task.free(best.values) if name in _CORNERS]:
+    for name in [name for name in best.task.free(best.values) if name in GROWN]:
         less = {key: value for key, value in best.values.items() if key != name}
         tried.append(best.task.candidate(best.task.solve(less)))
     return _chosen(tried)
 
 
 def _grow(tried: list[Candidate]) -> Candidate:
-    """Add a limit of the rate, and play, to the likeliest in turn; give what is likeliest then."""
-    for grown in (Task.limited, Task.with_play, Task.limited):
+    """Add slip, a limit of the rate, and play, to the likeliest in turn; give the likeliest."""
+    for grown in (Task.slipping, Task.limited, Task.with_play, Task.limited):
         _, task, values = min(tried, key=_criterion)
         more = grown(task, values)
         if len(more) > len(values):
@@ -286,7 +291,11 @@ class Task:
     def _beliefs(self, values: Values) -> Array:
         """Give how far the parameters are from what is believed before, in deviations."""
         return np.array(
-            [(values[k] - mean) / s for k, (mean, s) in self.prior.items() if k not in self.fixed]
+            [
+                (values.get(k, mean) - mean) / s
+                for k, (mean, s) in self.prior.items()
+                if k not in self.fixed
+            ]
         )
 
     def cost(self, values: Values) -> float:
@@ -317,8 +326,12 @@ class Task:
     def first(self, start: Mapping[str, float]) -> Values:
         """Choose where to begin: the best of a grid of dead times and lags."""
         self.length = start["turning_wheelbase"]
-        base = {"understeer": 0.0, "steer_offset": 0.0, "load_shift": 0.0, **start, **self.fixed}
+        base = {**dict.fromkeys(NAMES, 0.0), **start, **self.fixed}
         return min(({**base, **each, **self.fixed} for each in _STARTS), key=self.cost)
+
+    def slipping(self, values: Values) -> Values:
+        """Fit with front tyres that slip."""
+        return values if "front_slip" in values else self.solve({**values, "front_slip": _SLIP})
 
     def limited(self, values: Values) -> Values:
         """Fit with a limit of the rate, from the best of a row of limits."""
@@ -423,7 +436,7 @@ class Task:
 
     def free(self, values: Values) -> list[str]:
         """Name what is fitted of these."""
-        names = (*NAMES, "max_steer_rate", "steer_play", "steer_scale")
+        names = (*NAMES, *GROWN, "steer_scale")
         return [name for name in names if name in values and name not in self.fixed]
 
     def report(self, values: Values) -> Fit:
@@ -458,7 +471,7 @@ class Task:
         score = noise_score(added, self.parts, sample / self.noise, drift)
         rounded, rounding = rounding_score(self.drive, values, error, (sample, self.noise), added)
         # What the vehicle does not keep is believed to be as far as its prior says.
-        nuisance = np.array([1.0 / self.prior[n][1] if n == "load_shift" else 0.0 for n in names])
+        nuisance = np.array([1.0 / self.prior[n][1] if n in NUISANCES else 0.0 for n in names])
         sure = known(weighted, residual * root, memory, score, nuisance, rounding)
         spent = float(np.sum((weighted @ sure.covariance) * weighted))
         wheels = self.chain.wheels(values["steer_lag"], values.get("max_steer_rate"))

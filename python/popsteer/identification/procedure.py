@@ -11,7 +11,7 @@ from popsteer._core import Vehicle
 from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_steer
 from popsteer.identification.drive import MOST_OUTLIERS, PreparedLog, prepare, size_of
-from popsteer.identification.fit import Fit, fit, refit
+from popsteer.identification.fit import NUISANCES, Fit, fit, refit
 from popsteer.identification.identifiability import Unknown, rounded, steps, unidentified
 from popsteer.identification.innovations import excitation, unexplained
 from popsteer.identification.pedals import ASKED, Drive, fit_drive
@@ -30,6 +30,8 @@ _DEAD_TIME = 0.15
 """What is believed of a car of which nothing is given [s]."""
 _SHIFT = 0.1
 """By how much of it hard braking may change the turning length."""
+_SLIP = 0.01
+"""The slip of front tyres at 1 m/s² to the side [rad]: that of cars is 0.005 to 0.01."""
 # For a full-size car [m].
 _SAME_POINT = 0.05
 _SURE_POINT = 0.1
@@ -175,6 +177,7 @@ def _heading(
         "steer_lag": (known.steer_lag, 0.2),
         "dead_time": (dead_time, 0.2),
         "load_shift": (0.0, _SHIFT * length / (hardest * square)),
+        "front_slip": (0.0, _SLIP),
     }
     rate, both = known.max_steer_rate, {"steer_lag": 1.0, "dead_time": 1.0}
     fixed = {} if rate is None else {"max_steer_rate": rate}
@@ -212,7 +215,7 @@ def _vehicle(
     errors = {
         name: found.split(**{name: 1.0}).wider(unknown.moved.get(name, 0.0))
         for name in found.names
-        if name != "load_shift" and name not in why
+        if name not in NUISANCES and name not in why
     }
     base = Vehicle() if given is None else given
     names = ["steer_offset", "steer_lag", "dead_time"]

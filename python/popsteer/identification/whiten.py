@@ -61,8 +61,16 @@ def _firsts(parts: Sequence[slice]) -> list[int]:
 
 
 def choose_theta(error: Array, parts: Sequence[slice]) -> float:
-    """Give the theta with the least innovations, which is the likeliest."""
-    return min(THETAS, key=lambda theta: clipped_mean_square(whitened(error, parts, theta)))
+    """Give the theta with the least innovations, which is the likeliest.
+
+    Of the parabola through the least of a row and its neighbours: errors would leap with the row.
+    """
+    sizes = [clipped_mean_square(whitened(error, parts, theta)) for theta in THETAS]
+    best = min(max(int(np.argmin(sizes)), 1), len(THETAS) - 2)
+    left, least, right = sizes[best - 1 : best + 2]
+    bend = max(left - 2.0 * least + right, 1e-300)
+    off = min(max(0.5 * (left - right) / bend, -1.0), 1.0)
+    return float(np.interp(best + off, range(len(THETAS)), THETAS))
 
 
 def theta_of(drift: float, sample: float) -> float:

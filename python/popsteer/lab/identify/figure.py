@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from popsteer.identification import Identification
+from popsteer.identification.fit import NUISANCES
 from popsteer.lab.common.draw import headline, logarithmic, plot_broken
 from popsteer.lab.common.theme import Theme
 from popsteer.lab.identify import caption, smoothed
@@ -81,7 +82,7 @@ def _reasons(found: Identification, figure: SubFigure, theme: Theme) -> None:
     errors = {
         name: error
         for name, error in found.fit.errors.items()
-        if name != "load_shift" and math.isfinite(error)
+        if name not in NUISANCES and math.isfinite(error)
     }
     colours, styles = theme.colours(errors), theme.styles(errors)
     for marker, (name, error) in zip(cycle(_MARKERS), errors.items(), strict=False):
