@@ -307,16 +307,19 @@ def _is_possible(values: Floats, known: Mapping[int, str], texts: Mapping[int, s
     """Whether x and y may stand behind other columns: those are a count, a time or an arc length.
 
     Where x and y are the first two, 0, 1, 2, ... may be x itself, so that another column has to
-    prove the waypoints, or a stamp is none of a map's coordinates.
+    prove the waypoints, or a stamp is none of a map's coordinates. Along a straight line any
+    coordinate is like an arc length, which proves none there.
     """
-    x = next(iter(known))
+    x, y, *_ = known
+    is_bent = shown.along(values[:, [x, y]]).turn >= shown.TURN
     found = {known.get(k, "?").split()[0] for k in range(values.shape[1])}
     is_proved = (
         set(range(x)) <= set(texts)
         or _TIMED.keys() & known.values()
-        or found & {"curvature", "s", "normal"}
+        or found & {"curvature", "normal"}
+        or ("s" in found and is_bent)
         or any(
-            shown.is_followed(values[:, list(known)[:2]], values[:, k], degrees="(deg" in said)
+            shown.is_followed(values[:, [x, y]], values[:, k], degrees="(deg" in said)
             for k, said in known.items()
             if said.startswith("yaw ")
         )
@@ -333,17 +336,19 @@ def _best(values: Floats, each: Iterable[dict[int, str]]) -> dict[int, str]:
     """Give what columns most likely are, of several the first: empty for none.
 
     Where all columns are something goes before all else, then waypoints in front, which a direction
-    proves; what counts is hardly x, and an arc length fits its own waypoints best.
+    proves; a clock and an arc length stand in front rather than behind, what counts is hardly x,
+    and an arc length fits its own waypoints best.
     """
 
-    def proof(known: dict[int, str]) -> tuple[bool, bool, int, bool, float]:
+    def proof(known: dict[int, str]) -> tuple[bool, bool, int, bool, bool, float]:
         x, y, *_ = known
         proved = x == 0 and any(said.startswith("yaw ") for said in known.values())
         arcs = [values[:, k] for k, said in known.items() if said.startswith("s ")]
         gone = shown.along(values[:, [x, y]]).s[-1]
         off = max((abs(abs(each[-1] - each[0]) / gone - 1.0) for each in arcs), default=0.0)
         whole = len(known) == values.shape[1]
-        return whole, proved, len(known), not shown.is_count(values[:, x]), -off
+        behind = bool(_before(known) & {"t", "s"})
+        return whole, proved, len(known), behind, not shown.is_count(values[:, x]), -off
 
     return max(each, key=proof, default={})
 
@@ -414,7 +419,7 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             for j in (clock if time is None else [time])
             for said, unit in _TIMED.items()
             # Of many units one fits any constant.
-            if (unit is None or np.ptp(column) > 0.2 * np.max(column))
+            if (unit is None or np.ptp(np.quantile(column, (0.1, 0.9))) > 0.1 * np.max(column))
             and shown.is_rate(way, factor("speed", unit or "m/s") * column, seconds(values[:, j]))
         )
         if found := next(timed, None):
@@ -425,12 +430,6 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             known[k] = "speed speed"
         elif shown.is_recorded_speed(way, column):
             known[k] = "speed speed, as the waypoints are apart"
-        elif (
-            len(rest) == 1
-            and any(each.startswith("yaw ") for each in known.values())
-            and shown.is_planned_speed(way, column)
-        ):
-            known[k] = "speed speed, lower in bends"
         else:
             continue
         return

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _AGREE = 0.8  # share of the waypoints at which a column agrees: recordings have their standstills
-_FASTEST = 12.0  # m/s² to the side: a speed in km/h means more
 _HEADING = 0.15  # rad between a heading and the chord of its neighbours, which noise turns
 _FITS = 0.05  # relative difference of a rate or a ratio
 _LEAST = 5  # waypoints, before anything is shown
@@ -29,7 +28,7 @@ _RATES = np.array([1, 2, 4, 5, 10, 15, 20, 25, 30, 40, 50, 60, 100, 200])  # Hz,
 _TOP_SPEED = 100.0  # m/s
 _NEAR = 0.35  # rad that a recorded heading may lag behind a lap, and still be one
 SPEEDS = ("km/h", "mph", "kn", "cm/s", "mm/s")  # units of speeds that motion tells apart
-_TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
+TURN = 0.3  # rad that the path has to turn before a constant offset is told from a heading
 
 
 class Along(NamedTuple):
@@ -159,11 +158,11 @@ def _heading(
 ) -> Heading | None:
     if len(way.moves) < (2 if both_ways else _LEAST):
         return None
-    if not both_ways and (way.turn < _TURN or np.ptp(values) == 0.0):
+    if not both_ways and (way.turn < TURN or np.ptp(values) == 0.0):
         return None  # beside a straight line any constant may be near its direction
     found = []
     for unit in units:
-        if unit == "deg" and way.turn < _TURN and np.max(np.abs(values)) <= 2.0 * np.pi:
+        if unit == "deg" and way.turn < TURN and np.max(np.abs(values)) <= 2.0 * np.pi:
             continue  # few degrees agree with any straight line along x
         scale = np.pi / 180.0 if unit == "deg" else 1.0
         for frame, sign, offset in _FRAMES:
@@ -183,7 +182,7 @@ def _heading(
     )
     if chosen.frame and chosen.backwards.mean() > _AGREE:
         return None  # in a frame of its own, and against the waypoints: it shows nothing
-    if error > most or (way.turn >= _TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02):
+    if error > most or (way.turn >= TURN and next(rivals, np.inf) < 2.0 * best and best > 0.02):
         return None
     backwards = np.zeros(len(values), dtype=np.bool_)
     if both_ways:
@@ -240,7 +239,10 @@ def is_rate(way: Along, values: Floats, time: Floats) -> bool:
     steps = np.diff(time[way.moves])
     if not np.all(steps > 0.0):
         return False
-    return _agrees(np.diff(way.s) / steps, 0.5 * (here[1:] + here[:-1]))
+    rate, mean = np.diff(way.s) / steps, 0.5 * (here[1:] + here[:-1])
+    # A constant is soon near another, so that it has to be the same.
+    within = 0.02 if np.ptp(mean) > 0.1 * np.max(mean) else 0.005
+    return _agrees(rate, mean) and bool(abs(np.median(mean) / np.median(rate) - 1.0) < within)
 
 
 def ratio(t: Floats, x: Floats, y: Floats, speed: Floats) -> float | None:
@@ -293,28 +295,6 @@ def is_recorded_speed(way: Along, values: Floats) -> bool:
         and float(here.max()) < _TOP_SPEED
         and _agrees(steps * rate, mean)
     )
-
-
-def is_planned_speed(way: Along, values: Floats) -> bool:
-    """Whether a column is slow where the waypoints bend, as a speed has to be.
-
-    Its ranks correlate with those of the curvature by -0.5 or less (28 public racelines: -0.53 to
-    -0.94; 57 track widths and heights: -0.42 to 0.37), and the lateral acceleration that it means
-    keeps to a limit: its 99 % quantile is at most 1.7 times the one of 90 % (1.03 to 1.61; of 1467
-    smooth random columns 8 pass both); or by -0.4, with 1.1 times (none). Where a tenth is at the
-    top to the bit, as at a top speed, and it is half as fast elsewhere, 1.2 times is enough. A
-    throttle is low in bends, too, so a speed has to exceed 1.5; it has to be drivable (12 m/s²; in
-    km/h it would seem 13 times as much), and not to rise or fall all the way, as a time does.
-    """
-    here = values[way.moves]
-    slow, fast = (float(each) for each in np.quantile(here, (0.01, 1.0)))
-    if len(here) < 30 or here.min() < 0.0 or fast < max(1.5, 1.3 * slow) or way.turn < 1.0:
-        return False
-    most, usual, ranks = _in_bends(way, here)
-    rises = np.sign(np.diff(here))
-    keeps = ranks <= -0.4 and most <= (1.7 if ranks <= -0.5 else 1.1) * usual
-    at_top = float(np.mean(here == fast)) >= 0.1 and fast >= 2.0 * slow and most <= 1.2 * usual
-    return (keeps or at_top) and most <= _FASTEST and bool(np.ptp(rises) == 2.0)
 
 
 def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:
