@@ -82,9 +82,18 @@ def test_caption_and_notes_count_what_the_rows_say() -> None:
     assert said.startswith("pop on slalom, car: 8 of 10 runs succeeded, 80")
     assert (round(100 * rate.low, 2), round(100 * rate.high, 2)) == (49.02, 94.33)
     notes = summary.notes(job(deviation=0.25, settings=sim.Settings(settling_time=3.0)), ROWS)
-    assert notes[:2] == ["✗ 1 did not finish.", "✗ 1 said a fault: deviating."]
+    assert notes[:2] == ["✗ 1 did not finish.", "✗ 1 reported a fault: deviating."]
     assert "within 0.25 m after the first 3 s" in notes[2]
     assert any("seed 3: steer_lag uniform(0.0,1.0)" in note for note in notes), notes
+
+
+def test_every_run_that_fails_is_counted_for_its_reason() -> None:
+    aside = [row(k, 0.9, success=False) for k in range(3)]
+    early = row(3, math.nan, success=False)  # of which another note tells
+    said = ["1 did not finish", "1 reported a fault: deviating"]
+    assert summary.failures(ROWS) == said
+    assert summary.failures([*ROWS, *aside, early]) == [*said, "3 went farther off than is allowed"]
+    assert summary.failures(ROWS[:8]) == []
 
 
 def test_influence_is_the_distance_of_the_distributions() -> None:

@@ -96,11 +96,7 @@ def of_sweep(
 def verdict(rows: summary.Rows) -> str:
     """Say how many runs of a sweep succeeded, with confidence, and why the others did not."""
     good, share, low, high = summary.success_of(rows)
-    faulty, names = summary.faults_of(rows)
-    stopped = sum(not row["finished"] for row in rows)
-    said = [f"95 % confidence: {low} to {high} %"]
-    said += [f"{stopped} did not finish"] if stopped else []
-    said += [f"{faulty} reported a fault: {names}"] if faulty else []
+    said = [f"95 % confidence: {low} to {high} %", *summary.failures(rows)]
     head = f"{good} of {counted(len(rows), 'run')} succeeded, {share} %"
     return badge(head, said, good=good == len(rows))
 

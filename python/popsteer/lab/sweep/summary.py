@@ -172,10 +172,15 @@ def success_of(rows: Rows) -> tuple[int, str, str, str]:
     return good, share, low, high
 
 
-def faults_of(rows: Rows) -> tuple[int, str]:
-    """Count the runs that reported a fault, and name their faults."""
+def failures(rows: Rows) -> list[str]:
+    """Say how many runs failed, for each reason; a run may do so for two."""
     faulty = [Status(row["faults"]) for row in rows if row["faults"]]
-    return len(faulty), ", ".join(dict.fromkeys(name for each in faulty for name in each.names))
+    names = ", ".join(dict.fromkeys(name for each in faulty for name in each.names))
+    ended = [row for row in rows if row["finished"]]
+    far = [not (row["faults"] or row["success"]) and math.isfinite(row[ERROR]) for row in ended]
+    counts = {"did not finish": len(rows) - len(ended), f"reported a fault: {names}": len(faulty)}
+    counts["went farther off than is allowed"] = sum(far)
+    return [f"{count} {what}" for what, count in counts.items() if count]
 
 
 def caption(job: Job, rows: Rows) -> str:
@@ -195,10 +200,7 @@ def notes(job: Job, rows: Rows) -> list[str]:
         "A run succeeds if it finishes, reports no fault, and its cross-track error stays within"
         f" {job.deviation:g} m {job.settled}. The errors are those after that."
     )
-    stopped, (faulty, names) = sum(not row["finished"] for row in rows), faults_of(rows)
-    said = [f"{SIGN} {stopped} did not finish."] if stopped else []
-    said += [f"{SIGN} {faulty} said a fault: {names}."] if faulty else []
-    said.append(success)
+    said = [*(f"{SIGN} {each}." for each in failures(rows)), success]
     if short := sum(row["steps"] < 2 for row in rows):
         said.append(
             f"{counted(short, 'run')} lasted less than two control periods: the start projects onto"
