@@ -101,10 +101,7 @@ class Chain:
         """Simulate where the no-slip point is at the samples, east + i north [m], 0 at first."""
         heading = self._headings(values)
         driven = summed(self.drive.speed * chords(heading)) * self.drive.cell
-        t, edges = self.drive.t, self.drive.edges
-        found: NDArray[np.complex128] = np.interp(t, edges, driven.real) + 1j * np.interp(
-            t, edges, driven.imag
-        )
+        found: NDArray[np.complex128] = np.interp(self.drive.t, self.drive.edges, driven)
         return found
 
     def _headings(self, values: dict[str, float]) -> Array:

@@ -7,22 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.arrays import middles, summed
-from popsteer.identification.fit import SURE
+from popsteer.identification.chain import Chain
+from popsteer.identification.fit import LAGS, NAMES, SURE
 from popsteer.logs import LogError
 
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
-    from popsteer.identification.drive import Array, PreparedLog
+    from popsteer.identification.drive import PreparedLog
     from popsteer.identification.fit import Fit
 
 SHORTEST = 10.0
 """The least time of driving [s]."""
 _MOVING = 0.3
-_WINDOW = 1.0
 _STRAIGHT = math.radians(20.0)
 _STIFF = math.radians(0.3)
-_DELAYS = np.arange(0.0, 1.01, 0.05)
+_DELAYS = np.arange(0.0, 1.01, 0.05).tolist()
 _AGREES = 0.3
 OTHER_LENGTH = 1.6
 """What the length by which a car turns is off its wheelbase, as a factor."""
@@ -35,9 +34,9 @@ def first_length(drive: PreparedLog, name: str) -> float:
 
     LogError where the log is too short or too straight, or the wheels do not turn or turn wrong.
     """
-    t, yaw, speed = (
+    yaw, speed = (
         np.concatenate([values[part] for part in drive.parts()] or [np.zeros(0)])
-        for values in (drive.t, drive.yaw, drive.sample_speed)
+        for values in (drive.yaw, drive.sample_speed)
     )
     steer = drive.commands
     least = _MOVING * drive.size
@@ -60,29 +59,15 @@ def first_length(drive: PreparedLog, name: str) -> float:
             f"{name}: steer changes by {math.degrees(width):.2f} degrees only: nothing tells how"
             " the car answers to it; drive bends to both sides"
         )
-    return _regression(drive, t, name)
+    return _regression(drive, name)
 
 
-def _regression(drive: PreparedLog, t: Array, name: str) -> float:
-    """Regress the turn in a window on what the commands explain, delay by delay."""
-    counted = np.unique(np.round((t - t[0]) / _WINDOW).astype(int)) * _WINDOW + t[0]
-    ends = counted[1:][np.diff(counted) < 1.5 * _WINDOW]
-    measured = np.interp(ends, drive.t, drive.yaw) - np.interp(ends - _WINDOW, drive.t, drive.yaw)
-    middle = middles(drive.edges)
-    best = (-1.0, 1.0)
-    for delay in _DELAYS:
-        place = np.clip(np.searchsorted(drive.times, middle - delay) - 1, 0, None)
-        turning = drive.speed * np.tan(np.clip(drive.commands[place], -1.5, 1.5))
-        total = summed(turning) * drive.cell
-        given = np.interp(ends, drive.edges, total) - np.interp(ends - _WINDOW, drive.edges, total)
-        centred = given - given.mean()
-        power = float(centred @ centred)
-        if power <= 0.0:
-            continue
-        slope = float(centred @ (measured - measured.mean())) / power
-        share = slope * slope * power / max(float(np.var(measured)) * len(measured), 1e-12)
-        best = max(best, (share, slope))
-    share, slope = best
+def _regression(drive: PreparedLog, name: str) -> float:
+    """Regress how the car turned on what the commands explain, delay by delay."""
+    chain, plain = Chain(drive, LAGS[0]), {**dict.fromkeys(NAMES, 0.0), "turning_wheelbase": 1.0}
+    share, slope = max(
+        drive.explained(chain.yaw(**{**plain, "dead_time": delay})) for delay in _DELAYS
+    )
     if slope < 0.0 and share > _AGREES:
         raise LogError(
             f"{name}: the car turns right where steer says left: the sign of steer or of yaw is"

@@ -24,6 +24,8 @@ PAUSE = 5.0
 """What a gap is replaced by [s]: the simulated wheels settle meanwhile, and the car stands."""
 SETTLING = 1.0
 """Time after a start or a gap that does not count [s]: nobody knows what was commanded before."""
+TURN = 1.0
+"""Time over which turns are compared [s]: a bend is more than noise, and no drift."""
 OUTLIER = 6.0
 """A sample this many standard deviations from its neighbours' median is an outlier. Noise alone
 makes one of 500 million."""
@@ -100,6 +102,22 @@ class PreparedLog:
         by_command = self.least_noise["steer"] * np.diff(self.t) * speed / length
         found: Array = np.hypot(by_speed, by_command)
         return found
+
+    def explained(self, yaw: Array) -> tuple[float, float]:
+        """Give the share of the measured turns that a simulated heading explains, and their slope.
+
+        The turns are those of `TURN`, less their means.
+        """
+        parts = self.parts()
+        longest = max(part.stop - part.start for part in parts)
+        every = max(1, min(round(TURN / self.usual_step), longest - 1))
+        given, measured = (
+            np.concatenate([np.diff(each[part][::every]) for part in parts])
+            for each in (yaw, self.yaw)
+        )
+        given, measured = given - given.mean(), measured - measured.mean()
+        slope = float(given @ measured) / max(float(given @ given), 1e-12)
+        return slope**2 * float(given @ given) / max(float(measured @ measured), 1e-12), slope
 
     def parts(self) -> list[slice]:
         """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""

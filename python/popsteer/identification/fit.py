@@ -380,9 +380,7 @@ class Task:
 
     def _scaled(self, values: Values) -> Values:
         """Give the values with the length by which the simulated heading turns as the measured."""
-        simulated = self.chain.yaw(**values)
-        turns = [np.diff(yaw[:: max(1, len(yaw) // 500)]) for yaw in (simulated, self.drive.yaw)]
-        slope = float(turns[0] @ turns[1]) / max(float(turns[0] @ turns[0]), 1e-12)
+        _, slope = self.drive.explained(self.chain.yaw(**values))
         length = float(np.clip(values["turning_wheelbase"] / max(slope, 1e-3), 0.02, 90.0))
         return {**values, "turning_wheelbase": length}
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.files import write_text_atomic
-from popsteer.identification.arrays import middles, summed
+from popsteer.identification.arrays import chords, middles, summed
 from popsteer.identification.drive import SETTLING
 from popsteer.vehicle_file import as_toml
 
@@ -239,26 +239,16 @@ def compared(
     heading = smooth(drive.yaw - yaw, theta, drive)  # what the measured heading is ahead
     rear, slip, bias = (point.values[name] for name in ("rear_axle", "slip", "heading_bias"))
     starts = _starts(drive)
-    x, y, off = np.empty_like(yaw), np.empty_like(yaw), np.zeros_like(yaw)
+    measured = drive.x + 1j * drive.y
+    place, off = np.empty_like(measured), np.zeros_like(yaw)
     for start, end in zip(starts, [*starts[1:], len(yaw)], strict=True):
         part = slice(start, end)
-        course = yaw[part] + heading[start] + bias
-        step, turn = np.diff(drive.t[part]), np.diff(course)
-        middle = course[:-1] + 0.5 * turn
-        speed = middles(drive.sample_speed[part])
-        # Chords of the arcs between samples.
-        way = speed * step * np.sinc(0.5 * turn / math.pi)
-        aside = -(rear + slip * speed**2) * 2.0 * np.sin(0.5 * turn)
-        east = way * np.cos(middle) - aside * np.sin(middle)
-        north = way * np.sin(middle) + aside * np.cos(middle)
-        near = slice(start, min(start + 5, end))
+        course, speed = yaw[part] + heading[start] + bias, middles(drive.sample_speed[part])
+        aside = (rear + slip * speed**2) * np.diff(np.exp(1j * course))
+        path = summed(speed * np.diff(drive.t[part]) * chords(course) - aside)
         # The mean of the first few, so that one sample's noise does not stay for 10 s.
-        path = [summed(moved) for moved in (east, north)]
-        count = near.stop - near.start
-        x[part] = path[0] + np.mean(drive.x[near] - path[0][:count])
-        y[part] = path[1] + np.mean(drive.y[near] - path[1][:count])
-        left = (drive.x[part] - x[part], drive.y[part] - y[part])
-        off[part] = left[1] * np.cos(course) - left[0] * np.sin(course)
+        place[part] = path + np.mean((measured[part] - path)[:5])
+        off[part] = ((measured[part] - place[part]) * np.exp(-1j * course)).imag
     counts = np.zeros(len(yaw), dtype=np.bool_)
     for part in drive.parts():
         counts[part.start + 1 : part.stop] = True
@@ -267,8 +257,8 @@ def compared(
         "t": np.array(log.t),
         "x": np.array(log.x),
         "y": np.array(log.y),
-        "simulated_x": x,
-        "simulated_y": y,
+        "simulated_x": place.real,
+        "simulated_y": place.imag,
         "position_error": off,
         "yaw_rate": np.diff(drive.yaw, prepend=drive.yaw[0]) / step,
         "simulated_yaw_rate": np.diff(yaw, prepend=yaw[0]) / step,

@@ -360,8 +360,7 @@ def looks(log: Log, ahead: float) -> Log:
         kept = math.exp(-speed * step / abs(ahead))
         yaw = way + kept * math.remainder(yaw - way, math.tau)
         headings.append(yaw)
-    yaws = np.array(headings)[rows]
-    return Log(**{**log.as_dict(), "yaw": yaws}, name=log.name, commands=log.commands)
+    return _with(log, yaw=np.array(headings)[rows])
 
 
 def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
