@@ -92,5 +92,9 @@ def track(name: str) -> popsteer.Path:
 def course(name: str) -> tuple[popsteer.Path, Pose | None]:
     """Give a shipped track, or that of the paper's authors, and where a run starts on it."""
     if name == "authors":
-        return popsteer.Path.from_csv(AUTHORS / "waypoints.csv"), (-183.797, 79.760, -1.574)
+        return popsteer.Path.from_csv(AUTHORS / "waypoints.csv", columns="x,y,speed"), (
+            -183.797,
+            79.760,
+            -1.574,
+        )
     return track(name), None

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from tests.cli.command import Outcome
 
+COLUMNS = "--columns", "x,y,speed"  # of a file that names none
 FIGURES = ("results", "results-dark", "overview", "overview-dark")
 LAWS = ("pid", "pure-pursuit", "stanley", "pop")
 METRICS = (
@@ -136,7 +137,7 @@ def test_compare_of_the_authors_run_reproduces_the_paper(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     waypoints = authors_data() / "waypoints.csv"
-    outcome = command.call(capsys, "paper", "--waypoints", str(waypoints))
+    outcome = command.call(capsys, "paper", "--waypoints", str(waypoints), *COLUMNS)
     assert outcome.status == 0
     assert "PID row could not be reproduced" in outcome.out
     assert "another track" not in outcome.out
@@ -195,6 +196,7 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
             "pop",
             "--waypoints",
             waypoints,
+            *COLUMNS,
             *start,
             "--out",
             str(out),

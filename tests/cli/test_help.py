@@ -289,7 +289,7 @@ WANTED = {
     | GIVEN
     | MANY
     | {"--set-plant", "--set-run", "--step-time", "--record", "--report"},
-    "paper": {"--preset", "--waypoints", "--out", "--report"},
+    "paper": {"--preset", "--waypoints", "--columns", "--out", "--report"},
     "suite": RUNS - {"--preset", "--dt"} | {"--plants", "--scenarios", "--conditions"},
     "params": {"--vehicle"},
     # Nothing is driven.

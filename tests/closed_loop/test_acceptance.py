@@ -28,7 +28,7 @@ EXPECTED = {
 
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
-    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv", columns="x,y,speed")
     return lab.compare.paper.run(path)
 
 
@@ -83,7 +83,7 @@ def test_pid_on_authors_track_is_not_the_papers_row(comparison: Comparison) -> N
 
 def test_cross_track_error_of_recorded_positions_agrees_with_the_log() -> None:
     data = authors_data()
-    path = popsteer.Path.from_csv(data / "waypoints.csv")
+    path = popsteer.Path.from_csv(data / "waypoints.csv", columns="x,y,speed")
     # Row 0 of the trajectory is the pose before the shift to the reference point.
     positions = np.loadtxt(data / "trajectory.csv", delimiter=",")[1:, 1:3]
     logged = np.loadtxt(data / "tracking_error.csv", delimiter=",")[:, 0]

@@ -486,7 +486,7 @@ def test_compare_on_a_plant_from_elsewhere_drives_every_law_from_the_same_start(
 @pytest.mark.parametrize("speed", [10.0, 14.0])
 def test_preview_pop_on_the_multi_body_car_errs_a_fifth_of_pop_at_most(speed: float) -> None:
     plant = _plant("commonroad-mb-2")
-    whole = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    whole = popsteer.Path.from_csv(authors_data() / "waypoints.csv", columns="x,y,speed")
     half = np.column_stack((whole.x, whole.y))[: len(whole) // 2]  # bends to both sides
     path = popsteer.Path(half)
     start = sim.default_start(path, -1.0, plant.vehicle)

@@ -24,7 +24,7 @@ LINE = popsteer.Path([(float(x), 0.0) for x in range(800)])
 
 @pytest.fixture(scope="module")
 def path() -> popsteer.Path:
-    return popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    return popsteer.Path.from_csv(authors_data() / "waypoints.csv", columns="x,y,speed")
 
 
 def _metrics(

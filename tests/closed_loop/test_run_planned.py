@@ -272,5 +272,5 @@ def test_steering_offset_that_nobody_told_is_found_in_ten_seconds_of_bends() -> 
 
 
 def test_steering_offset_is_found_on_the_authors_track() -> None:
-    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv", columns="x,y,speed")
     check_offset(path, (-183.797, 79.760, -1.574))

@@ -24,8 +24,7 @@ their defaults.
 Examples:
   popsteer paper
   popsteer paper --out out
-  popsteer paper --waypoints waypoints.csv
-  popsteer paper --waypoints waypoints.csv --preset published-code
+  popsteer paper --waypoints waypoints.csv --columns x,y,speed
 """
 
 
@@ -33,12 +32,13 @@ def paper(
     *,
     preset: options.Preset = presets.REPRODUCTION,
     waypoints: options.Waypoints = None,
+    columns: options.Columns = None,
     out: options.Out = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive the paper's experiment."""
-    course = inputs.course(waypoints, None, closed=False)
+    course = inputs.course(waypoints, None, closed=False, columns=columns)
     params = parameters(DEFAULT_CONTROLLERS, preset)
     outputs.check_folder(out, lab.compare.files.file_names(DEFAULT_CONTROLLERS), report)
     with Progress() as progress:
