@@ -152,11 +152,7 @@ def _bound_unpacking() -> None:
 
 
 def _choose(
-    path: Path,
-    connections: list[Any],
-    what: str,
-    types: Iterable[str],
-    asked: dict[str, str],
+    path: Path, connections: list[Any], what: str, types: Iterable[str], asked: dict[str, str]
 ) -> list[Any]:
     """Choose the connections of a topic, or say which topics there are."""
     there = sorted({(c.topic, c.msgtype) for c in connections})

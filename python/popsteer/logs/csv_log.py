@@ -16,7 +16,6 @@ from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import factor
 from popsteer.tables import geo, shown
 from popsteer.tables.columns import (
-    Column,
     Columns,
     asked_for,
     check_one,
@@ -38,8 +37,7 @@ if TYPE_CHECKING:
 
 _MERGED = 0.2  # share of empty entries from which a column is a topic with times of its own
 _FITS = 0.04  # how near a ratio of speeds has to be to one of those
-_TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
-_TIMES["days"] = 1.0 / 86400.0  # of a spreadsheet
+_TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
 _APART = 1.5  # times speed and positions may differ: more is another unit, or no speed
 _COMPASS = ("", "from north, clockwise")
 _ENOUGH = 20_000  # rows that show what a heading is
@@ -131,7 +129,7 @@ def _read(
         check_one(table)
     clock.find(table, places)
     needed = COLUMNS if alone else ("t",)
-    check_there(table, {*places, *(key for key in needed if _has_other(key, places))}, needed)
+    check_there(table, places, needed)
     times = clock.read(table, places, units.get("t"))
     begun = times.origin if begun is None else begun
     t = times.values + 1e-9 * (times.origin - begun)
@@ -154,15 +152,6 @@ def _read(
             )
     others = (each for key, each in places.items() if key in ("t", *clock.PARTS, "direction"))
     return found, begun, ignored(table, [*rest.values(), *used, *others])
-
-
-def _has_other(key: str, places: Mapping[str, Column]) -> bool:
-    """Whether a quantity is told by others."""
-    if key in ("x", "y"):
-        return {"lat", "lon"} <= places.keys()
-    if key == "speed":
-        return {"v_east", "v_north"} <= places.keys()
-    return key == "yaw" and {"qz", "qw"} <= places.keys()
 
 
 def _log(

@@ -6,44 +6,22 @@ from typing import Any, NamedTuple
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 """The type of poses and speeds."""
-_REPORT = "builtin_interfaces/Time stamp\nfloat32 steering_tire_angle\n"
-_VELOCITY = """\
-std_msgs/Header header
-float32 longitudinal_velocity
-float32 lateral_velocity
-float32 heading_rate
-"""
-_LATERAL = """\
-builtin_interfaces/Time stamp
-builtin_interfaces/Time control_time
-float32 steering_tire_angle
-float32 steering_tire_rotation_rate
-bool is_defined_steering_tire_rotation_rate
-"""
-_LONGITUDINAL = """\
-builtin_interfaces/Time stamp
-builtin_interfaces/Time control_time
-float32 velocity
-float32 acceleration
-float32 jerk
-bool is_defined_acceleration
-bool is_defined_jerk
-"""
-_CONTROL = """\
-builtin_interfaces/Time stamp
-builtin_interfaces/Time control_time
-autoware_control_msgs/Lateral lateral
-autoware_control_msgs/Longitudinal longitudinal
-"""
-_ACKERMANN = """\
-float32 steering_angle
-float32 steering_angle_velocity
-float32 speed
-float32 acceleration
-float32 jerk
-"""
+
+
+def _floats(names: str) -> str:
+    return "".join(f"float32 {name}\n" for name in names.split())
+
+
+_STAMP = "builtin_interfaces/Time stamp\n"
+_TIMES = _STAMP + "builtin_interfaces/Time control_time\n"
+_REPORT = _STAMP + _floats("steering_tire_angle")
+_VELOCITY = "std_msgs/Header header\n" + _floats(
+    "longitudinal_velocity lateral_velocity heading_rate"
+)
 DEFINITIONS = {
-    "ackermann_msgs/msg/AckermannDrive": _ACKERMANN,
+    "ackermann_msgs/msg/AckermannDrive": _floats(
+        "steering_angle steering_angle_velocity speed acceleration jerk"
+    ),
     "ackermann_msgs/msg/AckermannDriveStamped": (
         "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n"
     ),
@@ -51,12 +29,15 @@ DEFINITIONS = {
     "autoware_auto_vehicle_msgs/msg/SteeringReport": _REPORT,
     "autoware_vehicle_msgs/msg/VelocityReport": _VELOCITY,
     "autoware_auto_vehicle_msgs/msg/VelocityReport": _VELOCITY,
-    "autoware_control_msgs/msg/Lateral": _LATERAL,
-    "autoware_control_msgs/msg/Longitudinal": _LONGITUDINAL,
-    "autoware_control_msgs/msg/Control": _CONTROL,
+    "autoware_control_msgs/msg/Lateral": _TIMES
+    + _floats("steering_tire_angle steering_tire_rotation_rate")
+    + "bool is_defined_steering_tire_rotation_rate\n",
+    "autoware_control_msgs/msg/Longitudinal": _TIMES
+    + _floats("velocity acceleration jerk")
+    + "bool is_defined_acceleration\nbool is_defined_jerk\n",
+    "autoware_control_msgs/msg/Control": _TIMES
+    + "autoware_control_msgs/Lateral lateral\nautoware_control_msgs/Longitudinal longitudinal\n",
 }
-
-
 _STAMPED = ("header", "stamp")
 _TWIST = ("twist", "linear", "x")
 POSES = {

@@ -33,6 +33,8 @@ _TIMED |= {f"speed speed in {unit}, as time and distances are": unit for unit in
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
 _MANY = 40  # columns without names: what has more is no path's
 _PARTS = ("v_east", "v_north")
+# What tells a quantity that has no column of its own.
+_TOLD_BY = {"x": {"lat", "lon"}, "y": {"lat", "lon"}, "yaw": {"qz", "qw"}, "speed": {*_PARTS}}
 _WHOSE = {f"{each}id" for each in ("track", "agent", "vehicle", "object", "actor", "car", "")}
 
 
@@ -102,10 +104,10 @@ def named(
         read = [meaning(name).quantity or LEFT_OUT for name in head]
         ways = (",".join(each) for each in ([*read, *"-" * more], [*"-" * more, *read]))
         known_ones = f" (--columns {' or --columns '.join(ways)} says which is which)"
-        is_told = {*read} - {LEFT_OUT} and table.columns <= _MANY
+        is_told = {"x", "y"} <= {*read} or {"lat", "lon"} <= {*read}
         raise PathError(
             f"{where}: {len(head)} name{'s' * (len(head) > 1)} above {table.columns} columns"
-            + (known_ones if is_told else ", none of which is known: is it a table?")
+            + (known_ones if is_told and table.columns <= _MANY else ": is it a table?")
         )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
@@ -167,7 +169,8 @@ def ignored(table: Table, used: Collection[Column]) -> list[str]:
 
 def check_there(table: Table, places: Collection[str], needed: Sequence[str]) -> None:
     """Refuse a table in which columns are missing, PathError: it lists the names there are."""
-    missing = [key for key in needed if key not in places]
+    others = {key for key, told in _TOLD_BY.items() if told <= {*places}}
+    missing = [key for key in needed if key not in {*places, *others}]
     where = table.where(table.head_line) if table.head_line else table.name
     if missing and not table.head:
         raise PathError(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 _ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0) | {"mrad": 1e-3}
+_DEGREES = {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0}
 _LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
 _LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3} | dict.fromkeys(("ft", "feet", "foot"), 0.3048)
 _SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "ms^-1", "m/sec", "meters/second"), 1.0)
@@ -37,14 +38,11 @@ UNITS: dict[str, dict[str, float]] = {
     "y": _LENGTH,
     # From north, clockwise, with x to the east; `converted` turns them.
     "yaw": _ANGLE | {"rad-north": -1.0, "deg-north": -math.pi / 180.0},
-    "speed": _SPEED,
-    "speed_y": _SPEED,
-    **dict.fromkeys(("v_east", "v_north"), _SPEED),
+    **dict.fromkeys(("speed", "speed_y", "v_east", "v_north"), _SPEED),
     "steer": _ANGLE,
     "curvature": _CURVATURE,
     "grade": _GRADE,
-    "lat": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
-    "lon": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0},
+    **dict.fromkeys(("lat", "lon"), _DEGREES),
     **dict.fromkeys(("t_ns", "t_us", "t_ms"), _TIME),
     "direction": _NONE,
     "throttle": _SHARE,

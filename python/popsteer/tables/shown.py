@@ -149,12 +149,7 @@ def is_near_heading(measured: Sequence[Along], values: Floats) -> bool:
 
 
 def _heading(
-    way: Along,
-    values: Floats,
-    units: tuple[str, ...],
-    *,
-    both_ways: bool,
-    most: float,
+    way: Along, values: Floats, units: tuple[str, ...], *, both_ways: bool, most: float
 ) -> Heading | None:
     if len(way.moves) < (2 if both_ways else _LEAST):
         return None

@@ -115,10 +115,7 @@ def read_waypoints(
 
 
 def _read(
-    name: str,
-    text: str,
-    wanted: list[str] | dict[str, str],
-    origin: tuple[float, float] | None,
+    name: str, text: str, wanted: list[str] | dict[str, str], origin: tuple[float, float] | None
 ) -> Waypoints:
     if (recorded := geo.positions(name, text)) is not None:
         if wanted:
@@ -220,7 +217,7 @@ def _read_table(
             # A course may be the name of one; but a gear in letters is not left out.
             if key in _NEEDED or not table.is_text(each.place)
         }
-        _check_position(table, places)
+        check_there(table, places, ("x", "y"))
         if not wanted:
             check_one(table)
             _refuse_sides(table, places)
@@ -328,12 +325,6 @@ def backwards(table: Table, column: Column) -> NDArray[np.bool_]:
     else:
         values = np.nan_to_num(table.numbers([place], blank=True)[:, 0])
     return values != 0.0 if "reverse" in column.name.lower() else values < 0.0
-
-
-def _check_position(table: Table, places: Mapping[str, Column]) -> None:
-    if {"lat", "lon"} <= places.keys() and not {"x", "y"} <= places.keys():
-        return
-    check_there(table, places, ("x", "y"))
 
 
 def _position(
