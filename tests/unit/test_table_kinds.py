@@ -137,6 +137,7 @@ READ: dict[str, tuple[str, str]] = {
         ),
         "vy",
     ),
+    "ids of lanes": ("id,x,y\n" + _rows((np.repeat([1, 2], N // 2), X, Y)), ""),
     "velocity to the east and north": (
         "x,y,velocity_east,VelN [km/h]\n" + _rows((X, Y, 3.5 * COS, 3.6 * 3.5 * SIN)),
         "v",

@@ -285,8 +285,9 @@ def test_some_rows_of_many_show_what_the_heading_is(
 
 def test_rows_of_several_vehicles_are_refused(tmp_path: Any) -> None:
     rows = "track_id," + HEAD + _rows(["7"] * 150 + ["8"] * 50, T, X, Y, YAW, SPEED, STEER)
-    with pytest.raises(LogError, match="track_id says 7, 8: rows of 2 vehicles"):
-        logs.read(_write(tmp_path, rows))
+    for name in ("track_id", "id"):
+        with pytest.raises(LogError, match=f"{name} says 7, 8: rows of 2 vehicles"):
+            logs.read(_write(tmp_path, rows.replace("track_id", name)))
 
 
 def test_date_in_another_order_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:

@@ -188,11 +188,15 @@ def check_one(table: Table) -> None:
     """Refuse by PathError a table of several vehicles, as recordings of traffic are."""
     for k, name in enumerate(table.head or []):
         whose = re.sub("[^a-z]", "", name.lower())
-        if whose not in _WHOSE:
+        # What is but called id may be that of a row, or of a lane: in recordings it is at times.
+        is_timed = any(
+            "frame" in each.lower() or meaning(each)[0] == "t" for each in table.head or []
+        )
+        if whose not in _WHOSE or (whose == "id" and not is_timed):
             continue
         rows = [row[k] for _, row in table.rows() if len(row) > k]
         said = list(dict.fromkeys(rows))
-        if len(said) > 1 and (whose != "id" or 2 * len(said) <= len(rows)):  # or it is a row's
+        if len(said) > 1 and (whose != "id" or 2 * len(said) <= len(rows)):
             raise PathError(
                 f"{table.name}: {Column(k, name)} says {', '.join(said[:3])[:60]}"
                 f"{', ...' * (len(said) > 3)}: rows of {len(said)} vehicles: keep those of one"
