@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -188,3 +189,47 @@ def test_one_wrong_speed_in_a_while_is_no_fault_and_moves_nothing(wrong: float) 
             plant.go(drive, SUBSTEPS)
             off = path.project(plant.x, plant.y).cross_track_error
             assert abs(off) < 0.1 * car.wheelbase, (seed, k)
+
+
+@pytest.mark.parametrize("wheelbase", [0.2, 0.33, 1.0, 2.7])
+@pytest.mark.parametrize("rate", [0.6, 1.2])
+def test_wheels_that_turn_while_it_drives_follow_a_turn_of_three_arcs(
+    wheelbase: float, rate: float
+) -> None:
+    # Each arc bends to the other side of the vehicle, whose wheels may not turn at rest. They turned
+    # in proportion to the way below 5/3 wheelbases a second, within a horizon too short to see it, and
+    # the plan sped up as if they were there: 3 of 8 stopped for their deviation.
+    radius, spacing = 2.5 * wheelbase, 0.05 * wheelbase
+    most = 1.5 * math.sqrt(wheelbase)
+    (x, y, yaw), points, speeds, cusps = (0.0, 0.0, 0.0), [(0.0, 0.0)], [most], []
+    for gear, bend in ((1.0, 1.0), (-1.0, -1.0), (1.0, 1.0)):
+        for _ in range(round(1.5 * radius / spacing)):
+            half = 0.5 * gear * spacing * bend / radius
+            yaw += half
+            x, y = x + gear * spacing * math.cos(yaw), y + gear * spacing * math.sin(yaw)
+            yaw += half
+            points.append((x, y))
+            speeds.append(gear * most)
+        cusps.append((x, y))
+    car = popsteer.Vehicle(
+        wheelbase=wheelbase, max_steer=0.6, max_steer_rate=rate, steer_lag=0.1, max_speed=most
+    )
+    driver = popsteer.Driver(popsteer.Path(points, speed=speeds), car)
+    x = y = yaw = speed = wheel = 0.0
+    nearest = [math.inf] * 3
+    for _ in range(4000):
+        command = driver.step(x, y, yaw, speed, 0.02)
+        assert command.fault is None
+        for _ in range(4):
+            wheel += 0.005 * min(max((command.steer - wheel) / 0.1, -rate), rate)
+            gear = -1.0 if command.reverse else 1.0
+            # Brakes hold, and do not push back.
+            driven = max(gear * speed + 0.005 * command.acceleration, 0.0)
+            speed = 0.0 if command.hold else gear * driven
+            yaw += 0.005 * speed * math.tan(wheel) / wheelbase
+            x, y = x + 0.005 * speed * math.cos(yaw), y + 0.005 * speed * math.sin(yaw)
+        for k, cusp in enumerate(cusps):
+            nearest[k] = min(nearest[k], math.dist((x, y), cusp))
+    assert command.phase == "standing"
+    assert math.dist((x, y), cusps[-1]) < 0.2 * min(wheelbase, 1.0)
+    assert max(nearest) < 0.2 * min(wheelbase, 1.0)

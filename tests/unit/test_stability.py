@@ -32,6 +32,7 @@ OTHERS: dict[str, _Other] = {
     "no-lag": ({}, {"steer_lag": 0.0}),
     "vehicle": ({"horizon": 2.7}, {"turning_wheelbase": 3.4, "understeer": 2e-3}),
     "point": ({"horizon": 0.4}, {"rear_axle": -1.3, "no_slip_point": -0.2}),
+    "slow wheels": ({}, {"max_steer_rate": 0.3}),
 }
 ANSWERS: list[tuple[str, _Other]] = [
     *((name, ({}, {})) for name in controllers.names()),

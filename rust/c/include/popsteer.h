@@ -735,8 +735,8 @@ typedef struct popsteer_preview_pop_params {
     /**
      * How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
      * anticipated. If it is shorter than the lag and the return to the path, the vehicle
-     * oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels
-     * need it. Default 1, in [0.05, 100.0].
+     * oscillates. Up to twice as long below a wheelbase in 0.6 s, and if the vehicle has a
+     * `max_steer_rate` and its wheels need it. Default 1, in [0.05, 100.0].
      */
     double horizon;
     /**
@@ -761,8 +761,8 @@ typedef struct popsteer_preview_pop_params {
      * Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
      * prediction looks as far as at this speed; at rest they keep their angle, unless the
      * vehicle has `steers_at_rest`. Where the vehicle's `max_steer_rate` is given, they turn
-     * at all of it down to half this speed. NAN: `wheelbase * 1.0 / 3.0` with
-     * `steers_at_rest`, else `wheelbase * 5.0 / 3.0`, in [0.0001, 10000.0].
+     * at all of it down to half this speed. NAN: `wheelbase / 3.0` with `steers_at_rest` or
+     * `max_steer_rate`, else `wheelbase / 0.6`, in [0.0001, 10000.0].
      */
     double min_speed;
     /**

@@ -73,10 +73,13 @@ impl fmt::Display for Formula {
         });
         match choice {
             Some((before, condition, one, other)) => {
-                write!(
-                    out,
-                    "`{before}{one}` with `{condition}`, else `{before}{other}`"
-                )
+                write!(out, "`{before}{one}` with ")?;
+                for (index, met) in condition.split(" || ").enumerate() {
+                    let or = if index == 0 { "" } else { " or " };
+                    let name = met.strip_suffix(".is_some()").unwrap_or(met);
+                    write!(out, "{or}`{name}`")?;
+                }
+                write!(out, ", else `{before}{other}`")
             }
             None => write!(out, "`{}`", self.0),
         }

@@ -152,12 +152,13 @@ impl Scene {
         let (rate, span) = self.rate_and_span();
         let pace = self.speed.max(self.min_speed);
         let length = self.turning(self.speed) / known.gain;
-        let mut horizon = self.horizon;
+        // Longer where a wheelbase takes more than 0.6 s.
+        let mut needed = self.horizon * (car.wheelbase / (0.6 * pace)).max(1.0);
         if let (true, Some(rate)) = (own, car.max_steer_rate) {
             let turn = (self.approach_angle * self.turning(pace) / (pace * rate)).sqrt();
-            let needed = 3.0 * car.steer_lag + 1.5 * turn;
-            horizon = needed.clamp(horizon, 2.0 * horizon);
+            needed = needed.max(3.0 * car.steer_lag + 1.5 * turn);
         }
+        let horizon = needed.min(2.0 * self.horizon);
         let count = (horizon / self.dt + 1e-6).floor().clamp(1.0, 20.0);
         let period = (horizon / count).max(self.dt);
         let step = pace * period;

@@ -245,7 +245,7 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         let preview = PreviewPopParams::DEFAULT.resolved(&car);
         assert_is(preview.heading_cost, 1.0);
         assert_is(preview.steer_rate_cost, 1.0 / 12.0);
-        assert_is(preview.min_speed, 5.0 / 3.0);
+        assert_is(preview.min_speed, 1.0 / 3.0);
         assert_is(preview.smoothing_length, 2.0 / 3.0);
         assert_is(preview.steer_span_rate, 0.4 / wheelbase);
         // The paper's 3 degrees in 50 ms.
@@ -253,8 +253,9 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
             max_steer_rate: None,
             ..car
         };
-        let rate = PreviewPopParams::DEFAULT.resolved(&free).steer_span_rate;
-        assert!((rate - 60.0_f64.to_radians()).abs() < 1e-12);
+        let preview = PreviewPopParams::DEFAULT.resolved(&free);
+        assert!((preview.steer_span_rate - 60.0_f64.to_radians()).abs() < 1e-12);
+        assert_is(preview.min_speed, 5.0 / 3.0);
         let stanley = StanleyParams::DEFAULT.resolved(&car);
         assert_is(stanley.softening, 1.0 / 3.0);
         assert_is(stanley.smoothing_length, 1.0);

@@ -186,15 +186,27 @@ def preview_gains(
 ) -> PreviewGains:
     """Carry the cost back over the horizon on a straight; speed in [m/s], period in [s]."""
     found: Any = params.resolved(vehicle)
-    count = int(min(max(params.horizon / dt + 1e-6, 1.0), _MAX_STEPS))
-    period = max(params.horizon / count, dt)
-    step = max(speed, found.min_speed) * period
+    pace = max(speed, found.min_speed)
+    horizon = _horizon(found, vehicle, pace)
+    count = int(min(max(horizon / dt + 1e-6, 1.0), _MAX_STEPS))
+    period = max(horizon / count, dt)
+    step = pace * period
     move_cost = (found.steer_rate_cost * vehicle.turning_length(speed) / period) ** 2
     lag = vehicle.steer_lag * speed
     gains = _first_gains(_straight(step, lag), found.heading_cost, move_cost, count)
     error, heading, *others = (dt / period * gains).tolist()
     # An error counts as far as a heading does, so not at all where that does not.
     return PreviewGains(error if heading > 0.0 else 0.0, heading, *others)
+
+
+def _horizon(found: Any, vehicle: Vehicle, pace: float) -> float:
+    """Return how long preview POP looks ahead at a speed [s]: see its `horizon`."""
+    needed = found.horizon * max(1.0, vehicle.wheelbase / (0.6 * pace))
+    rate = vehicle.max_steer_rate
+    if rate is not None and rate <= found.steer_span_rate:
+        turn = math.sqrt(found.approach_angle * vehicle.turning_length(pace) / (pace * rate))
+        needed = max(needed, 3.0 * vehicle.steer_lag + 1.5 * turn)
+    return float(min(needed, 2.0 * found.horizon))
 
 
 def _straight(step: float, lag: float) -> NDArray[np.float64]:

@@ -63,8 +63,8 @@ const ROUNDS: usize = 50;
 /// A jump of the curvature is looked for so far on each side of a waypoint, in wheelbases: where the
 /// wheels turn for it.
 const JUMP_REACH: f64 = 0.4;
-/// How far a vehicle that parks (`steers_at_rest`) may be shifted by a jump of the curvature, in
-/// wheelbases. Less: it drives past more slowly.
+/// How far a vehicle that parks (`steers_at_rest`) may be shifted by a jump of the curvature, and any
+/// by one at a cusp, in wheelbases. Less: it drives past more slowly.
 const JUMP_SHIFT: f64 = 0.003;
 /// A turn of the wheels that is no jump [rad]: noise of the waypoints, a bend of a road.
 const SMALL_JUMP: f64 = 0.1;
@@ -337,6 +337,45 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
         for (index, &jump) in jumps.iter().enumerate().filter(|&(_, &jump)| jump > noise) {
             turn_in_time(jump_speed(jump, car), index, squared, limit);
         }
+    }
+    if !car.steers_at_rest {
+        for cusp in (0..squared.len()).filter(|&index| course.is_cusp(index)) {
+            leave_cusp(course, car, cusp, squared, limit);
+        }
+    }
+}
+
+/// Bounds the speeds behind a `cusp` of a vehicle whose wheels turn only while it drives: they are still
+/// where the section before it needed them.
+///
+/// Wheels that turn at their rate from there on, for `t = L Δk / max_steer_rate`, shift a vehicle that
+/// starts with the constant acceleration a by `7/30 Δk l²` to the side, with `l = a t² / 2`. That is
+/// to be `shift`:
+///
+/// ```text
+/// v² <= 2 a s,  a = 2 l / t²,  l = sqrt(30/7 shift / Δk)       up to the first waypoint s >= l behind it
+/// ```
+fn leave_cusp(
+    course: &Course<'_>,
+    car: &Vehicle,
+    cusp: usize,
+    squared: &mut [f64],
+    limit: &mut [Limit],
+) {
+    let before = cusp.checked_sub(1).unwrap_or(squared.len() - 1);
+    // The wheels are to the same side where it turns the other way, as it drives the other way.
+    let jump = (course.curvature_at(cusp) + course.curvature_at(before)).abs();
+    let turn = jump * car.turning_length(0.0);
+    let Some(rate) = car.max_steer_rate.filter(|_| turn >= SMALL_JUMP) else {
+        return;
+    };
+    let length = sqrt(30.0 / 7.0 * JUMP_SHIFT * car.wheelbase / jump);
+    let time = turn / rate;
+    let (mut place, mut gone) = (cusp, 0.0);
+    while let Some(spacing) = course.spacing.get(place).filter(|_| gone < length) {
+        gone += spacing;
+        place = course.next(place);
+        turn_in_time(sqrt(4.0 * length * gone) / time, place, squared, limit);
     }
 }
 

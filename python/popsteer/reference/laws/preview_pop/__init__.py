@@ -45,6 +45,11 @@ def _span_rate(car: Vehicle) -> float:
     return 60.0 * (PI / 180.0) if car.max_steer_rate is None else car.max_steer_rate
 
 
+def _min_speed(car: Vehicle) -> float:
+    gentle = car.max_steer_rate is None and not car.steers_at_rest
+    return car.wheelbase / (0.6 if gentle else 3.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class PreviewPopParams(Params):
     """Parameters of `PreviewPop`. See `popsteer.PreviewPopParams`.
@@ -64,9 +69,7 @@ class PreviewPopParams(Params):
     steer_rate_cost: float | None = optional(1e-5, 1e3, scaled=lambda car: car.wheelbase / 12.0)
     approach_angle: float = number(0.25, 1e-3, 0.5 * PI)  # of a path far off [rad]
     # least speed of the prediction [m/s]
-    min_speed: float | None = optional(
-        1e-4, 1e4, scaled=lambda car: (1.0 if car.steers_at_rest else 5.0) / 3.0 * car.wheelbase
-    )
+    min_speed: float | None = optional(1e-4, 1e4, scaled=_min_speed)
     # of the path's heading [m]
     smoothing_length: float | None = optional(
         0.0, 1e3, scaled=lambda car: (0.2 if car.steers_at_rest else 2.0 / 3.0) * car.wheelbase

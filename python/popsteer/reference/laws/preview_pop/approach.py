@@ -18,6 +18,8 @@ LAGS = 3.0
 """Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to `TURNS`."""
 TURNS = 1.5
 """And in halves of the shortest time in which the vehicle can turn by the approach angle."""
+WHEELBASE_TIME = 0.6
+"""The horizon of a vehicle that needs longer than this for its wheelbase [s] is as much longer."""
 MOST_HORIZONS = 2.0
 """Longest horizon, as a multiple of the parameter `horizon`."""
 FULL_RATE = 0.5
@@ -69,21 +71,22 @@ class Approach(NamedTuple):
     def horizon_at(self, pace: float) -> float:
         """Return the horizon at a speed [s].
 
-        It is longer than the parameter if the vehicle's wheels need longer to straighten it on its
-        approach to the path.
+        It is longer than the parameter if the vehicle needs longer than `WHEELBASE_TIME`, or
+        its wheels longer to straighten it on its approach to the path.
         """
         vehicle = self.vehicle
         horizon: float = self.params.horizon
-        if not self.rate_is_the_vehicles:
-            return horizon
-        # Half the time in which wheels that turn out and back at their rate turn the vehicle by
-        # the approach angle.
-        length = vehicle.turning_length(pace)
-        turn = sqrt(self.params.approach_angle * length / (pace * self.rate))
-        needed = LAGS * vehicle.steer_lag + TURNS * turn
+        usual = vehicle.wheelbase / WHEELBASE_TIME
+        needed = horizon * (usual / pace) if pace < usual else horizon
+        if self.rate_is_the_vehicles:
+            # Half the time in which wheels that turn out and back at their rate turn the vehicle by
+            # the approach angle.
+            length = vehicle.turning_length(pace)
+            turn = sqrt(self.params.approach_angle * length / (pace * self.rate))
+            straight = LAGS * vehicle.steer_lag + TURNS * turn
+            needed = straight if straight > needed else needed
         most = MOST_HORIZONS * horizon
-        needed = needed if needed < most else most
-        return needed if needed > horizon else horizon
+        return needed if needed < most else most
 
     def rate_and_span(self, speed: float, dt: float) -> tuple[float, float]:
         """Return the planned rate of the wheels [rad/s], and their travel in a period `dt` [rad].

@@ -19,6 +19,10 @@ const LAGS: f64 = 3.0;
 /// far at once.
 const TURNS: f64 = 1.5;
 
+/// The horizon of a vehicle that needs longer than this for its wheelbase [s] is as much longer. Larger: one
+/// that creeps does not see that it gets back to its path, and turns its wheels late for a bend.
+const WHEELBASE_TIME: f64 = 0.6;
+
 /// Longest horizon, as a multiple of the parameter `horizon`. Larger values make the steps longer
 /// and the commands coarser.
 const MOST_HORIZONS: f64 = 2.0;
@@ -87,18 +91,21 @@ pub(super) struct Approach {
 }
 
 impl Approach {
-    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
-    /// longer to straighten it on its approach to the path.
+    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle needs longer than
+    /// [`WHEELBASE_TIME`], or its wheels longer to straighten it on its approach to the path.
     #[inline]
     pub(super) fn horizon_at(&self, vehicle: &Vehicle, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
+        let usual = vehicle.wheelbase / WHEELBASE_TIME;
+        let mut needed = self.horizon;
+        if pace < usual {
+            needed *= usual / pace;
         }
-        let length = vehicle.turning_length(pace);
-        let turn = sqrt(self.angle * length / (pace * self.rate));
-        let needed = LAGS * vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        larger(smaller(needed, most), self.horizon)
+        if self.rate_is_the_vehicles {
+            let length = vehicle.turning_length(pace);
+            let turn = sqrt(self.angle * length / (pace * self.rate));
+            needed = larger(needed, LAGS * vehicle.steer_lag + TURNS * turn);
+        }
+        smaller(needed, MOST_HORIZONS * self.horizon)
     }
 
     /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].

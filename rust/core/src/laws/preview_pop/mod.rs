@@ -50,8 +50,8 @@ law_params! {
         steer_span_rate: Scaled = max_steer_rate.unwrap_or(60.0 * (PI / 180.0)), in [1e-3, 1e6];
         /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         /// anticipated. If it is shorter than the lag and the return to the path, the vehicle
-        /// oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels
-        /// need it.
+        /// oscillates. Up to twice as long below a wheelbase in 0.6 s, and if the vehicle has a
+        /// `max_steer_rate` and its wheels need it.
         horizon: f64 = 1.0, in [0.05, 100.0];
         /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More:
         /// the path is joined more gently, and offsets take longer to vanish.
@@ -67,7 +67,7 @@ law_params! {
         /// prediction looks as far as at this speed; at rest they keep their angle, unless the vehicle
         /// has `steers_at_rest`. Where the
         /// vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed.
-        min_speed: Scaled = wheelbase * if steers_at_rest { 1.0 / 3.0 } else { 5.0 / 3.0 }, in [1e-4, 1e4];
+        min_speed: Scaled = wheelbase / if steers_at_rest || max_steer_rate.is_some() { 3.0 } else { 0.6 }, in [1e-4, 1e4];
         /// Length of path over which its direction is taken [m]. More: less of the waypoints' noise
         /// is steered, and bends shorter than this are cut.
         smoothing_length: Scaled = wheelbase * if steers_at_rest { 0.2 } else { 2.0 / 3.0 }, in [0.0, 1e3];

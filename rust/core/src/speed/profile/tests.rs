@@ -117,3 +117,72 @@ fn test_wheels_turn_no_faster_than_their_rate() {
         }
     }
 }
+
+/// How far wheels that turn by `jump` [1/m] at `rate` [1/m/s] from a cusp on shift a vehicle that drives
+/// the speeds between waypoints `spacing` apart [m], by steps of time.
+fn shift(speed: &[f64], spacing: f64, jump: f64, rate: f64) -> f64 {
+    let (mut gone, mut time, mut heading, mut aside) = (1e-9_f64, 0.0, 0.0, 0.0);
+    while rate * time < jump {
+        let place = gone / spacing;
+        let (at, share) = (place.floor() as usize, place.fract());
+        let (from, to) = (speed[at] * speed[at], speed[at + 1] * speed[at + 1]);
+        let step = 1e-5;
+        let way = step * sqrt(from + (to - from) * share);
+        heading += (jump - rate * time) * way;
+        aside += heading * way;
+        gone += way;
+        time += step;
+    }
+    aside
+}
+
+#[test]
+fn test_wheels_that_turn_behind_a_cusp_shift_the_vehicle_by_a_share_of_its_wheelbase() {
+    let vehicle = Vehicle {
+        wheelbase: 2.0,
+        max_steer: 0.6,
+        max_steer_rate: Some(0.8),
+        ..Vehicle::PAPER
+    };
+    let limits = SpeedLimits { vehicle, ..LIMITS };
+    let (cusps, spacing) = ([false, false, true, false, false, false, false], [0.25; 6]);
+    // To the left forwards and backwards: the wheels turn from one side to the other.
+    let left = [0.2; 7];
+    let course = |curvature| Course {
+        curvature,
+        spacing: &spacing,
+        cusps: Some(&cusps),
+        ..STRAIGHT
+    };
+    let (speed, limit) = plan(&course(&left), &limits);
+    assert_eq!(limit[3], Limit::SteerRate);
+    let length = vehicle.turning_length(0.0);
+    let shifted = shift(&speed[2..], 0.25, 0.4, 0.8 / length);
+    assert!((shifted - 0.003 * 2.0).abs() < 1e-4, "{shifted}");
+    // As fast as it may where they stay: the other way round a bend, on a straight, or turned at rest.
+    let right = [0.2, 0.2, -0.2, -0.2, -0.2, -0.2, -0.2];
+    let free = SpeedLimits {
+        vehicle: Vehicle {
+            steers_at_rest: true,
+            ..vehicle
+        },
+        ..LIMITS
+    };
+    for (speed, _) in [
+        plan(&course(&right), &limits),
+        plan(&course(&[0.0; 7]), &limits),
+        plan(&course(&left), &free),
+    ] {
+        assert!(shift(&speed[2..], 0.25, 0.4, 0.8 / length) > 5.0 * shifted);
+    }
+    // A cusp before a last leg of one segment slows no other waypoint.
+    let last = [false, false, false, false, false, true, false];
+    let short = Course {
+        cusps: Some(&last),
+        spacing: &[0.25; 6],
+        start_speed: None,
+        ..course(&left)
+    };
+    let (speed, _) = plan(&short, &SpeedLimits { vehicle, ..LIMITS });
+    assert_eq!(speed[..6], plan(&short, &free).0[..6]);
+}
