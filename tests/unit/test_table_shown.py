@@ -13,15 +13,21 @@ from popsteer.tables import read_waypoints
 from tests.unit.test_table_kinds import WRAPPED, YAW, N, S, X, Y, _rows, _write
 
 
-def test_column_without_a_name_that_may_be_a_speed_is_none(tmp_path: Any) -> None:
+def test_speed_without_a_name_is_shown_by_bends_and_nothing_else_is_taken_for_one(
+    tmp_path: Any,
+) -> None:
     turns = np.linspace(0.0, 4.0 * np.pi, 400)
     radius = 40.0 + 25.0 * np.cos(3.0 * turns / 2.0)
     xy = np.column_stack((radius * np.cos(turns / 2.0), radius * np.sin(turns / 2.0)))
     yaw = np.arctan2(*np.gradient(xy, axis=0).T[::-1])
     fast = np.asarray(planning.speed_profile(Path(xy)).speed)
     waves = (6.0 + 2.6 * np.sin(each * turns + 1.0) for each in (0.5, 1.0, 2.0, 3.0, 5.0, 9.0))
-    # Slow in bends is a speed in any unit, and a throttle; a constant may be anything.
-    for other in (fast, 3.6 * fast, 0.0 * fast + 5.0, *waves):
+    for columns in ((*xy.T, fast), (*xy.T, yaw, fast)):
+        path = Path.from_csv(_write(tmp_path, _rows(columns)))
+        assert path.speed is not None
+        assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
+    # One in km/h would be 13 times as fast for its bends; a throttle is below 1, a constant may be anything.
+    for other in (3.6 * fast, fast / fast.max(), 0.0 * fast + 5.0, *waves):
         with pytest.raises(PathError, match=r"column 3 .* --columns x,y,speed"):
             Path.from_csv(_write(tmp_path, _rows((*xy.T, other))))
         with pytest.raises(PathError, match=r"column 4 .* --columns x,y,yaw,speed"):
@@ -208,6 +214,21 @@ def test_time_beside_a_speed_without_a_name_says_its_unit(tmp_path: Any) -> None
         stamp = [f"{1.7e18 + 1e9 * each:.0f}" for each in time]
         path = Path.from_csv(_write(tmp_path, _rows((stamp, x, y, scale * speed))))
         assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-6)
+
+
+def test_speed_that_is_at_the_top_for_most_of_the_way_is_shown_by_its_limits(tmp_path: Any) -> None:
+    # It speeds up and brakes slowly, and is at its top in wide bends between straights.
+    parts = [220, 100, 220, 30, 220, 160, 220, 40]
+    bend = np.repeat([0.0, 1 / 140, 0.0, 1 / 30, 0.0, -1 / 140, 0.0, -1 / 30], parts)
+    corner = np.repeat([22.0, 22.0, 22.0, 10.0] * 2, parts)
+    yaw = np.cumsum(bend)
+    x, y = np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))
+    speed = [
+        float(np.min(corner + 0.06 * np.abs(np.arange(len(corner)) - k)))
+        for k in range(len(corner))
+    ]
+    path = Path.from_csv(_write(tmp_path, _rows((x, y, yaw, np.array(speed)))))
+    assert np.asarray(path.speed) == pytest.approx(speed, abs=1e-8)
 
 
 def test_straight_line_beside_its_arc_length_is_x_and_y(tmp_path: Any) -> None:

@@ -437,6 +437,8 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
             known[k] = "speed speed"
         elif shown.is_recorded_speed(way, column):
             known[k] = "speed speed, as the waypoints are apart"
+        elif len(rest) == 1 and shown.is_planned_speed(way, column):
+            known[k] = "speed speed, lower in bends"
         else:
             continue
         return
