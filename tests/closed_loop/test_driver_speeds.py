@@ -196,8 +196,8 @@ def test_one_wrong_speed_in_a_while_is_no_fault_and_moves_nothing(wrong: float) 
 def test_wheels_that_turn_while_it_drives_follow_a_turn_of_three_arcs(
     wheelbase: float, rate: float
 ) -> None:
-    # Each arc bends to the other side of the vehicle, whose wheels may not turn at rest. They turned
-    # in proportion to the way below 5/3 wheelbases a second, within a horizon too short to see it, and
+    # Each arc bends to the other side of the vehicle, whose wheels may not turn at rest. They
+    # turned in proportion to the way below 5/3 wheelbases a second, within too short a horizon, and
     # the plan sped up as if they were there: 3 of 8 stopped for their deviation.
     radius, spacing = 2.5 * wheelbase, 0.05 * wheelbase
     most = 1.5 * math.sqrt(wheelbase)

@@ -26,7 +26,7 @@ def test_speed_without_a_name_is_shown_by_bends_and_nothing_else_is_taken_for_on
         path = Path.from_csv(_write(tmp_path, _rows(columns)))
         assert path.speed is not None
         assert np.asarray(path.speed) == pytest.approx(fast, abs=1e-8)
-    # One in km/h would be 13 times as fast for its bends; a throttle is below 1, a constant may be anything.
+    # One in km/h is too fast for its bends, a throttle is below 1, a constant may be anything.
     for other in (3.6 * fast, fast / fast.max(), 0.0 * fast + 5.0, *waves):
         with pytest.raises(PathError, match=r"column 3 .* --columns x,y,speed"):
             Path.from_csv(_write(tmp_path, _rows((*xy.T, other))))

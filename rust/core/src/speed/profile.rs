@@ -315,9 +315,19 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
             }
         }
     }
-    if car.max_steer_rate.is_none() {
-        return;
+    if car.max_steer_rate.is_some() {
+        bound_by_rate(course, limits, squared, limit);
     }
+}
+
+/// Lowers the bounds to those of wheels that turn at their rate.
+fn bound_by_rate(
+    course: &Course<'_>,
+    limits: &SpeedLimits<'_>,
+    squared: &mut [f64],
+    limit: &mut [Limit],
+) {
+    let car = &limits.vehicle;
     for (segment, &length) in course.spacing.iter().enumerate() {
         let next = course.next(segment);
         if course.is_cusp(next) {

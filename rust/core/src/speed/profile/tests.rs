@@ -124,7 +124,7 @@ fn shift(speed: &[f64], spacing: f64, jump: f64, rate: f64) -> f64 {
     let (mut gone, mut time, mut heading, mut aside) = (1e-9_f64, 0.0, 0.0, 0.0);
     while rate * time < jump {
         let place = gone / spacing;
-        let (at, share) = (place.floor() as usize, place.fract());
+        let (at, share) = (crate::math::to_count(place), place.fract());
         let (from, to) = (speed[at] * speed[at], speed[at + 1] * speed[at + 1]);
         let step = 1e-5;
         let way = step * sqrt(from + (to - from) * share);
