@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from popsteer import PreviewPopParams, lab
 from popsteer.lab.stability import margins
@@ -65,12 +66,13 @@ def front_figure(lines: list[str], theme: Theme) -> Figure:
         for row, right, up in zip(own, x, y, strict=True):
             shift, side = ((-6, -10), "right") if title == "L" else ((7, 4), "left")
             text = f"{row[0]}, {row[8]} ms"
-            panel.annotate(
+            label = panel.annotate(
                 text, (right, up), xytext=shift, textcoords="offset points", fontsize=7, ha=side
             )
+            label.set_path_effects([withStroke(linewidth=3.0, foreground=theme.background)])
     panel.set_xlabel("mean |cross-track error| as told [mm]")
     panel.set_ylabel("in noise of 5 cm and 0.01 rad [mm]")
-    panel.margins(0.15)
+    panel.margins(0.2, 0.15)
     panel.set_title("steer_rate_cost, and the dead time that may be added at 10 m/s", fontsize=10)
     panel.legend()
     return figure
