@@ -70,6 +70,7 @@ compare --controllers pop
 paper
  --preset paper
  --waypoints way.csv
+ --waypoints way.csv --columns y,x
 suite --controllers pop --plants kinematic-bicycle
  --controllers stanley
  --plants suite-car

@@ -31,6 +31,7 @@ SIZES = {
     ("t", "ns"): 1e-9,
     ("t", "min"): 60.0,
     ("t", "h"): 3600.0,
+    ("t", "day"): 86400.0,
     **{
         (name, unit): size
         for name in "xyz"
