@@ -280,11 +280,7 @@ impl SpeedTracker {
             state.gate = Some(Gate::new(vehicle, age));
         }
         if age > 0.0 {
-            let gear = if state.law.reverse == Some(true) {
-                -1.0
-            } else {
-                1.0
-            };
+            let gear = state.law.gear();
             let gone = gear * self.law.gone(&state.law, gear * speed, age, dt);
             believed = rolled(car, believed, (gone, state.bend), speed);
         }

@@ -140,12 +140,7 @@ impl SpeedLaw {
         let Some(last) = last else {
             return speed;
         };
-        let along = state.observer.speed.unwrap_or(last);
-        let expected = if state.reverse == Some(true) {
-            -along
-        } else {
-            along
-        };
+        let expected = state.gear() * state.observer.speed.unwrap_or(last);
         self.car.believed_speed(speed, last, expected, dt)
     }
 
@@ -156,11 +151,7 @@ impl SpeedLaw {
             return 0.0;
         };
         drive.elapse(&self.car, state.acceleration, dt, dt);
-        let gear = if state.reverse == Some(true) {
-            -1.0
-        } else {
-            1.0
-        };
+        let gear = state.gear();
         let along = gear * speed;
         let moved = drive.since(&self.car, along, state.observer.answer(0.0), dt);
         let pulls = (moved.speed - along) / dt;

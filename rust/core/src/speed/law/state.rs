@@ -169,6 +169,16 @@ pub struct SpeedState {
 }
 
 impl SpeedState {
+    /// The sign of its speeds: -1 in reverse gear.
+    #[inline]
+    pub(crate) fn gear(&self) -> f64 {
+        if self.reverse == Some(true) {
+            -1.0
+        } else {
+            1.0
+        }
+    }
+
     /// Whether the vehicle is held: at its stop, or until its wheels are turned and its gear is in.
     pub(super) fn is_held(&self) -> bool {
         self.standing || self.waits.0 > 0.0 || self.waits.1 > 0.0
