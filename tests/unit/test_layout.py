@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING
 
-from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, fits
+from rich.text import Text
+
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, fits, number
 
 if TYPE_CHECKING:
     import pytest
@@ -30,3 +32,20 @@ def test_table_fits_as_many_characters_as_it_has_on_any_terminal(
     for kind in ("xterm", "dumb"):
         monkeypatch.setenv("TERM", kind)
         assert [fits(table, width) for width in (100, 120)] == [False, True], kind
+
+
+def test_no_number_of_a_table_is_a_negative_zero() -> None:
+    for value, form in ((-0.0, "g"), (-4e-6, ".5f"), (-0.4, ".0f")):
+        said = format(value, form)
+        assert said.startswith("-0")
+        table = blank_table()
+        add_numbers(table, "plain", "styled", "in brackets", "of two")
+        table.add_row(said, Text(said, "bold"), f"({said})", f"{said} to -0.5")
+        cells = [str(next(iter(column.cells))) for column in table.columns]
+        assert cells == [said[1:], said[1:], f"({said[1:]})", f"{said[1:]} to -0.5"]
+        assert number(value, form) == said[1:]
+    table = blank_table()
+    add_numbers(table, *"abcd")
+    kept = "-0.00050", "-0.5", "run-0", "-0x"
+    table.add_row(*kept)
+    assert tuple(next(iter(column.cells)) for column in table.columns) == kept

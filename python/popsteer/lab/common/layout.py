@@ -33,12 +33,28 @@ _LONG = 20  # characters of a name that every table has room for
 
 
 def blank_table(gap: int = 2) -> Table:
-    """Begin a table with a rule under its heads alone, and so many characters between columns."""
+    """Begin a table with a rule under its heads alone, and so many characters between columns.
+
+    A number that its digits round to 0 has no sign there, as by the ``z`` of PEP 682.
+    """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
+
+    class PlainZeros(Table):
+        def add_row(self, *cells: Any, **how: Any) -> None:
+            for cell in cells:
+                if isinstance(cell, Text):
+                    cell.plain = _plain_zeros(cell.plain)
+            super().add_row(*(_plain_zeros(c) if isinstance(c, str) else c for c in cells), **how)
 
     look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "show_edge": False}
-    return Table(**look, padding=(0, gap, 0, 0), header_style="")
+    return PlainZeros(**look, padding=(0, gap, 0, 0), header_style="")
+
+
+def _plain_zeros(cell: str) -> str:
+    """Take the sign of each 0 away."""
+    return re.sub(r"(?<![\w.])-(?=0(\.0*)?(?![\w.]))", "", cell)
 
 
 def add_names(table: Table, head: str, names: Iterable[str]) -> None:
@@ -57,7 +73,7 @@ def add_numbers(table: Table, *heads: str) -> None:
 
 def number(value: float | None, form: str) -> str:
     """Word a number; a dash where there is none."""
-    return "–" if value is None or not math.isfinite(value) else format(value, form)
+    return "–" if value is None or not math.isfinite(value) else _plain_zeros(format(value, form))
 
 
 def outcome(faults: Status, *, finished: bool) -> Text:
