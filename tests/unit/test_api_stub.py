@@ -267,7 +267,7 @@ def test_stub_has_the_classes_and_functions_of_the_module() -> None:
     assert {type(value).__name__ for value in VALUES} >= set(stub.classes) - {"Episodes"}
     assert len(stub.classes) > 30
     own = {"_path_curvature", "_path_headings", "_with_speed", "_path_cusps", "_plan_speeds"}
-    own |= {"_recursion"}
+    own |= {"_lagged", "_recursion"}
     assert {function.name for function in stub.functions} == {"run_many", *own}
     assert sum(1 for _ in _defaults(stub)) > 200
     assert sum(1 for name in stub.classes for _ in stub.members(name)) > 400

@@ -33,8 +33,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from popsteer._core import _Wheels
-from popsteer.identification.arrays import chords, recursion, summed
+from popsteer._core import _lagged, _Wheels
+from popsteer.identification.arrays import chords, summed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
 
 LagOf = Literal["wheels", "yaw rate", "tyres"]
-_NO_LAG = 1e-7
-"""A shorter lag is none [s], as that of the wheels."""
 CLEARLY = 1.2
 """What asks for this many times the limit of the rate, at least, is against it."""
 LONGEST = 0.1
@@ -143,7 +141,7 @@ class Chain:
             turning = speed * (np.tan(wheel - slip) + slip) / length
         if self.lag_of == "wheels":
             return turning
-        relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
+        relative = self.drive.relative_speed if self.lag_of == "tyres" else np.ones_like(turning)
         return _lagged(turning, steer_lag * relative, self.drive.cell)
 
     def wheels(self, lag: float, rate: float | None = None) -> _Wheels:
@@ -173,13 +171,3 @@ class Chain:
             self._remembered[key] = make()
         found: _Found = self._remembered[key]
         return found
-
-
-def _lagged(given: Array, lag: float | Array, cell: float) -> Array:
-    """Give the mean of each cell behind a first-order lag, exact for a constant input in each."""
-    lag = np.maximum(lag, _NO_LAG) * np.ones_like(given)
-    kept = np.exp(-cell / lag)
-    before = np.append(0.0, kept[:-1])
-    begun = recursion(before, np.append(given[:1], (1.0 - kept[:-1]) * given[:-1]))
-    moved: Array = given + (begun - given) * (lag * (1.0 - kept) / cell)
-    return moved

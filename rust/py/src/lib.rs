@@ -53,7 +53,7 @@ mod _core {
             PyPid, PyPidParams, PyPop, PyPopParams, PyPreviewPop, PyPreviewPopParams,
             PyPurePursuit, PyPurePursuitParams, PyStanley, PyStanleyParams,
         },
-        logged::{PyWheels, recursion},
+        logged::{PyWheels, lagged, recursion},
         many::run_many,
         path::{PyPath, path_headings},
         plants::{PyCarlaIdentified, PyKinematicBicycle},

@@ -96,3 +96,15 @@ pub(crate) fn recursion<'py>(
     let found = popsteer_sim::logged::recursion(kept.as_slice()?, added.as_slice()?);
     Ok(PyArray1::from_vec(py, found))
 }
+
+/// The mean of each `cell` [s] of a signal behind first-order lags [s], one for each cell.
+#[pyfunction(name = "_lagged")]
+pub(crate) fn lagged<'py>(
+    py: Python<'py>,
+    given: PyReadonlyArray1<'_, f64>,
+    lags: PyReadonlyArray1<'_, f64>,
+    cell: f64,
+) -> PyResult<Floats<'py>> {
+    let found = popsteer_sim::logged::lagged(given.as_slice()?, lags.as_slice()?, cell);
+    Ok(PyArray1::from_vec(py, found))
+}

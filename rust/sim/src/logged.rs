@@ -5,7 +5,7 @@ use popsteer_core::vehicle::Vehicle;
 use crate::plant::behind_play;
 
 /// A shorter lag is none [s]: far shorter than the step by which a derivative is taken.
-pub const NO_LAG: f64 = 1e-7;
+const NO_LAG: f64 = 1e-7;
 
 /// The wheels under the commands [rad] of a log, in the time of the commands: without dead time.
 ///
@@ -206,9 +206,23 @@ pub fn recursion(kept: &[f64], added: &[f64]) -> Vec<f64> {
     found
 }
 
+/// The mean of each `cell` [s] of a signal behind first-order lags [s], one for each cell.
+///
+/// Exact where what is `given` stays the same within a cell; it begins as if it had been before.
+pub fn lagged(given: &[f64], lags: &[f64], cell: f64) -> Vec<f64> {
+    let mut behind = given.first().copied().unwrap_or(0.0);
+    let means = given.iter().zip(lags).map(|(now, lag)| {
+        let (lag, gap) = (lag.max(NO_LAG), behind - now);
+        let done = -(-cell / lag).exp_m1();
+        behind -= gap * done;
+        now + gap * done * lag / cell
+    });
+    means.collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{LoggedWheels, recursion};
+    use super::{LoggedWheels, lagged, recursion};
 
     const TIMES: [f64; 4] = [1.0, 1.4, 2.0, 2.05];
     const COMMANDS: [f64; 4] = [0.1, 0.3, -0.2, 0.0];
@@ -266,6 +280,20 @@ mod tests {
             assert!((found[k] - wanted).abs() < 1e-12);
         }
         assert!(wheels.behind_play(&[], 0.25, 0.9, 0.02, 0.0).is_empty());
+    }
+
+    #[test]
+    fn cells_behind_a_lag_are_those_of_wheels_that_have_it() {
+        let given = [0.1, 0.3, -0.2, -0.2, 0.0];
+        let edges: Vec<f64> = (0..6).map(|k| 0.1 * f64::from(k)).collect();
+        for lag in [0.0, 0.02, 0.3] {
+            let wheels = LoggedWheels::new(edges[..5].into(), given.into(), lag, None);
+            let totals = wheels.integral(&edges);
+            for (k, mean) in lagged(&given, &[lag; 5], 0.1).iter().enumerate() {
+                assert!((10.0 * (totals[k + 1] - totals[k]) - mean).abs() < 1e-12);
+            }
+        }
+        assert!(lagged(&[], &[], 0.1).is_empty());
     }
 
     #[test]
