@@ -40,7 +40,7 @@ KINDS: tuple[tuple[str, dict[str, Any]], ...] = (
 """A drive, and what is otherwise: poses that repeat [Hz], play [degrees], a driver who looks ahead,
 more noise, no limit."""
 
-_OF_THE_LOG = ("pose_rate", "noise", "digits", "ahead")
+_OF_THE_LOG = ("pose_rate", "noise", "digits", "ahead", "dt")
 
 
 class Stated(NamedTuple):

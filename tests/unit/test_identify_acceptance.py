@@ -43,6 +43,20 @@ def test_lengths_of_logs_without_noise_or_digits_are_right_or_unknown(
         assert one.off < 3.5, one
 
 
+@pytest.mark.parametrize("kind", ["lines", "blocks"])
+def test_digits_that_repeat_make_no_car_longer(kind: str) -> None:
+    # 100 Hz: most rows repeat the heading of the row before, whose steps seem to be outliers.
+    for seed in (2, 3):
+        car, found = acceptance.identified(
+            kind, seed, length=9.0, point=1.2, digits=2, dt=0.01, rate=0.5
+        )
+        assert found is not None
+        turns = car.length + car.understeer * found.speed**2
+        assert found.turning_length == pytest.approx(turns, rel=0.01)
+        off = {one.name: one.off for one in acceptance.stated(car, found)}
+        assert off["turning_length"] < 3.0
+
+
 @pytest.mark.parametrize(
     ("kind", "steps"), [("brisk", 0.1), ("slalom", 0.0174533), ("lines", 0.02)]
 )

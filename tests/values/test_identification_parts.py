@@ -188,6 +188,19 @@ def test_theta_is_the_one_that_the_noise_was_made_with() -> None:
         assert chosen == pytest.approx(theta, abs=0.02)
 
 
+def test_digits_that_repeat_are_noise_of_their_own() -> None:
+    # A heading that turns by a step in 50 rows: what rounding leaves is a saw, not a random walk.
+    turned = 2e-4 * np.arange(4000.0)
+    error, parts = np.round(turned, 2) - turned, [slice(0, 4000)]
+    least = 0.01 / np.sqrt(12.0)
+    assert whiten.choose_theta(error, parts) < 0.5
+    theta = whiten.choose_theta(error, parts, least)
+    white = whiten.whitened(error, parts, theta)
+    assert theta * np.mean(white**2) == pytest.approx(least**2, rel=0.2)
+    # No innovation is an outlier then, which would take a turn for none.
+    assert np.max(np.abs(white)) < 2.0 * least
+
+
 def test_spread_and_mean_square_are_not_those_of_outliers() -> None:
     values = np.array([3.0, 1.0, 2.0, 5.0, 4.0])
     assert whiten.spread(values) == pytest.approx(1.4826)

@@ -316,7 +316,7 @@ class Task:
     def left(self, values: Values) -> tuple[float, int]:
         """Give the mean square of the innovations [rad²] with their own theta, and their number."""
         error = self.error(values)
-        innovations = whitened(error, self.parts, choose_theta(error, self.parts))
+        innovations = whitened(error, self.parts, self.choose_theta(error))
         return clipped_mean_square(innovations), len(innovations)
 
     def candidate(self, values: Values) -> Candidate:
@@ -420,9 +420,13 @@ class Task:
     def weigh(self, values: Values) -> None:
         """Take noise and theta from what is left over."""
         error = self.error(values)
-        self.theta = min(choose_theta(error, self.parts), self.theta_of_noise(error))
+        self.theta = min(self.choose_theta(error), self.theta_of_noise(error))
         least = self.drive.least_noise["yaw"]
         self.noise = max(spread(whitened(error, self.parts, self.theta)), least)
+
+    def choose_theta(self, error: Array) -> float:
+        """Give the likeliest theta of what is left."""
+        return choose_theta(error, self.parts, self.drive.least_noise["yaw"])
 
     def theta_of_noise(self, error: Array) -> float:
         """Give the theta of the signals' noise alone: unseen in residuals, it bounds the gain."""
@@ -459,11 +463,9 @@ class Task:
         longest = max(1.0, self.drive.usual_step / (1.0 - self.theta))
         memory = int(np.ceil(longest / self.drive.usual_step))
         error = self.error(values)
-        theta = choose_theta(error, self.parts)
-        sample = max(
-            np.sqrt(theta) * spread(whitened(error, self.parts, theta)),
-            self.drive.least_noise["yaw"],
-        )
+        theta = self.choose_theta(error)
+        least = self.drive.least_noise["yaw"]
+        sample = max(np.sqrt(theta) * spread(whitened(error, self.parts, theta)), least)
         added = influence(weighted * root[:, None], self.parts, self.theta)
         drift = self.drive.drift(error, self.length) / self.noise
         score = noise_score(added, self.parts, sample / self.noise, drift)

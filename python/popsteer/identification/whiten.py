@@ -60,17 +60,22 @@ def _firsts(parts: Sequence[slice]) -> list[int]:
     return [0, *np.cumsum([part.stop - part.start - 1 for part in parts]).tolist()]
 
 
-def choose_theta(error: Array, parts: Sequence[slice]) -> float:
+def choose_theta(error: Array, parts: Sequence[slice], least: float = 0.0) -> float:
     """Give the theta with the least innovations, which is the likeliest.
 
     Of the parabola through the least of a row and its neighbours: errors would leap with the row.
+    A sample's own noise has theta times the innovations' variance (J. Muth, *J. Amer. Statist.
+    Assoc.* 55, 1960), and that of digits is known (B. Widrow and I. Kollár, *Quantization Noise*,
+    2008), though digits that repeat look like no noise: theta is not below where it is `least`.
     """
     sizes = [clipped_mean_square(whitened(error, parts, theta)) for theta in THETAS]
+    own = np.maximum.accumulate(np.multiply(THETAS, sizes))
     best = min(max(int(np.argmin(sizes)), 1), len(THETAS) - 2)
-    left, least, right = sizes[best - 1 : best + 2]
-    bend = max(left - 2.0 * least + right, 1e-300)
+    left, lowest, right = sizes[best - 1 : best + 2]
+    bend = max(left - 2.0 * lowest + right, 1e-300)
     off = min(max(0.5 * (left - right) / bend, -1.0), 1.0)
-    return float(np.interp(best + off, range(len(THETAS)), THETAS))
+    likeliest = np.interp(best + off, range(len(THETAS)), THETAS)
+    return float(max(likeliest, np.interp(least**2, own, THETAS)))
 
 
 def theta_of(drift: float, sample: float) -> float:
