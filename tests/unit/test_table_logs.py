@@ -30,6 +30,7 @@ X = 12.0 + np.concatenate(([0.0], np.cumsum(SPEED * np.cos(YAW) * 0.04)))[:-1]
 Y = -7.0 + np.concatenate(([0.0], np.cumsum(SPEED * np.sin(YAW) * 0.04)))[:-1]
 QZ, QW = np.sin(0.5 * YAW), np.cos(0.5 * YAW)
 EPOCH = 1_700_000_000
+FAR = 1_200_000.0
 
 
 def _rows(*columns: Any, separator: str = ",") -> str:
@@ -45,10 +46,10 @@ def _write(folder: Path, text: str, name: str = "drive.csv") -> Path:
     return file
 
 
-def _agrees(log: Log, within: float = 1e-6) -> None:
+def _agrees(log: Log, within: float = 1e-6, far: float = 0.0) -> None:
     assert len(log) == N
     assert log.t - log.t[0] == pytest.approx(T, abs=1e-6)
-    for name, values in {"x": X, "y": Y, "speed": SPEED, "steer": STEER}.items():
+    for name, values in {"x": far + X, "y": far + Y, "speed": SPEED, "steer": STEER}.items():
         assert getattr(log, name) == pytest.approx(values, abs=within), name
     off = (log.yaw - YAW + np.pi) % (2.0 * np.pi) - np.pi
     assert np.abs(off).max() < max(within, 1e-6)
@@ -61,6 +62,13 @@ def _stamps(unit: int) -> list[str]:
 def _clock(form: str) -> list[str]:
     begun = datetime(2024, 5, 1, 23, 59, 58)  # past midnight  # noqa: DTZ001
     return [(begun + timedelta(seconds=0.04 * k)).strftime(form) for k in range(N)]
+
+
+def _grouped(mark: str) -> str:
+    """Write a log as spreadsheets do, with a mark between thousands, far from the origin."""
+    columns = T, FAR + X, FAR + Y, YAW, SPEED, STEER
+    rows = (";".join(f"{each:_.6f}" for each in row) for row in zip(*columns, strict=True))
+    return "".join(row.replace(".", ",").replace("_", mark) + "\n" for row in rows)
 
 
 HEAD = "t,x,y,yaw,speed,steer\n"
@@ -125,6 +133,19 @@ READ: dict[str, str] = {
     ),
     "decimal commas": HEAD.replace(",", ";")
     + _rows(T, X, Y, YAW, SPEED, STEER, separator=";").replace(".", ","),
+    "thousands with dots": HEAD.replace(",", ";") + _grouped("."),
+    "thousands with narrow spaces": HEAD.replace(",", ";") + _grouped("\u202f"),
+    "OxTS": "Date (UTC),Time (UTC),PosLocalX (m),PosLocalY (m),VelForward (m/s),AngleHeading (deg),"
+    "Steer (deg)\n"
+    + _rows(
+        *(["2024-05-01"] * N, _clock("%H:%M:%S.%f"), X, Y, SPEED),
+        *(90.0 - np.degrees(YAW), np.degrees(STEER)),
+    ),
+    "phyphox": '"Time (s)","X (m)","Y (m)","Velocity (m/s)","Direction (°)","Steer (°)"\n'
+    + _rows(T, X, Y, SPEED, 90.0 - np.degrees(YAW), np.degrees(STEER)),
+    "AirData": "time(millisecond),x,y,speed(mph),compass_heading(degrees),steer\n"
+    + _rows(1e3 * T, X, Y, SPEED / 0.44704, 90.0 - np.degrees(YAW), STEER),
+    "month in letters": HEAD + _rows(_clock("%d-%b-%Y %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
     "PlotJuggler": "__time,/odom/pose/pose/position/x,/odom/pose/pose/position/y,"
     "/odom/pose/pose/orientation/yaw,/odom/twist/twist/linear/x,/drive/drive/steering_angle\n"
     + _rows(EPOCH + T, X, Y, YAW, SPEED, STEER),
@@ -136,6 +157,13 @@ READ: dict[str, str] = {
     "timestamp,x,y,speed,bearing,steering_angle\nunix time,m,m,m/s,deg,deg\n"
     ",100: gps,100: gps,100: gps,100: gps,200: obd\n"
     + _rows(EPOCH + T, X, Y, SPEED, 90.0 - np.degrees(YAW), np.degrees(STEER)),
+    "RaceChrono, several speeds": "This file is made by a logger\nFormat,3\n\n"
+    "timestamp,x,y,speed,speed,bearing,steering_angle,speed\nunix time,m,m,m/s,m/s,deg,deg,m/s\n"
+    ",100: gps,100: gps,calc,100: gps,100: gps,200: obd,200: obd\n"
+    + _rows(
+        *(EPOCH + T, X, Y, 0.9 * SPEED, SPEED, 90.0 - np.degrees(YAW), np.degrees(STEER)),
+        0.8 * SPEED,
+    ),
     "MoTeC": MOTEC
     + "".join(
         ",".join(f'"{each:.9f}"' for each in row) + "\n"
@@ -164,7 +192,7 @@ READ: dict[str, str] = {
 @looped("kind", list(READ))
 def test_log_of_each_kind_is_read_right(tmp_path: Any, kind: str) -> None:
     log = logs.read(_write(tmp_path, READ[kind]))
-    _agrees(log)
+    _agrees(log, far=FAR if "thousands" in kind else 0.0)
     if "since" in kind or "ns" in kind:  # more digits than a number of seconds since 1970 has room
         assert log.t == pytest.approx(T, abs=1e-9)
     assert log.source.startswith(f"drive.csv: {N} rows of t, x")
@@ -281,6 +309,31 @@ def test_some_rows_of_many_show_what_the_heading_is(
     assert log.shown == {"yaw": "deg-north"}
     still = "t,x,y,yaw,speed,steer\n" + _rows(T, X, Y, 0.0 * YAW, SPEED, STEER)
     assert "yaw never changes" in logs.read(_write(tmp_path, still)).remarks
+
+
+@looped("noise", [0.0, 2e-3])
+def test_unit_of_an_angle_is_shown_on_a_straight_or_said(tmp_path: Any, noise: float) -> None:
+    steer = 0.002 * np.sin(0.9 * T) + 0.001  # with an offset, which turns nothing
+    yaw = 0.7 + np.concatenate(([0.0], np.cumsum(SPEED * np.tan(steer - 0.001) / 3.1 * 0.04)))[:-1]
+    x, y = (
+        np.concatenate(([0.0], np.cumsum(0.04 * SPEED * f(yaw))))[:-1] for f in (np.cos, np.sin)
+    )
+    yaw += noise * np.sin(1e3 * np.arange(N) ** 2)
+    file = _write(tmp_path, HEAD + _rows(T, x, y, yaw, SPEED, np.degrees(steer)))
+    if noise == 0.0:
+        with pytest.raises(LogError, match="wheelbase of 179 m: --unit steer=deg, or"):
+            logs.read(file)
+        file = _write(tmp_path, HEAD + _rows(T, x, y, yaw, SPEED, steer))
+        assert "taken" not in logs.read(file).source
+    else:
+        assert logs.read(file).source.endswith("steer is taken for rad: the drive does not tell")
+        assert "taken" not in logs.read(file, units={"steer": "deg"}).source
+
+
+def test_unit_of_time_that_is_not_known_is_refused_with_a_remedy(tmp_path: Any) -> None:
+    file = _write(tmp_path, HEAD.replace("t,", "t [tick],") + _rows(T, X, Y, YAW, SPEED, STEER))
+    with pytest.raises(LogError, match=r"drive.csv: t \[tick\]: the unit 'tick' of t is not known"):
+        logs.read(file)
 
 
 def test_rows_of_several_vehicles_are_refused(tmp_path: Any) -> None:

@@ -180,6 +180,10 @@ def test_curvature_that_contradicts_the_waypoints_is_left_out_and_said(tmp_path:
         ("speedKmh", ("speed", "kmh")),
         ("yawRate", (None, None)),
         ("WheelSpeedFL", (None, None)),
+        ("GPS Easting [m]", ("x", "m")),
+        ("Direction (°)", ("yaw", "°")),
+        ("direction", ("direction", None)),
+        ("calc/speed [m/s]", (None, "m/s")),
     ],
 )
 def test_meaning_of_a_name(name: str, found: tuple[str | None, str | None]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.errors import PathError
-from popsteer.tables.columns import Column
+from popsteer.tables.columns import Column, check_units
 from popsteer.tables.quantities import factor
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 _CLOCK = re.compile(
     # A day may come first, by which a drive is not told from another.
-    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T /]\s*|\d\d?[./]\d\d?[./]\d{4},?\s+)?"
+    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T /]\s*"
+    r"|\d\d?(?:[./]\d\d?[./]|-[A-Z][a-z]{2}-)\d{4},?\s+)?"
     # Spreadsheets leave the hours out.
     r"(?:(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)|(\d\d?):(\d\d[.,]\d+))"
     r"\s*(Z|[+-]\d\d:?\d\d|[AP]M)?$"
@@ -81,6 +82,8 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         unit = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
         return _stamps(table, entries, column, (dict(PARTS.values())[unit],), f"t is in {unit}")
+    if unit == column.unit:
+        check_units(table, {"t": column})
     scale = factor("t", unit or "s")
     found = scale * table.numbers([column.place], blank=True)[:, 0]
     return Times(found, 0, f"t is in {unit}" if scale != 1.0 else "", unit is not None)

@@ -288,8 +288,8 @@ def _settle(
             found["yaw"] = turned.unit + ("-north" if turned.frame else "")
             said = turned._replace(unit=told.get("yaw", turned.unit))
             notes.append(f"yaw is in {said}, as the positions show")
-    _check_steer(name, np.column_stack((x, y)), columns["yaw"][whole], steer, told.get("steer"))
-    return found, notes
+    xy = np.column_stack((x, y))
+    return found, notes + _check_steer(name, xy, columns["yaw"][whole], steer, told.get("steer"))
 
 
 def _settle_motion(
@@ -329,17 +329,20 @@ def _settle_motion(
     return found, notes
 
 
-def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | None) -> None:
-    """Refuse angles that are not the front wheels': by the wheelbase that they would mean."""
+def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | None) -> list[str]:
+    """Refuse angles that are not the front wheels', by the wheelbase that they would mean.
+
+    Says that they are taken for radians where neither the file nor the drive tells.
+    """
     length = _wheelbase(xy, yaw, steer)
     if length is None or abs(length) <= _LONGEST_WHEELBASE:
-        return
+        is_open = length is None and unit is None and np.ptp(steer) > 0.0
+        return ["steer is taken for rad: the drive does not tell"] if is_open else []
     why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
     most = float(np.max(np.abs(steer)))
-    degrees = None if unit else _wheelbase(xy, yaw, np.radians(steer))
     known = (unit or ("deg" if most > 4.0 * math.pi else "rad")).partition("/")[0]
     by = [f"--unit steer={known}/RATIO where it is the hand wheel's"]
-    if degrees is not None and abs(degrees) <= _LONGEST_WHEELBASE:
+    if unit is None and abs(_wheelbase(xy, yaw, np.radians(steer)) or 0.0) <= _LONGEST_WHEELBASE:
         by.insert(0, "--unit steer=deg")
     raise LogError(
         f"{name}: steer of up to {most:.3g} would be no front wheels'{why}: {', or '.join(by)}"
@@ -349,18 +352,20 @@ def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | 
 def _wheelbase(xy: Floats, yaw: Floats, steer: Floats) -> float | None:
     """Give the wheelbase of a bicycle with such angles, inf beyond 90 degrees; None if not shown.
 
-    It turns by ds tan(steer) / wheelbase; of the stretches, least squares gives it.
+    It turns by ds tan(steer) / wheelbase; of the stretches, least squares gives it where they
+    correlate. On a straight an offset of the angle turns as much, and is left out.
     """
     if float(np.max(np.abs(steer))) >= math.pi / 2.0:
         return math.inf
-    gone = np.hypot(*np.diff(xy, axis=0).T) * np.tan(steer[:-1])
+    gone = np.hypot(*np.diff(xy, axis=0).T)
     ends = np.arange(0, len(gone), max(1, len(gone) // 20))
-    bent, turned = np.add.reduceat(gone, ends), np.add.reduceat(np.diff(np.unwrap(yaw)), ends)
+    series = gone, gone * np.tan(steer[:-1]), np.diff(np.unwrap(yaw))
+    way, bent, turned = (np.add.reduceat(each, ends) for each in series)
+    if float(np.sum(np.abs(turned))) < 0.2:
+        bent, turned = (each - (each @ way) / (way @ way) * way for each in (bent, turned))
     both = float(bent @ turned)
     alike = abs(both) > 0.8 * float(np.linalg.norm(bent) * np.linalg.norm(turned))
-    if float(np.sum(np.abs(turned))) < 0.2 or not alike:
-        return None
-    return float(bent @ bent) / both
+    return float(bent @ bent) / both if alike else None
 
 
 def _still(columns: Mapping[str, Floats]) -> tuple[str, ...]:

@@ -25,6 +25,8 @@ _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _TIME |= {"ns": 1e-9, "nsec": 1e-9, "nanosec": 1e-9, "min": 60.0, "unixtime": 1.0}
 _TIME |= {"day": 86400.0, "days": 86400.0}
+_TIME |= {"second": 1.0, "millisecond": 1e-3, "milliseconds": 1e-3, "microseconds": 1e-6}
+_TIME |= {"nanoseconds": 1e-9}
 _TIME |= dict.fromkeys(("h", "hr", "hours"), 3600.0)
 _CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "1pm", "m-1"), 1.0)
 _NONE = {"": 1.0, "-": 1.0}
@@ -65,7 +67,7 @@ _PART = "v{1} v_{1} v_{0} vel_{1} vel_{0} velocity_{0} velocity_{1} speed_{0} {0
 _NAMES = {
     "t": "t time stamp timestamp stamp_sec stamp_secs sec secs tv_sec s_stamp elapsed time_stamp"
     " header_stamp elapsed_time time_sec seconds rosbagtimestamp session_time sim_time unix_time"
-    " utc utc_time time_utc gps_time datetime date_time",
+    " utc utc_time time_utc datetime date_time receive_time log_time",
     "t_ms": "millis milliseconds msec stamp_millis",
     "t_us": "usec usecs tv_usec microsec microseconds",
     "t_ns": "ns nsec nsecs tv_nsec nanosec nanoseconds stamp_nanosec stamp_nsec stamp_nsecs"
@@ -73,14 +75,14 @@ _NAMES = {
     "x": _AXIS.format("x") + " easting east utm_easting utm_east utm_e",
     "y": _AXIS.format("y") + " northing north utm_northing utm_north utm_n",
     "yaw": "yaw hdg orientation psi theta heading orientation_yaw pose_yaw yaw_angle"
-    " heading_angle euler_yaw orientation_z_yaw rotation_yaw course bearing azimuth pose_theta"
-    " psi_racetraj gps_heading cog phi cyaw",
+    " heading_angle angle_heading compass_heading euler_yaw orientation_z_yaw rotation_yaw course"
+    " bearing azimuth pose_theta psi_racetraj cog phi cyaw",
     "speed": "speed v vx velocity speed_ref v_ref vel linear_x linear_velocity velocity_x vel_x"
-    " linear_speed ground_speed gps_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
-    " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed_gps"
+    " linear_speed ground_speed vehicle_speed longitudinal_velocity speed_x v_x vref"
+    " linear_velocity_x linear_vel_x vx_racetraj target_speed target_velocity ref_speed speed2d"
     " target_v v_target desired_speed reference_speed lin_vel lin_vel_x car_speed forward_velocity"
-    " forward_speed v_rs_r_x v_vel spd sog v_long vlong long_vel vel_long lon_velocity x_velocity"
-    " v_des vdes",
+    " forward_speed vel_forward v_rs_r_x v_vel spd sog v_long vlong long_vel vel_long lon_velocity"
+    " x_velocity v_des vdes",
     "speed_y": "vy v_rs_r_y linear_y velocity_y vel_y v_y speed_y linear_velocity_y y_velocity",
     "v_east": _PART.format("east", "e"),
     "v_north": _PART.format("north", "n"),
@@ -95,8 +97,8 @@ _NAMES = {
     "acceleration_command": "acceleration_command",
     "speed_command": "speed_command",
     "z": "z",
-    "lat": "lat latitude pos_lat gps_lat gps_latitude",
-    "lon": "lon lng long longitude pos_lon gps_lon gps_long gps_longitude",
+    "lat": "lat latitude pos_lat",
+    "lon": "lon lng long longitude pos_lon",
     **{
         f"q{axis}": f"q{axis} q_{axis} q_rs_{axis} orientation_{axis} quat_{axis} quaternion_{axis}"
         f" rotation_{axis} rot_{axis} {axis}_quat"
@@ -113,7 +115,7 @@ _SAID_OF = (
     "field pose twist odom odometry ego car vehicle state base link map local global world ref data"
     " msg current actual measured robot path wp waypoint waypoints header drive sample raceline"
     " center centre centerline centreline traj trajectory lane route reference desired target gt"
-    " true est estimated filtered location"
+    " true est estimated filtered location gps"
 )
 _SOURCES = frozenset(_SAID_OF.split())
 # What says that a value is not it, but of something else: cmd_vel/linear/x, accel/linear/x.
@@ -153,7 +155,8 @@ def meaning(name: str) -> Meaning:
     for spelled in dict.fromkeys((plain, _CAMEL.sub("_", plain))):
         words = [word for word in re.split(r"[^0-9a-zµ°%]+", spelled.strip().lower()) if word]
         if (found := _known(words)) is not None:
-            return found._replace(unit=unit or None)
+            is_angle = found.quantity == "direction" and unit in _ANGLE
+            return Meaning("yaw" if is_angle else found.quantity, unit or None, found.rank)
         for count in (1, 2) if unit is None else ():  # vx_mps, speed_km_h
             shorter, last = _known(words[:-count]), words[-count:]
             for spelled_unit in ("/".join(last), "".join(last)):

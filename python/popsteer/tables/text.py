@@ -40,6 +40,8 @@ _BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {"", "1"}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+# Thousands as spreadsheets write them: 5.334.567,5 in German, with narrow spaces in French.
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:([.\u00a0\u202f])\d{3})(?:\1\d{3})*,\d+$")
 _PRINTED = re.compile(r"-?\d+[.,]\d{6}$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
@@ -207,7 +209,8 @@ def table_of(name: str, text: str) -> Table:
     rows = [
         (line, split(content, separator)) for line, content in sample if not _SECTION.match(content)
     ]
-    comma = any(_COMMA.match(entry) for _, row in rows for entry in row)
+    every = [entry for _, row in rows for entry in row]
+    comma = any(_COMMA.match(entry) or _THOUSANDS.match(entry) for entry in every)
     found = Table(name, text, separator, comma, 0)
     begun = rows[0][1] if rows else []
     has_index = begun == ["", *map(str, range(len(begun) - 1))]
@@ -229,9 +232,7 @@ def table_of(name: str, text: str) -> Table:
         found = replace(found, columns=columns, head=head, start=start, has_index=has_index)
     else:
         line, head = rows[place][0], _filled(rows[place][1])
-        if units:
-            below = rows[place + 1][1]
-            head = [f"{a} [{b}]" if b else a for a, b in zip(head, below, strict=True)]
+        head = _explained(head, *(row for _, row in rows[place + 1 : place + 1 + units]))
         first = rows[place + units + 1][1] if place + units + 1 < len(rows) else []
         if len({*head}) < len(head) == len(first):
             head = _nested(head, [row for _, row in rows[place + 1 :] if len(row) == len(head)])
@@ -265,6 +266,20 @@ _NGSIM |= {f"global_{axis}": f"Global_{axis.upper()} of the state" for axis in "
 def _filled(row: list[str]) -> list[str]:
     """Leave out empty entries at the end of a row, which ends in separators."""
     return row[: max((k for k, entry in enumerate(row) if entry), default=0) + 1]
+
+
+def _explained(
+    head: list[str], told: Sequence[str] = (), sources: Sequence[str] = (), *_: Sequence[str]
+) -> list[str]:
+    """Put the units that a row below tells behind names, and before those that repeat a source.
+
+    RaceChrono writes of several speeds which is the GPS's.
+    """
+    if sources:
+        of = zip(head, sources, strict=False)
+        head = [f"{b.split()[-1]}/{a}" if b and head.count(a) > 1 else a for a, b in of]
+    pairs = zip(head, told, strict=False) if told else ((name, "") for name in head)
+    return [f"{name} [{unit}]" if unit else name for name, unit in pairs]
 
 
 def _nested(head: list[str], rows: list[list[str]]) -> list[str]:
@@ -400,5 +415,7 @@ def _parse(entry: str) -> float | None:
 
 
 def _parse_comma(entry: str) -> float | None:
-    """Read a number with a decimal comma; a dot beside it would be one of thousands."""
+    """Read a number with a decimal comma, beside which a dot is one of thousands."""
+    if grouped := _THOUSANDS.match(entry):
+        entry = entry.replace(grouped[1], "")
     return None if "." in entry else _parse(entry.replace(",", "."))
