@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
 ROOT = Path(__file__).resolve().parents[1]
+# After so long [s] what is awaited is taken for hung. It is no bound on how long anything may take.
+PATIENCE = 300.0
 
 
 def authors_data() -> Path:

@@ -154,7 +154,7 @@ def drive(arguments: argparse.Namespace) -> dict[str, Any]:
             link.publish_pose(car, at)
             link.publish_time(at)
             # Before the node is there, time goes on without it.
-            answered = _await(link, car, at, 20.0 if heard else 0.2)
+            answered = _await(link, car, at, arguments.limit if heard else 0.2)
             late += heard and not answered
             heard = heard or answered
             at += step
@@ -199,7 +199,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--track", default="racetrack")
     parser.add_argument("--metres", type=float)
     parser.add_argument("--dt", type=float, default=0.02)
-    parser.add_argument("--limit", type=float, default=100.0)
+    parser.add_argument("--limit", type=float, default=300.0)
     parser.add_argument("--start")
     parser.add_argument("--lockstep", action="store_true")
     parser.add_argument("--autoware", action="store_true")

@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from tests.helpers import ROOT
+from tests.helpers import PATIENCE, ROOT
 
 CARLA, ROS2 = (
     (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("carla", "ros2")
@@ -130,7 +130,8 @@ def test_ros2_example_is_driven_to_the_end_of_its_path_by_the_node() -> None:
     from tests.adapters.ros2_domain import domain
 
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain())}
-    node_options = ("--vehicle", "paper", "--localhost", "--max-speed", "25")
+    track, waits = ("--track", "obstacle-avoidance"), ("--timeout", str(PATIENCE))
+    node_options = ("--vehicle", "paper", "--localhost", "--max-speed", "25", *waits)
     with subprocess.Popen(
         [sys.executable, "-m", "popsteer", "ros2", *node_options],
         cwd=ROOT,
@@ -140,13 +141,13 @@ def test_ros2_example_is_driven_to_the_end_of_its_path_by_the_node() -> None:
     ) as node:
         try:
             ended = subprocess.run(
-                [sys.executable, "examples/ros2_vehicle.py", "--track", "obstacle-avoidance"],
+                [sys.executable, "examples/ros2_vehicle.py", *track, *waits],
                 check=False,
                 capture_output=True,
                 text=True,
                 cwd=ROOT,
                 env=environment,
-                timeout=120,
+                timeout=PATIENCE,
             )
         finally:
             node.terminate()

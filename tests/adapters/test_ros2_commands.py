@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 import time
@@ -11,7 +12,7 @@ import pytest
 
 import popsteer
 from tests.cli import command
-from tests.helpers import looped
+from tests.helpers import PATIENCE, looped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -198,9 +199,9 @@ def test_silent_domain_ends_the_recorder_with_one_line_and_status_2(tmp_path: Pa
     assert list(tmp_path.iterdir()) == []
 
 
-def _within(wanted: Callable[[], bool], seconds: float = 10.0) -> bool:
+def _within(wanted: Callable[[], bool]) -> bool:
     """Whether something holds before long: what is discovered takes a moment."""
-    until = time.monotonic() + seconds
+    until = time.monotonic() + PATIENCE
     while not wanted():
         if time.monotonic() > until:
             return False
@@ -261,7 +262,7 @@ def test_path_published_before_the_node_is_there_is_heard_once() -> None:
     writer = member.writer("/path", messages.PATH, latched=True)
     writer.write(messages.encode(ros2.path_message([0.0, 9.0], [0.0, 0.0], [0.0, 0.0], 1, "map")))
     node = Node(member, Driver)
-    at = iter(range(10**9, 10**12, 10**8))
+    at = itertools.count(10**9, 10**8)
 
     def heard(count: int) -> bool:
         node.cycle(next(at), 0.02)

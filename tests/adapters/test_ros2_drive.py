@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ from tests.adapters.ros2_domain import domain
 from tests.adapters.ros2_plant import CAR, stamp_of
 from tests.bags import recorded
 from tests.cli import command
-from tests.helpers import ROOT
+from tests.helpers import PATIENCE, ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,7 @@ def process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 def node(folder: Path, number: int, *options: str) -> Any:
     """The command, as a process."""
     CAR.save(folder / "car.toml")
-    there = ("--domain", str(number), "--localhost", "--timeout", "30")
+    there = ("--domain", str(number), "--localhost", "--timeout", str(PATIENCE))
     return process(
         *(command.script(), "ros2", "--vehicle", str(folder / "car.toml")), *there, *options
     )
@@ -60,13 +60,13 @@ def node(folder: Path, number: int, *options: str) -> Any:
 def ended(of: subprocess.Popen[str], kind: signal.Signals = signal.SIGINT) -> str:
     """End a process in order; what it has printed."""
     of.send_signal(kind)
-    out, err = of.communicate(timeout=30)
+    out, err = of.communicate(timeout=PATIENCE)
     assert (of.returncode, err) == (0, "")
     return out
 
 
 def driven(plant: subprocess.Popen[str]) -> dict[str, Any]:
-    out, err = plant.communicate(timeout=60)
+    out, err = plant.communicate(timeout=PATIENCE)
     assert plant.returncode == 0, err
     found: dict[str, Any] = json.loads(out)
     return found
@@ -126,13 +126,13 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     member = Participant(number, local=True)
     odometry = member.reader(topics.odometry, messages.ODOMETRY)
     commands = member.reader(topics.command, messages.CONTROL, reliable=True)
-    with process(*tap, "--localhost", "--timeout", "30") as recorder:
+    with process(*tap, "--localhost", "--timeout", str(PATIENCE)) as recorder:
         with node(tmp_path, number, *options, *records) as steering:
             with process(*PLANT, *track) as plant:
                 pose = _until_fast(odometry)
                 plant.kill()
             pose = _last(odometry) or pose
-            stopped = _until_stand(commands)
+            _until_stand(commands)
             start = ",".join(map(repr, pose[:3]))
             with process(*PLANT, *track, f"--start={start}") as plant:
                 found = driven(plant)
@@ -142,10 +142,15 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     assert found["largest"] < 0.5
     lines = out.splitlines()
     why = f"no odometry on {topics.odometry} for 0.3 s"
-    told = [lines.index(f"{state}: {why}") for state in ("holding", "braking", "standing")]
+    # On a machine that is busy the last message may have come too late: that is said, too.
+    told = [
+        next(k for k, line in enumerate(lines) if line.startswith(f"{state}: {why}"))
+        for state in ("holding", "braking", "standing")
+    ]
     assert told == sorted(told)
     assert "driving" in lines[: told[0]]
     assert "driving" in lines[told[-1] :]
+    stopped = _first_stop(recorded(own, messages.CONTROL))
     # Less and less, at the vehicle's deceleration, and steering on, as far as the wheels turn.
     speeds = [message.longitudinal.velocity for message in stopped]
     assert speeds[0] > 1.0
@@ -189,7 +194,7 @@ def _last(reader: Any) -> tuple[float, ...] | None:
 
 def _until_fast(reader: Any) -> tuple[float, ...]:
     """The pose of the plant once it goes at 4 m/s."""
-    until = time.monotonic() + 30.0
+    until = time.monotonic() + PATIENCE
     while time.monotonic() < until:
         found = _last(reader)
         if found is not None and found[3] > 4.0:
@@ -198,18 +203,25 @@ def _until_fast(reader: Any) -> tuple[float, ...]:
     raise AssertionError("the plant does not drive")
 
 
-def _until_stand(reader: Any) -> list[Any]:
-    """The commands from the last drive on, until they say stand."""
+def _until_stand(reader: Any) -> None:
+    """Wait until the commands say stand, after a drive."""
     reader.take()
-    found: list[Any] = []
-    until = time.monotonic() + 30.0
+    until = time.monotonic() + PATIENCE
     while time.monotonic() < until:
-        found += [messages.decode(messages.CONTROL, data) for data in reader.take()]
-        held = [message for message in found if message.longitudinal.acceleration < -4.5]
-        if held and held[-1].longitudinal.velocity == 0.0:
-            return held
+        found = [messages.decode(messages.CONTROL, data) for data in reader.take()]
+        if found and found[-1].longitudinal.velocity == 0.0:
+            return
         time.sleep(0.01)
     raise AssertionError("the node does not stop")
+
+
+def _first_stop(every: list[Any]) -> list[Any]:
+    """The commands of the first hard stop to a stand, of all as the node recorded them."""
+    for hard, stop in groupby(every, lambda message: message.longitudinal.acceleration < -4.5):
+        found = list(stop)
+        if hard and found[-1].longitudinal.velocity == 0.0:
+            return found
+    raise AssertionError("the node did not stop")
 
 
 def test_recording_of_a_process_that_is_killed_lacks_its_last_second_at_most(

@@ -196,7 +196,6 @@ def test_twist_turns_by_the_turning_wheelbase_and_understeer() -> None:
     bench.begin()
     bench.run(5)
     drive = bench.cycle()
-    assert bench.drive.wait(1.0)
     twist = messages.decode(messages.TWIST_STAMPED, bench.drive.take()[-1])
     assert drive is not None
     assert (twist.header.frame_id, twist.twist.linear.x) == ("base_link", drive.speed)

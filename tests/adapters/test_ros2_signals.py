@@ -17,6 +17,7 @@ from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.signals import Signals
 from popsteer.adapters.ros2.topics import Topics
 from tests.adapters.ros2_domain import domain
+from tests.helpers import PATIENCE
 
 
 def test_limits_angles_and_modes_are_heard_beside_odometry_and_paths() -> None:
@@ -30,7 +31,7 @@ def test_limits_angles_and_modes_are_heard_beside_odometry_and_paths() -> None:
         """Send a message; say what is new when it has come."""
         kind = topics.types()[topic]
         writer = writers.setdefault(topic, member.writer(topic, kind))
-        count, end = len(recorded), time.monotonic() + 5.0
+        count, end = len(recorded), time.monotonic() + PATIENCE
         while not writer.peers and time.monotonic() < end:
             time.sleep(0.01)
         writer.write(messages.encode(messages.make(kind, **fields)))

@@ -27,7 +27,7 @@ import numpy as np
 
 from popsteer import logs
 from popsteer.adapters.ros2 import messages
-from tests.adapters.ros2_domain import domain
+from tests.adapters.ros2_domain import domain_kept
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def prepare() -> str:
     if why := missing():
         return why
     installed()
-    os.environ["ROS_DOMAIN_ID"] = str(domain())
+    os.environ["ROS_DOMAIN_ID"] = str(domain_kept())
     package, stand_ins = ROOT / "ros2" / "popsteer_ros", Path(__file__).parent / "stand_ins"
     sys.path += [str(package), str(stand_ins)]
     # For the processes that tests start.

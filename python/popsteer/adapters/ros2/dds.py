@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
-from weakref import WeakMethod
+from weakref import WeakMethod, finalize
 
 from popsteer.adapters.ros2.discovery import configuration, domain_of
 from popsteer.adapters.ros2.graph import Graph, user_data
@@ -84,6 +84,7 @@ class Participant:
                 " participants on it, or a CYCLONEDDS_URI that is none"
             ) from error
         _be_quiet()
+        _leave_at_end(self._participant)
         self.graph = Graph(self._participant, node, namespace)
         self.graph.look()
 
@@ -151,6 +152,17 @@ def _be_quiet() -> None:
     from cyclonedds import internal
 
     internal.DDS._dll_handle.dds_set_log_mask(_FATAL)  # noqa: SLF001 - the package has no name for it
+
+
+def _leave_at_end(participant: Any) -> None:  # noqa: ANN401 - cyclonedds is an extra
+    """Let a participant leave its domain where it is in a circle that the collector finds, too.
+
+    The package looks an entity up among weak references, which the collector has cleared by then.
+    """
+    from cyclonedds import internal
+
+    leaves = internal.DDS._dll_handle.dds_delete  # noqa: SLF001 - as above
+    finalize(participant, leaves, participant._ref).atexit = False  # noqa: SLF001
 
 
 class Reader:
