@@ -19,7 +19,7 @@ from popsteer.lab.sweep import rows, runs
 from popsteer.lab.sweep.job import Job
 from popsteer.lab.tune import study
 from tests.cli import command
-from tests.helpers import looped
+from tests.helpers import PATIENCE, looped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,15 +29,14 @@ pytest.importorskip("optuna")
 pytest.importorskip("scipy")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a terminal and signals")
 
-LONG = 100.0  # s: none of the commands ends as late
 KEPT = "popsteer: stopped; the same command goes on with what is in "
 SWEEP = ("sweep", "--track", "racetrack", "--out", "sweep.csv")
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Half an hour of S-bends, without a simulation: nobody looks at what comes out."""
-    t = 0.05 * np.arange(36_000)
+    """Two hours of S-bends, without a simulation: nobody looks at what comes out."""
+    t = 0.05 * np.arange(144_000)
     yaw = 0.5 * np.sin(0.2 * t)
     speed = 8.0 + 2.0 * np.sin(0.05 * t)
     columns: dict[str, Any] = {
@@ -53,20 +52,34 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def waypoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """30 km of bends, planned for much longer than the second after which the bar comes."""
+    """30 km of bends."""
     x = np.arange(30_000.0)
     file = tmp_path_factory.mktemp("course") / "waypoints.csv"
     np.savetxt(file, np.column_stack((x, 20.0 * np.sin(x / 40.0))), delimiter=",", fmt="%.4f")
     return file
 
 
-def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
-    """Interrupt a command once its bar shows `shown`; what it says after that."""
+# Begun as the installed script is, with a bar from the beginning: a machine may be so fast that
+# the command is over before the second after which it comes otherwise.
+CODE = """
+import sys
+sys.argv[0] = "/usr/bin/popsteer"
+from popsteer.cli import main, outputs
+outputs._PATIENCE = 0.0
+main()
+"""
+AT_ONCE = (sys.executable, "-c", CODE)
+
+
+def _interrupted(
+    folder: Path, arguments: tuple[str, ...], shown: str, begin: tuple[str, ...] = AT_ONCE
+) -> str:
+    """Interrupt a command once its bar shows `shown`; what it says after that on either stream."""
     reading, writing = os.openpty()
     environment = {**os.environ, "COLUMNS": "80", "LINES": "40", "TERM": "xterm"}
     process = subprocess.Popen(
-        [command.script(), *arguments],
-        stdout=subprocess.DEVNULL,
+        [*begin, *arguments],
+        stdout=writing,
         stderr=writing,
         cwd=folder,
         env=environment,
@@ -76,7 +89,7 @@ def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
     sent, interrupted = b"", None
     try:
         # A machine with much else to do may show the bar late; the command ends by itself.
-        while select.select([reading], [], [], None if interrupted is None else LONG)[0]:
+        while select.select([reading], [], [], None if interrupted is None else PATIENCE)[0]:
             try:
                 part = os.read(reading, 65536)
             except OSError:  # Linux says so where the other end is closed
@@ -88,7 +101,7 @@ def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
                 interrupted = len(sent)
                 # To all of its processes, as a terminal does.
                 os.killpg(process.pid, signal.SIGINT)
-        assert process.wait(LONG) == 130, sent
+        assert process.wait(PATIENCE) == 130, sent
     finally:
         os.close(reading)
         process.kill()
@@ -101,6 +114,14 @@ def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
 def test_identify_interrupted_says_and_writes_nothing(tmp_path: Path, log: Path) -> None:
     said = _interrupted(tmp_path, ("identify", str(log), "--out", "car.toml"), "identify")
     assert said == ""
+    assert not any(tmp_path.iterdir())
+
+
+def test_installed_command_interrupted_while_it_drives_says_and_writes_nothing(
+    tmp_path: Path,
+) -> None:
+    endless = ("compare", "--dt", "1e-6", "--out", "out")  # for hours
+    assert _interrupted(tmp_path, endless, "start|pop", begin=(command.script(),)) == ""
     assert not any(tmp_path.iterdir())
 
 
@@ -133,20 +154,24 @@ from popsteer.lab.tune import study
 
 lock = study._Lock(Path(sys.argv[1]))
 signal.signal(signal.SIGALRM, signal.default_int_handler)
-signal.setitimer(signal.ITIMER_REAL, 0.5)
+if sys.argv[2] == "waits":
+    import filelock
+    # Again and again: one may come just before it waits.
+    signal.setitimer(signal.ITIMER_REAL, 0.1, 0.1)
 lock.acquire()
 print("held", flush=True)
-signal.pause()
+signal.raise_signal(signal.SIGALRM)
+print("went on", flush=True)
 """
     ends = [sys.executable, "-c", code, str(tmp_path / "study.journal")]
     held = study._Lock(tmp_path / "study.journal")
     held.acquire()
-    waiting = subprocess.run(ends, capture_output=True, check=False)
+    waiting = subprocess.run([*ends, "waits"], capture_output=True, check=False)
     assert b"KeyboardInterrupt" in waiting.stderr
     assert waiting.stdout == b""
     held.release()
     for _ in range(2):
-        done = subprocess.run(ends, capture_output=True, check=False)
+        done = subprocess.run([*ends, "holds"], capture_output=True, check=False)
         assert done.stdout == b"held\n"
     assert [file.name for file in tmp_path.iterdir()] == ["study.journal"]
 
@@ -159,7 +184,7 @@ signal.pause()
 def test_sweep_interrupted_keeps_its_rows(tmp_path: Path, who: tuple[str, ...]) -> None:
     if "--plant" in who:
         pytest.importorskip("vehiclemodels")
-    arguments = (*SWEEP, "--runs", "3000", "--workers", "2") if not who else (*SWEEP, *who)
+    arguments = (*SWEEP, "--runs", "30000", "--workers", "2") if not who else (*SWEEP, *who)
     with ExitStack() as stack:
         if "--dask" in who:
             distributed = pytest.importorskip("distributed")
@@ -264,7 +289,7 @@ def test_interrupted_command_ends_whatever_goes_on(line: str) -> None:
         [sys.executable, "-c", ENDLESS.format(line)],
         capture_output=True,
         check=False,
-        timeout=LONG,
+        timeout=PATIENCE,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
 
@@ -276,10 +301,13 @@ import os, signal, threading, time
 from popsteer.lab.sweep.runs import _interrupts_held
 
 threading.Thread(target=time.sleep, args=(1000.0,), daemon=True).start()
+seen, tells = os.pipe()
+os.set_blocking(tells, False)
+signal.set_wakeup_fd(tells)
 try:
     with _interrupts_held():
         os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.05)
+        os.read(seen, 1)
         print("started")
     print("lost")
 except KeyboardInterrupt:

@@ -257,7 +257,9 @@ def run_each(  # noqa: PLR0913 - as `run`
     }
     if longitudinal is None and how.get("constant_speed") is None:
         longitudinal = usual(movers.values())
+    found, tell = [], progress or nothing
     if joined:
+        tell("start", 0.0)  # which is driven, too
         keys = ("speed", "constant_speed", "settings")
         alike: dict[str, Any] = {key: how[key] for key in keys if how.get(key) is not None}
         experiments = (
@@ -267,7 +269,6 @@ def run_each(  # noqa: PLR0913 - as `run`
         how["settings"] = max(settings, key=lambda each: each.settling_time)
     cells = [(name, track) for name in movers for track in paths]
     total, done = len(cells) * len(params) * (2 if step_time else 1), 0
-    found, tell = [], progress or nothing
     for name, track in cells:
         where = f"{name}, {track}: " if len(cells) > 1 else ""
 
