@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -278,17 +277,24 @@ def test_killed_sweep_goes_on_without_a_row_lost_or_twice(tmp_path: Path) -> Non
         "from popsteer.lab.sweep import runs as workers\n"
         "from popsteer.lab.sweep.job import from_text\n"
         "workers._CORE_CHUNK = 2\n"
-        "sweep.run(from_text(pathlib.Path(sys.argv[1]).read_text()), pathlib.Path(sys.argv[2]))\n"
+        "job = from_text(pathlib.Path(sys.argv[1]).read_text())\n"
+        "out, told = pathlib.Path(sys.argv[2]), []\n"
+        "def look(*_):\n"
+        "    if out.with_name('sweep.csv.part').read_bytes().count(b'\\n') > 5:\n"
+        "        print(flush=True)\n"
+        "        sys.stdin.read()\n"
+        "sweep.run(job, out, progress=look)\n"
     )
     job = _job(400)
     (tmp_path / "job").write_text(job.text)
     part = files.journal_of(out)
-    process = subprocess.Popen([sys.executable, "-c", program, str(tmp_path / "job"), str(out)])
-    while not (part.exists() and part.read_bytes().count(b"\n") > 5):
-        assert process.poll() is None, "it ended before it was killed"
-        time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    command = [sys.executable, "-c", program, str(tmp_path / "job"), str(out)]
+    pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as process:
+        assert process.stdout is not None
+        # It waits there for what never comes: however slow this process is, it does not end.
+        assert process.stdout.readline() == b"\n"
+        process.kill()
     kept = part.read_bytes().count(b"\n") - 1
     assert 0 < kept < 400
     found = sweep.run(job, out)

@@ -133,7 +133,7 @@ def test_killed_study_goes_on_and_processes_share_it(tmp_path: Path) -> None:
     pytest.importorskip("optuna")
     file = tmp_path / "shared.journal"
     command = [sys.executable, "-m", "popsteer", "tune", "--controller", "pop", "--cars", "1"]
-    command += ["--tracks", "slalom", "--storage", str(file), "--trials", "400"]
+    command += ["--tracks", "slalom", "--storage", str(file), "--trials", "100000"]
     killed = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     while not file.exists() or file.stat().st_size < 4000:  # a few trials
         assert killed.poll() is None
