@@ -21,6 +21,7 @@ from world import path
 
 import popsteer
 from popsteer.adapters import ros2
+from tests.helpers import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,7 +64,7 @@ class Bare:
         if self.commands:
             self.speed = self.commands[-1].drive.speed
 
-    def until(self, holds: Callable[[], Any], seconds: float = 20.0) -> bool:
+    def until(self, holds: Callable[[], Any], seconds: float = PATIENCE) -> bool:
         end = time.monotonic() + seconds
         while not holds() and time.monotonic() < end:
             self.step()

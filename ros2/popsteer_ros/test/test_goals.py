@@ -63,7 +63,7 @@ def test_cancelled_goal_is_answered_though_the_odometry_is_gone() -> None:
     assert car.until(lambda: car.speed > 3.0)
     car.publishes = False
     handle.cancel_goal_async()
-    assert car.outcome(handle, 10.0)[0] == CANCELED
+    assert car.outcome(handle)[0] == CANCELED
     assert car.speed == 0.0
     car.close()
 

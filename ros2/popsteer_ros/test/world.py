@@ -21,6 +21,7 @@ from rosgraph_msgs.msg import Clock
 from tf2_ros import TransformBroadcaster
 
 from popsteer.adapters.ros2.paths import inverse, placed
+from tests.helpers import PATIENCE
 
 WHEELBASE = 2.7
 
@@ -107,7 +108,7 @@ class Car:
             message.twist.twist.angular.z = self.speed * math.tan(self.steer) / WHEELBASE
         self.odometry.publish(message)
 
-    def until(self, holds: Any, seconds: float = 20.0) -> bool:
+    def until(self, holds: Any, seconds: float = PATIENCE) -> bool:
         end = time.monotonic() + seconds
         while not holds() and time.monotonic() < end:
             self.executor.spin_once(timeout_sec=0.05)
@@ -130,7 +131,7 @@ class Car:
         assert self.until(sent.done)
         return sent.result()
 
-    def outcome(self, handle: Any, seconds: float = 30.0) -> tuple[int, int]:
+    def outcome(self, handle: Any, seconds: float = PATIENCE) -> tuple[int, int]:
         ended = handle.get_result_async()
         assert self.until(ended.done, seconds)
         return ended.result().status, ended.result().result.error_code
