@@ -56,7 +56,8 @@ HELD = {
     "row.rs": "tests/unit/test_api_state.py",
     "status.rs": f"{_RUST}equations.rs",
     **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("mod", "chain", "ends")},
-    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("fit", "folds", "gears", "mends")},
+    **{f"path/sound/{part}.rs": f"{_RUST}sound.rs" for part in ("folds", "gears", "mends")},
+    "path/sound/fit.rs": f"{_RUST}sound_ends.rs",
     "path/stop.rs": f"{_RUST}laps.rs",
     **{
         f"speed/law/{part}.rs": f"{_RUST}speed_equations.rs"

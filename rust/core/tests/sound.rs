@@ -1,31 +1,12 @@
 //! Faults put into paths that are known: what is left is the path without them.
 
+#[path = "sound/course.rs"]
+mod course;
+
+use self::course::{Xy, course, largest_turn};
 use popsteer_core::math::from_count;
-use popsteer_core::path::sound::{Fault, Mend, Sound, sound};
-use popsteer_core::{Path, PathError, Vehicle};
-
-type Xy = Vec<(f64, f64)>;
-
-/// A straight, an arc of a radius of 15 m, and a straight, with a spacing [m].
-fn course(spacing: f64) -> Xy {
-    let (mut x, mut y, mut yaw) = (0.0_f64, 0.0_f64, 0.0_f64);
-    let mut points = Vec::new();
-    let mut travelled = 0.0;
-    while travelled < 90.0 {
-        points.push((x, y));
-        let turn = if travelled > 30.0 && travelled < 50.0 {
-            spacing / 15.0
-        } else {
-            0.0
-        };
-        yaw += 0.5 * turn;
-        x += spacing * yaw.cos();
-        y += spacing * yaw.sin();
-        yaw += 0.5 * turn;
-        travelled += spacing;
-    }
-    points
-}
+use popsteer_core::path::sound::{Fault, Sound, sound};
+use popsteer_core::{Path, PathError};
 
 fn mend(points: &Xy, closed: bool) -> Result<Sound, PathError> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
@@ -39,17 +20,6 @@ fn mended(points: &Xy, closed: bool) -> (Xy, Vec<Fault>) {
         kept.iter().map(|&index| points[index]).collect()
     });
     (kept, sound.mends.iter().map(|mend| mend.fault).collect())
-}
-
-/// The largest turn at a waypoint [rad].
-fn largest_turn(points: &Xy) -> f64 {
-    let turns = points.windows(3).map(|three| {
-        let [a, b, c] = [three[0], three[1], three[2]];
-        let [from, to] = [(b.0 - a.0, b.1 - a.1), (c.0 - b.0, c.1 - b.1)];
-        let cross = from.0 * to.1 - from.1 * to.0;
-        cross.atan2(from.0 * to.0 + from.1 * to.1).abs()
-    });
-    turns.fold(0.0, f64::max)
 }
 
 const SPACINGS: [f64; 3] = [0.1, 0.5, 2.0];
@@ -119,6 +89,24 @@ fn test_swapped_waypoints_are_put_in_order_anywhere() {
                 (clean.clone(), vec![Fault::Swapped]),
                 "{place}"
             );
+        }
+    }
+}
+
+#[test]
+fn test_waypoints_in_the_opposite_order_are_turned_round() {
+    for spacing in SPACINGS {
+        let clean = course(spacing);
+        for place in [2, clean.len() / 3, clean.len() / 2] {
+            for run in [3, 4, 8] {
+                let mut points = clean.clone();
+                points[place..place + run].reverse();
+                assert_eq!(
+                    mended(&points, false),
+                    (clean.clone(), vec![Fault::Reversed]),
+                    "{spacing} {place} {run}"
+                );
+            }
         }
     }
 }
@@ -429,66 +417,5 @@ fn test_list_of_places_is_no_standstill_and_no_step_back() {
             Err(PathError::Unordered { .. } | PathError::Fold { .. })
         ),
         "{found:?}"
-    );
-}
-
-#[test]
-fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
-    let car = |wheelbase| Vehicle {
-        wheelbase,
-        max_steer: 0.6,
-        ..Vehicle::DEFAULT
-    };
-    let path = |points: &Xy| {
-        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-        Path::sound(&x, &y, None, None, false, false).unwrap()
-    };
-    let clean = course(0.1);
-    for wheelbase in [0.16, 0.33, 2.7, 12.0] {
-        assert!(path(&clean).fitted(&car(wheelbase)).is_none());
-    }
-    let (&(x, y), &(from_x, from_y)) = (&clean[clean.len() - 1], &clean[clean.len() - 2]);
-    let (ux, uy) = (x - from_x, y - from_y);
-    let mut points = clean.clone();
-    points.push((x + ux - 0.5 * uy, y + uy + 0.5 * ux));
-    let fitted = path(&points).fitted(&car(2.7)).unwrap();
-    let view = fitted.view();
-    let mends = fitted.mends();
-    assert!(matches!(
-        mends,
-        [Mend {
-            fault: Fault::Undrivable,
-            times: 1,
-            ..
-        }]
-    ));
-    let kept: Xy = view
-        .x()
-        .iter()
-        .copied()
-        .zip(view.y().iter().copied())
-        .collect();
-    let from = points.len() - 30;
-    assert_eq!(kept[..from], points[..from]);
-    let end = (kept.last(), points.last());
-    assert!((end.0.unwrap().0 - end.1.unwrap().0).abs() < 1e-12);
-    assert!(largest_turn(&kept) < 0.02);
-    // A corner is rounded within what noise explains, or stays.
-    for leg in 2..30 {
-        let mut corner = clean.clone();
-        corner.extend((1..leg).map(|k| (x - f64::from(k) * uy, y + f64::from(k) * ux)));
-        if let Some(fitted) = path(&corner).fitted(&car(2.7)) {
-            let moved = fitted.view().x().iter().zip(fitted.view().y()).zip(&corner);
-            let moved = moved.map(|((x, y), from)| (x - from.0).hypot(y - from.1));
-            assert!(moved.fold(0.0, f64::max) < 0.05 * 2.7, "{leg}");
-        }
-    }
-    // A path that is told how it is driven stays, and so does one as it stands.
-    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-    let told = Path::sound(&x, &y, None, None, false, true).unwrap();
-    assert_eq!(told.fitted(&car(2.7)), None);
-    assert_eq!(
-        Path::new(&x, &y, None, false).unwrap().fitted(&car(2.7)),
-        None
     );
 }

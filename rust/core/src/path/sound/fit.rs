@@ -1,4 +1,5 @@
-//! The two ends of a path for a vehicle: what no vehicle of its size drives there is noise.
+//! The two ends of a path for a vehicle: what no vehicle of its size drives there is noise, and so is
+//! the direction of a last segment that turns unlike those before it.
 //!
 //! Controllers go on beyond an end in its direction. That is taken over a wheelbase: a parabola is
 //! fitted to the waypoints before the last (least squares, by orthogonal polynomials, Forsythe 1957),
@@ -8,19 +9,25 @@ use alloc::vec::Vec;
 
 use super::chain::turn;
 use crate::geometry::{Point, get_distance};
-use crate::math::from_count;
+use crate::math::{from_count, larger};
 
 /// A turn that no vehicle drives is this many times that of its tightest circle, and [`SHARP`] more.
 const TIMES: f64 = 2.0;
 /// 6 degrees: what a tenth of the spacing turns a segment by.
 const SHARP: f64 = 0.1;
+/// A last segment that turns this many times as much as those before it, and [`AFTER`] more, has the
+/// direction of the last waypoint's noise.
+const UNLIKE: f64 = 3.0;
+/// 0.3 degrees: what turns less is no farther aside than that by where a controller looks.
+const AFTER: f64 = 0.005;
 /// Noise moves a waypoint by less than this share of a wheelbase.
 const MOST_MOVED: f64 = 0.05;
 /// Fewer waypoints within a wheelbase of the end are corners.
 const LEAST: usize = 4;
 
 /// Where the last `reach` [m] of `count` waypoints begin and how long they are, if they turn as no
-/// vehicle does whose largest curvature is `tightest` [1/m]. Allocates nothing.
+/// vehicle does whose largest curvature is `tightest` [1/m], or the last one lies aside of the others'
+/// way. Allocates nothing.
 pub(super) fn sharp_end(
     count: usize,
     at: impl Fn(usize) -> Point,
@@ -38,15 +45,18 @@ pub(super) fn sharp_end(
     if passed < reach || count - first <= LEAST {
         return None;
     }
+    let turned = |place: usize| turn(step(place - 1), step(place));
     let sharp = (first + 1..count - 1).any(|place| {
         let driven = 0.5 * tightest * (length(place - 1) + length(place));
-        turn(step(place - 1), step(place)) > TIMES * driven + SHARP
+        turned(place) > TIMES * driven + SHARP
     });
-    sharp.then_some((first, passed))
+    let usual = (first + 1..count - 2).map(turned).fold(0.0, larger);
+    let aside = turned(count - 2) > UNLIKE * usual + AFTER;
+    (sharp || aside).then_some((first, passed))
 }
 
-/// Smooths the end of these waypoints over `reach` [m], if it turns there as no vehicle does whose
-/// largest curvature is `tightest` [1/m]. Returns whether.
+/// Smooths the end of these waypoints over `reach` [m], if it is sharp, as [`sharp_end`] says. Returns
+/// whether.
 pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
     let count = points.len();
     let at = |place: usize| points.get(place).copied().unwrap_or_default();

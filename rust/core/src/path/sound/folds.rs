@@ -1,4 +1,4 @@
-//! Folds between the ends: two waypoints swapped, a step back, a standstill.
+//! Folds between the ends: waypoints in the opposite order, a step back, a standstill.
 //!
 //! One pass over the waypoints: those behind are done, and a fold is at the last of them.
 
@@ -9,20 +9,22 @@ use super::ends::APART;
 use super::mends::Fault;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
-use crate::math::{larger, saturate};
+use crate::math::{from_count, larger, saturate};
 
 /// What is left out lies within this many spacings of what stays: one, and what spacings vary by.
 const PASSED: f64 = 1.1;
 /// Where the path has corners at most waypoints, those farther aside of it are driven.
 const ASIDE: f64 = 0.25;
+/// A run of more waypoints in the opposite order is driven.
+const LONGEST_RUN: usize = 16;
 
 /// What a repair at a fold leaves.
 struct Repair {
     fault: Fault,
     /// How many of the waypoints that were done are taken back.
     back: usize,
-    /// Waypoints to add, by their place in the order: one at most, or two exchanged.
-    add: [Option<usize>; 2],
+    /// Waypoints to add, by their place in the order.
+    add: Vec<usize>,
     /// From which place on the path goes on.
     on: usize,
 }
@@ -71,9 +73,9 @@ impl Chain<'_> {
                 if let Some(repair) = self.repair(&done, place) {
                     let tip = done.last().copied().unwrap_or(0);
                     done.truncate(done.len() - repair.back);
-                    done.extend(repair.add.iter().flatten());
+                    done.extend(&repair.add);
                     let index = self.order.get(tip).copied().unwrap_or(0);
-                    let added = repair.add.iter().flatten().count();
+                    let added = repair.add.len();
                     let left_out = (repair.back + repair.on - place).saturating_sub(added);
                     self.note(repair.fault, left_out, index);
                     place = repair.on;
@@ -138,30 +140,46 @@ impl Chain<'_> {
 
     /// How to mend the fold at the last waypoint that is done, on the way to `place`.
     fn repair(&self, done: &[usize], place: usize) -> Option<Repair> {
-        self.swap(done, place)
+        self.turn_round(done, place)
             .or_else(|| self.stand(done, place))
             .or_else(|| self.step_back(done, place))
     }
 
-    /// Exchanges the last waypoint and the next, if that makes even steps of a long one, one back, and
-    /// a long one.
-    fn swap(&self, done: &[usize], place: usize) -> Option<Repair> {
+    /// Turns the last waypoint and those that follow round, if that makes even steps of a long one,
+    /// steps back, and a long one (the 2-opt move): of two neighbours it exchanges them.
+    fn turn_round(&self, done: &[usize], place: usize) -> Option<Repair> {
         let [.., before, tip] = done else { return None };
-        let after = self.order.get(place + 1).map(|_| self.at(place + 1))?;
-        let (a, b, c) = (self.at(*before), self.at(*tip), self.at(place));
-        let steps = [c - a, b - c, after - b];
-        let [first, middle, last] = steps;
         let least = 0.4 * self.spacing_about(done, place);
-        let most = 0.8 * larger(get_distance(a, b), get_distance(c, after));
-        let even = steps
-            .iter()
-            .all(|step| size(*step) > least && size(*step) < most);
-        let ahead = along(first, middle) && along(middle, last);
-        (even && ahead).then_some(Repair {
-            fault: Fault::Swapped,
+        let is_even = |last: &usize| {
+            if last + 1 >= self.order.len() {
+                return false;
+            }
+            let run = (place..=*last).rev().chain([*tip, last + 1]);
+            let (in_by, out_by) = (
+                self.at(*tip) - self.at(*before),
+                self.at(last + 1) - self.at(*last),
+            );
+            let longest = larger(size(in_by), size(out_by));
+            let most = 1.6 * longest / from_count(last + 2 - place);
+            let (mut from, mut inward) = (*before, None);
+            run.into_iter().all(|at| {
+                let step = self.at(at) - self.at(from);
+                let ahead = inward.is_none_or(|inward| along(inward, step));
+                (from, inward) = (at, Some(step));
+                ahead && size(step) > least && size(step) < most
+            })
+        };
+        let last = (place..place + LONGEST_RUN).find(is_even)?;
+        let fault = if last == place {
+            Fault::Swapped
+        } else {
+            Fault::Reversed
+        };
+        Some(Repair {
+            fault,
             back: 1,
-            add: [Some(place), Some(*tip)],
-            on: place + 1,
+            add: (place..=last).rev().chain([*tip]).collect(),
+            on: last + 1,
         })
     }
 
@@ -194,7 +212,7 @@ impl Chain<'_> {
         straight.then_some(Repair {
             fault: Fault::Standstill,
             back,
-            add: [Some(middle), None],
+            add: [middle].into(),
             on,
         })
     }
@@ -243,7 +261,7 @@ impl Chain<'_> {
         certain.then_some(Repair {
             fault: Fault::StepBack,
             back: 0,
-            add: [None, None],
+            add: Vec::new(),
             on,
         })
     }
@@ -283,7 +301,7 @@ impl Chain<'_> {
         certain.then_some(Repair {
             fault: Fault::StepBack,
             back,
-            add: [None, None],
+            add: Vec::new(),
             on: place,
         })
     }

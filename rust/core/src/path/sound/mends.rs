@@ -11,6 +11,8 @@ pub enum Fault {
     Repeated,
     /// Two neighbours in the wrong order.
     Swapped,
+    /// A few waypoints in the opposite order.
+    Reversed,
     /// A step back over what the path has passed, and passes again.
     StepBack,
     /// A vehicle that stood in the noise of its position.
@@ -25,10 +27,11 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Coinciding,
         Self::Repeated,
         Self::Swapped,
+        Self::Reversed,
         Self::StepBack,
         Self::Standstill,
         Self::End,
@@ -63,6 +66,7 @@ impl fmt::Display for Mend {
             }
             Fault::Repeated => write!(f, "left out the start repeated at the end of the lap")?,
             Fault::Swapped => write!(f, "put {times} swapped pair{many} of waypoints in order")?,
+            Fault::Reversed => write!(f, "put {times} run{many} of waypoints in order")?,
             Fault::StepBack => write!(f, "left out {times} step{many} back")?,
             Fault::Standstill => write!(f, "left out {times} standstill{many} in noise")?,
             Fault::Undrivable => write!(f, "smoothed {times} end{many} over a wheelbase")?,

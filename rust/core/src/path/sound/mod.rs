@@ -3,7 +3,7 @@
 //! A path that turns by more than a right angle at a waypoint is folded there. Recordings and stitched
 //! routes have folds that no vehicle drives: neighbours in the wrong order, a step back to where a
 //! second list begins, a vehicle that stood in the noise of its position. They are found by one dot
-//! product a waypoint, and mended by leaving waypoints out, or by the exchange of two (the 2-opt move,
+//! product a waypoint, and mended by leaving waypoints out, or by turning some round (the 2-opt move,
 //! Croes 1958), if that leaves no fold and the path still passes what was left out. A path that has
 //! none of them stays as it is, to the bit.
 //!
