@@ -267,9 +267,10 @@ def test_commands_with_times_of_their_own_stay_with_poses_that_are_thinned() -> 
 
 
 def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
-    def found(length: float, scale: float = 1.0, gain: float = 0.0) -> Any:
+    def found(length: float, scale: float = 1.0, gain: float = 0.0, count: int = 1) -> Any:
         return SimpleNamespace(
             values={"turning_wheelbase": length},
+            root=np.ones(count),
             profile=lambda _, scales, **__: [gain if s == scale else -1.0 for s in scales],
         )
 
@@ -291,6 +292,10 @@ def test_commands_that_are_no_angles_of_the_wheels_are_refused() -> None:
     refuse_steer(found(4.6, 0.6, 7.9), None, "log")
     with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
         refuse_steer(found(4.6, 0.6, 8.1), None, "log")
+    # As one parameter more it has its price: half the logarithm of how many residuals there are.
+    refuse_steer(found(4.6, 0.6, 11.4, 1000), None, "log")
+    with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
+        refuse_steer(found(4.6, 0.6, 11.5, 1000), None, "log")
     # A tape measure tells better: a scale that takes the length away from it is none.
     refuse_steer(found(2.7, 0.7, 20.0), popsteer.Vehicle(wheelbase=2.7), "log")
     with pytest.raises(LogError, match=r"0\.6 times the angle of steer"):
@@ -303,10 +308,11 @@ def test_commands_in_a_gap_keep_their_distance_to_its_end() -> None:
     assert found == pytest.approx([-0.05, 0.15, 0.2, 4.2, 5.25, 6.2], abs=1e-7)
 
 
-def _on_tyres(length: float, seconds: float = 100.0) -> tuple[Log, float]:
+def _on_tyres(length: float, seconds: float = 100.0, kept: float = 0.0) -> tuple[Log, float]:
     """Drive a car on linear tyres through brisk bends; its understeer besides [s²/m].
 
-    A bicycle with two axles that slip: 60 and 75 m/s² for a radian, and 0.15 s of dead time.
+    A bicycle with two axles that slip: 60 and 75 m/s² for a radian, and 0.15 s of dead time; the
+    wheels keep a share of what is left of their way in each step of 2.5 ms.
     """
     front, front_grip, rear_grip, dt, substeps = 0.45 * length, 60.0, 75.0, 0.05, 20
     rear, random, h = length - front, np.random.default_rng(4), dt / substeps
@@ -314,11 +320,12 @@ def _on_tyres(length: float, seconds: float = 100.0) -> tuple[Log, float]:
     steps = np.repeat(random.uniform(-1.0, 1.0, len(t) // 40), 40)
     speed = 7.0 + 3.0 * np.sin(0.23 * t)
     steer = np.convolve(steps * np.minimum(0.25, 4.5 * length / speed**2), np.ones(6) / 6, "same")
-    rows, x, y, yaw, aside, turn = [], 0.0, 0.0, 0.0, 0.0, 0.0
+    rows, x, y, yaw, aside, turn, wheel = [], 0.0, 0.0, 0.0, 0.0, 0.0, float(steer[0])
     for k, v in enumerate(speed.tolist()):
         rows.append((x, y, yaw))
-        wheel = float(steer[max(k - 3, 0)])
+        wanted = float(steer[max(k - 3, 0)])
         for _ in range(substeps):
+            wheel = wanted + (wheel - wanted) * kept
             of_front = front_grip * (wheel - np.arctan2(aside + front * turn, v))
             of_rear = -rear_grip * np.arctan2(aside - rear * turn, v)
             across = of_front * np.cos(wheel)
@@ -346,3 +353,29 @@ def test_tyres_that_slip_are_no_command_of_another_scale(length: float) -> None:
     assert error < 0.005 * truth
     assert found.vehicle.wheelbase == pytest.approx(length, rel=0.02)
     assert found.vehicle.understeer == pytest.approx(understeer, rel=0.25)
+
+
+def test_lag_of_the_tyres_is_told_from_that_of_the_wheels() -> None:
+    lag, length, front_grip, rear_grip = 0.15, 3.0, 60.0, 75.0
+    log, understeer = _on_tyres(length, kept=math.exp(-0.0025 / lag))
+    found = popsteer.identify(log)
+    assert found.explains
+    v, front, rear = found.speed, 0.45 * length, 0.55 * length
+    # The mean delay of the linear bicycle, from the slope of its response at 0 Hz.
+    turns = rear * rear_grip - front * front_grip
+    squares = front**2 * front_grip + rear**2 * rear_grip
+    axles = front * rear
+    system = [
+        [-(front_grip + rear_grip) / v, turns / v - v],
+        [turns / v / axles, -squares / v / axles],
+    ]
+    gain = np.linalg.solve(system, [front_grip, front * front_grip / axles])
+    late = np.linalg.solve(system, gain)[1] / gain[1]
+    # What is simulated in steps of 2.5 ms is early by up to two of them.
+    assert found.delay == pytest.approx(0.15 + lag - late, abs=0.005)
+    assert found.fit.values["steer_lag"] - found.fit.values["tyre_lag"] == pytest.approx(
+        lag, abs=0.02
+    )
+    truth = length + understeer * v**2
+    error = np.hypot(found.turning_length_error, found.model_errors["turning_length"])
+    assert found.turning_length == pytest.approx(truth, abs=3.0 * error)

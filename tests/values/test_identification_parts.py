@@ -317,15 +317,16 @@ def _chain_drive() -> Any:
 
 def test_chain_turns_the_car_as_its_formula_says() -> None:
     drive = _chain_drive()
-    kinds: tuple[Any, ...] = ("wheels", "yaw rate", "tyres")
+    kinds: tuple[Any, ...] = ("wheels", 0.0), ("wheels", 0.06), ("yaw rate", 0.15), ("tyres", 0.15)
     # The slip is that of the turn that it makes; of the turn without it, it is nearly the same.
-    for kind, (slip, close) in itertools.product(kinds, ((0.0, 1e-6), (0.012, 5e-5))):
+    for (kind, behind), (slip, close) in itertools.product(kinds, ((0.0, 1e-6), (0.012, 5e-5))):
         chain = Chain(drive, kind)
         lag, dead_time, offset, shift = 0.15, 0.07, 0.02, 3e-4
         values = {"turning_wheelbase": 2.6, "understeer": 0.003, "load_shift": shift}
         values["front_slip"] = slip
         values |= {"steer_offset": offset, "steer_lag": lag, "dead_time": dead_time}
-        wheels = Wheels(drive.times, drive.commands, lag if kind == "wheels" else 0.0, None)
+        values |= {"tyre_lag": behind} if kind == "wheels" else {}
+        wheels = Wheels(drive.times, drive.commands, lag - behind, None)
         total = wheels.integral(drive.edges - dead_time)
         angle = np.diff(total) / drive.cell + offset
         v = drive.speed
@@ -333,10 +334,10 @@ def test_chain_turns_the_car_as_its_formula_says() -> None:
         for _ in range(9):
             side = slip * v * rate
             rate = v * (np.tan(angle - side) + side) / length
-        if kind != "wheels":
+        if behind:
             state, means = rate[0], []
             for k, given in enumerate(rate.tolist()):
-                tau = lag * (drive.relative_speed[k] if kind == "tyres" else 1.0)
+                tau = behind * (1.0 if kind == "yaw rate" else drive.relative_speed[k])
                 # The mean of a first-order response over a cell, by fine steps of it.
                 fine = given + (state - given) * np.exp(-np.linspace(0.0, drive.cell, 2001) / tau)
                 means.append(float(np.mean(0.5 * (fine[1:] + fine[:-1]))))

@@ -7,7 +7,9 @@
 That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
 is that of the yaw rate behind the wheels; on tyres it grows with the speed. At constant speed the
 three cannot be distinguished. If a car brakes into a bend and accelerates out of it, they differ by
-up to 10 ms of delay, so the fit tries them all.
+up to 10 ms of delay, so the fit tries them all. Cars have both: `tyre_lag` is the part of the
+wheels' lag that tyres have behind them (as of the linear bicycle; M. Mitschke, H. Wallentowitz,
+*Dynamik der Kraftfahrzeuge*, 2004).
 
 Also, braking loads the front tyres, and the car turns more; with `load_shift`
 
@@ -115,6 +117,7 @@ class Chain:
         dead_time: float,
         load_shift: float = 0.0,
         front_slip: float = 0.0,
+        tyre_lag: float = 0.0,
         max_steer_rate: float | None = None,
         steer_play: float = 0.0,
         steer_scale: float = 1.0,
@@ -123,9 +126,11 @@ class Chain:
 
         The parameters are those of `Vehicle`; each m/s² of acceleration adds `load_shift` v²
         [s⁴/m²] to the turning wheelbase, each m/s² to the side `front_slip` [rad s²/m] to the slip
-        of the front tyres, and a command of 1 asks for `steer_scale` [rad].
+        of the front tyres, and a command of 1 asks for `steer_scale` [rad]. Of the lag `tyre_lag`
+        is behind the wheels: so much at the usual speed.
         """
-        wheels = self.wheels(steer_lag, max_steer_rate)
+        behind = tyre_lag if self.lag_of == "wheels" else steer_lag
+        wheels = self.wheels(steer_lag - behind, max_steer_rate)
         given = (dead_time, steer_scale, steer_offset)
         wheel, tangent = self._once(
             (wheels.lag, wheels.rate, *given, steer_play),
@@ -139,14 +144,15 @@ class Chain:
         if front_slip != 0.0:
             slip = front_slip * speed * turning
             turning = speed * (np.tan(wheel - slip) + slip) / length
-        if self.lag_of == "wheels":
+        if behind == 0.0:
             return turning
-        relative = self.drive.relative_speed if self.lag_of == "tyres" else np.ones_like(turning)
-        return _lagged(turning, steer_lag * relative, self.drive.cell)
+        constant = self.lag_of == "yaw rate"
+        relative = np.ones_like(turning) if constant else self.drive.relative_speed
+        return _lagged(turning, behind * relative, self.drive.cell)
 
     def wheels(self, lag: float, rate: float | None = None) -> _Wheels:
-        """Give the wheels without dead time and offset."""
-        key = (lag if self.lag_of == "wheels" else 0.0, rate)
+        """Give the wheels with a lag of their own, without dead time and offset."""
+        key = (max(lag, 0.0) if self.lag_of == "wheels" else 0.0, rate)
         return self._once(key, lambda: _Wheels(self.drive.times, self.drive.commands, *key))
 
     def _turned(

@@ -84,9 +84,9 @@ def refuse_steer(found: Fit, given: Vehicle | None, name: str) -> None:
     length = found.values["turning_wheelbase"]
     scales = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.25, 1.6]
     likelihood = found.profile("steer_scale", scales, turning_wheelbase=length)
-    best = int(np.argmax(likelihood))
+    best, price = int(np.argmax(likelihood)), 0.5 * math.log(len(found.root))  # Schwarz's
     # Tyres that slide bend the other way, which looks like a tangent that does not bend at all.
-    scale, clear = scales[best], likelihood[best] - max(0.0, *likelihood[:2]) > SURE
+    scale, clear = scales[best], likelihood[best] - max(0.0, *likelihood[:2]) > SURE + price
     if given is not None:
         off = length / given.wheelbase  # a tape measure tells better than the tangent
         if not 1.0 / OTHER_LENGTH < off < OTHER_LENGTH:

@@ -43,11 +43,11 @@ if TYPE_CHECKING:
 
 Values = dict[str, float]
 
-NUISANCES = ("load_shift", "front_slip")
+NUISANCES = ("load_shift", "front_slip", "tyre_lag")
 """What tyres do beyond what a vehicle keeps."""
 NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
 """What is always fitted, as `Chain.yaw` takes it; and what only if it makes the log likelier."""
-GROWN = ("front_slip", "max_steer_rate", "steer_play")
+GROWN = ("front_slip", "tyre_lag", "max_steer_rate", "steer_play")
 LAGS: tuple[LagOf, ...] = ("wheels", "yaw rate", "tyres")
 """What the lag may be of; the vehicle's own chain is the first."""
 # The lowest and the highest value of each, its scale, and the step of its derivative over that.
@@ -59,14 +59,16 @@ _BOUNDS = {
     "dead_time": (0.0, 1.5, 0.1, 1e-3),
     "load_shift": (-0.1, 0.1, 1e-4, 1e-3),
     "front_slip": (0.0, 0.1, 1e-3, 1e-2),
+    "tyre_lag": (0.0, 1.0, 0.05, 1e-3),
     # Both bend the residuals: a short step would see a corner, not the slope.
     "max_steer_rate": (0.02, 20.0, 0.1, 0.3),
     "steer_play": (0.0, 0.2, 0.01, 0.1),
     "steer_scale": (0.02, 2.0, 1.0, 1e-2),
 }
 _ABSENT = {"max_steer_rate": 1e3, "steer_scale": 1.0}
-_CORNERS = GROWN[1:]
-_SLIP = 0.005
+_CORNERS = GROWN[2:]
+_TYRES = {"front_slip": 0.005, "tyre_lag": 0.03}
+"""Where the fit of what tyres do begins."""
 _RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
 _PLAYS = (0.005, 0.015, 0.04)
 _DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
@@ -185,7 +187,8 @@ def fit(
     if progress is not None:
         progress(0.5)
     # What the lag is of shows only once rate and play are no misfit any more, and they only then.
-    starts = [plain] if len(tried) == 1 else [plain, min(tried, key=_criterion).values]
+    starts = [plain] if len(tried) == 1 else [plain, dict(min(tried, key=_criterion).values)]
+    starts[-1].pop("tyre_lag", None)
     drive = own.drive
     others = [Task(drive, Chain(drive, lag_of), own.fixed, own.prior) for lag_of in LAGS[1:]]
     tried += [each.candidate(each.solve(values)) for each in others for values in starts]
@@ -199,10 +202,10 @@ def fit(
 
 
 def _grow(tried: list[Candidate]) -> Candidate:
-    """Add slip, a limit of the rate, and play, to the likeliest in turn; give the likeliest."""
-    for grown in (Task.slipping, Task.limited, Task.with_play, Task.limited):
+    """Add what tyres do, a limit of the rate, and play, to the likeliest in turn; give that."""
+    for name in (*GROWN, "max_steer_rate"):
         _, task, values = min(tried, key=_criterion)
-        more = grown(task, values)
+        more = values if name in values else task.grown(values, name)
         if len(more) > len(values):
             tried.append(task.candidate(more))
     return min(tried, key=_criterion)
@@ -329,24 +332,20 @@ class Task:
         base = {**dict.fromkeys(NAMES, 0.0), **start, **self.fixed}
         return min(({**base, **each, **self.fixed} for each in _STARTS), key=self.cost)
 
-    def slipping(self, values: Values) -> Values:
-        """Fit with front tyres that slip."""
-        return values if "front_slip" in values else self.solve({**values, "front_slip": _SLIP})
-
-    def limited(self, values: Values) -> Values:
-        """Fit with a limit of the rate, from the best of a row of limits."""
-        if "max_steer_rate" in values:
-            return values
+    def grown(self, values: Values, name: str) -> Values:
+        """Fit with one of `GROWN` besides; as without it where that is no likelier."""
+        if name == "tyre_lag" and self.chain.lag_of != LAGS[0]:
+            return values  # all of the lag is behind the wheels
+        if name in _TYRES:
+            return self.solve({**values, name: _TYRES[name]})
+        if name == "steer_play":
+            return self._added(values, name, _PLAYS)
         # A limit that is not in the fit yet may be taken for lag.
         wheels = self.chain.wheels(min(values["steer_lag"], _LAGS[-1]))
         response = max(wheels.lag, self.drive.cell)
         fastest = float(np.max(np.abs(wheels.commands - wheels.angle))) / response
         rates = sorted((rate for rate in _RATES if rate < fastest), reverse=True)
-        return self._added(values, "max_steer_rate", rates)
-
-    def with_play(self, values: Values) -> Values:
-        """Fit with play, from the best of a row of plays."""
-        return values if "steer_play" in values else self._added(values, "steer_play", _PLAYS)
+        return self._added(values, name, rates)
 
     def _added(self, values: Values, name: str, trials: Sequence[float]) -> Values:
         """Fit with one more, from the best of a row of values; between them by its profile."""
@@ -474,13 +473,14 @@ class Task:
         nuisance = np.array([1.0 / self.prior[n][1] if n in NUISANCES else 0.0 for n in names])
         sure = known(weighted, residual * root, memory, score, nuisance, rounding)
         spent = float(np.sum((weighted @ sure.covariance) * weighted))
-        wheels = self.chain.wheels(values["steer_lag"], values.get("max_steer_rate"))
+        lag, tyres = values["steer_lag"], values.get("tyre_lag", 0.0)
+        wheels = self.chain.wheels(lag - tyres, values.get("max_steer_rate"))
         return Fit(
             values=values,
             names=names,
             known=sure,
             share=min(1.0, len(names) / max(spent, 1e-12)),
-            lag_of=self.chain.lag_of,
+            lag_of="tyres" if tyres > 0.5 * lag else self.chain.lag_of,
             theta=self.theta,
             noise=self.noise,
             yaw=self.chain.yaw(**values),

@@ -32,6 +32,8 @@ _SHIFT = 0.1
 """By how much of it hard braking may change the turning length."""
 _SLIP = 0.01
 """The slip of front tyres at 1 m/s² to the side [rad]: that of cars is 0.005 to 0.01."""
+_TYRE_LAG = 0.1
+"""By how much the yaw rate may lag behind the wheels [s]: that of cars is 0.02 to 0.1."""
 # For a full-size car [m].
 _SAME_POINT = 0.05
 _SURE_POINT = 0.1
@@ -178,6 +180,7 @@ def _heading(
         "dead_time": (dead_time, 0.2),
         "load_shift": (0.0, _SHIFT * length / (hardest * square)),
         "front_slip": (0.0, _SLIP),
+        "tyre_lag": (0.0, _TYRE_LAG),
     }
     rate, both = known.max_steer_rate, {"steer_lag": 1.0, "dead_time": 1.0}
     fixed = {} if rate is None else {"max_steer_rate": rate}
