@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.errors import PathError
-from popsteer.tables.columns import Column, check_units
+from popsteer.tables.columns import EPOCH, Column, check_units
 from popsteer.tables.quantities import factor
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ _CLOCK = re.compile(
 )
 PARTS = {"t_ms": ("ms", 10**6), "t_us": ("us", 10**3), "t_ns": ("ns", 1)}
 """What may stand beside whole seconds, each with its unit and that in ns."""
-# From where on a stamp counts the epoch's ns, us or ms: 2001, and later than any other could.
-_EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
 
 
 class Times(NamedTuple):
@@ -80,7 +78,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     if _CLOCK.match(first) or ":" in first:
         return _clocks(table, entries, column, dated=bool(re.match(r"\d{4}\D", first)))
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
-        unit = unit or next(name for least, name in (*_EPOCH, (0, "ms")) if int(first) >= least)
+        unit = unit or next(name for least, name in (*EPOCH, (0, "ms")) if int(first) >= least)
         return _stamps(table, entries, column, (dict(PARTS.values())[unit],), f"t is in {unit}")
     if unit == column.unit:
         check_units(table, {"t": column})

@@ -20,10 +20,9 @@ from popsteer.tables.columns import (
     asked_for,
     check_one,
     check_there,
-    check_units,
     ignored,
+    measured,
     named,
-    over_ground,
 )
 from popsteer.tables.poses import yaw_of
 from popsteer.tables.quantities import converted
@@ -135,14 +134,8 @@ def _read(
     t = times.values + 1e-9 * (times.origin - begun)
     rest = {key: column for key, column in places.items() if key not in ("t", *clock.PARTS)}
     gear = rest.pop("direction", None)
-    check_units(table, {k: c for k, c in rest.items() if k not in units})
-    values = table.numbers([column.place for column in rest.values()], blank=True)
+    columns, used = measured(table, rest, given=units, blank=True)
     found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
-    columns = {
-        key: raw if key in units else converted(key, column.unit, raw)
-        for (key, column), raw in zip(rest.items(), values.T, strict=True)
-    }
-    used = over_ground(rest, columns)
     for key, column in rest.items():
         found[key] = _Series(t, columns[key], column.said(key), units.get(key, column.unit))
     if gear is not None:

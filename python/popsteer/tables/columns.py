@@ -13,7 +13,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PathError, PopsteerError
 from popsteer.tables import shown
-from popsteer.tables.quantities import UNITS, factor, meaning, spelled
+from popsteer.tables.quantities import UNITS, converted, factor, meaning, spelled
 
 if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
@@ -26,7 +26,9 @@ LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _CLOCK = "t time"
-_EPOCH = 1e8  # a clock that counts from 1970 is beyond it
+EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
+"""From where on a stamp counts ns, us or ms since 1970: 2001, and later than any other could."""
+_SECONDS = 1e8  # a clock that counts seconds from 1970 is beyond it
 # Of each unit, what is said of a speed in it that time and distances prove.
 _TIMED: dict[str, str | None] = {"speed speed, as time and distances are": None}
 _TIMED |= {f"speed speed in {unit}, as time and distances are": unit for unit in shown.SPEEDS}
@@ -221,18 +223,28 @@ def check_units(table: Table, columns: Mapping[str, Column]) -> None:
         )
 
 
-def over_ground(places: dict[str, Column], columns: dict[str, Floats]) -> list[Column]:
-    """Make a velocity's parts to the east and north one speed, unless there is another.
+def measured(
+    table: Table, places: dict[str, Column], *, given: Collection[str] = (), blank: bool = False
+) -> tuple[dict[str, Floats], list[Column]]:
+    """Read columns in popsteer's units, but those whose units are `given`, as they are.
 
-    Gives the columns that it is of; what is not read is left out of both.
+    A velocity's parts to the east and north are one speed, unless there is another; the columns
+    that it is of are told, too, and what is not read is left out of `places`.
     """
+    check_units(table, {key: each for key, each in places.items() if key not in given})
+    read = [(key, each) for key, each in places.items() if key != "direction"]
+    values = table.numbers([each.place for _, each in read], blank=blank)
+    columns = {
+        key: raw if key in given else converted(key, each.unit, raw)
+        for (key, each), raw in zip(read, values.T, strict=True)
+    }
     parts = [each for key in _PARTS if (each := places.pop(key, None)) is not None]
-    values = [columns.pop(key) for key in _PARTS if key in columns]
+    over_ground = [columns.pop(key) for key in _PARTS if key in columns]
     if len(parts) < len(_PARTS) or "speed" in places:
-        return []
-    columns["speed"] = np.hypot(*values)
+        return columns, []
+    columns["speed"] = np.hypot(*over_ground)
     places["speed"] = Column(parts[0].place, " and ".join(each.name for each in parts), "m/s")
-    return parts
+    return columns, parts
 
 
 @np.errstate(all="ignore")  # what is out of all proportion agrees with nothing
@@ -390,7 +402,7 @@ def _explain(values: Floats, x: int, y: int, texts: Mapping[int, str]) -> dict[i
             known[k] = f"yaw yaw ({turned})"
         elif shown.is_curvature(way, column):
             known[k] = "curvature curvature"
-        elif (k < min(x, y) or column[0] > _EPOCH) and shown.is_time(column):
+        elif (k < min(x, y) or column[0] > _SECONDS) and shown.is_time(column):
             known[k] = _CLOCK
         elif turned is None and shown.is_near_heading(measured, column):
             known[k] = "heading a heading, which is left out: the waypoints turn otherwise"
@@ -446,10 +458,8 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
 
 def seconds(time: Floats) -> Floats:
     """Give a clock in seconds: since 1970 its size says whether it is in ms, us or ns."""
-    for least, size in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)):
-        if time[0] > least:
-            return np.asarray((time - time[0]) / size)
-    return time
+    unit = next((unit for least, unit in EPOCH if time[0] > least), None)
+    return time if unit is None else converted("t", unit, time - time[0])
 
 
 def _find_acceleration(values: Floats, way: shown.Along, known: dict[int, str]) -> None:

@@ -19,13 +19,12 @@ from popsteer.tables.columns import (
     asked_for,
     check_one,
     check_there,
-    check_units,
     explained,
     ignored,
     likeliest,
+    measured,
     named,
     option,
-    over_ground,
     seconds,
 )
 from popsteer.tables.poses import poses, yaw_of
@@ -222,13 +221,8 @@ def _read_table(
             check_one(table)
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
-        check_units(table, places)
-        numbers = {key: each for key, each in places.items() if key != "direction"}
-        values = table.numbers([column.place for column in numbers.values()])
-        _check_count(table.name, len(values))
-        read = zip(numbers.items(), values.T, strict=True)
-        columns = {key: converted(key, column.unit, each) for (key, column), each in read}
-        used = over_ground(places, columns)
+        columns, used = measured(table, places)
+        _check_count(table.name, min(map(len, columns.values())))
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
         if not wanted:
