@@ -44,6 +44,40 @@ def test_project_drives_to_its_end(project: Path) -> None:
     assert float(settled[1]) < 0.1
 
 
+CARS = """
+import math, car, drive
+
+class Wrong(car.Car):
+    def actuate(self, steer, acceleration, seconds):
+        super().actuate(-steer, acceleration, seconds)
+
+class Degrees(car.Car):
+    def actuate(self, steer, acceleration, seconds):
+        super().actuate(math.degrees(steer), acceleration, seconds)
+
+class Far(car.Car):
+    def localise(self):
+        x, y, *others = super().localise()
+        return x, y + 500.0, *others
+
+class Blind(car.Car):
+    def localise(self):
+        return (math.nan,) * 4
+
+for kind in Wrong, Degrees, Far, Blind:
+    drive.Car = kind
+    drive.main()
+"""
+
+
+def test_project_with_a_car_that_is_connected_wrongly_says_what_is_wrong(project: Path) -> None:
+    ran = _python(project, "-c", CARS)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    # At once, before there is anything to say of errors.
+    said = [line.split(" after ")[0] for line in ran.stdout.splitlines()]
+    assert said == ["fault: steering", "fault: steering", "fault: deviation", "no localisation"]
+
+
 def test_names_of_folders_are_quoted_and_escaped(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
