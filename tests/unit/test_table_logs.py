@@ -64,11 +64,11 @@ def _clock(form: str) -> list[str]:
     return [(begun + timedelta(seconds=0.04 * k)).strftime(form) for k in range(N)]
 
 
-def _grouped(mark: str) -> str:
+def _grouped(mark: str, point: str = ",") -> str:
     """Write a log as spreadsheets do, with a mark between thousands, far from the origin."""
     columns = T, FAR + X, FAR + Y, YAW, SPEED, STEER
     rows = (";".join(f"{each:_.6f}" for each in row) for row in zip(*columns, strict=True))
-    return "".join(row.replace(".", ",").replace("_", mark) + "\n" for row in rows)
+    return "".join(row.replace(".", point).replace("_", mark) + "\n" for row in rows)
 
 
 HEAD = "t,x,y,yaw,speed,steer\n"
@@ -134,6 +134,9 @@ READ: dict[str, str] = {
     "decimal commas": HEAD.replace(",", ";")
     + _rows(T, X, Y, YAW, SPEED, STEER, separator=";").replace(".", ","),
     "thousands with dots": HEAD.replace(",", ";") + _grouped("."),
+    "thousands with commas": HEAD.replace(",", ";") + _grouped(",", "."),
+    "thousands with commas, in quotes": HEAD
+    + re.sub(r"[^;\n]+", r'"\g<0>"', _grouped(",", ".")).replace(";", ","),
     "thousands with narrow spaces": HEAD.replace(",", ";") + _grouped("\u202f"),
     "OxTS": "Date (UTC),Time (UTC),PosLocalX (m),PosLocalY (m),VelForward (m/s),AngleHeading (deg),"
     "Steer (deg)\n"

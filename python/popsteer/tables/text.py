@@ -40,8 +40,10 @@ _BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {"", "1"}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
-# Thousands as spreadsheets write them: 5.334.567,5 in German, with narrow spaces in French.
+# Thousands as spreadsheets write them: 5.334.567,5 in German, with narrow spaces in French,
+# 5,334,567.5 in English.
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:([.\u00a0\u202f])\d{3})(?:\1\d{3})*,\d+$")
+_ENGLISH = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+$")
 _PRINTED = re.compile(r"-?\d+[.,]\d{6}$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
@@ -409,7 +411,7 @@ def _parse(entry: str) -> float | None:
     if "_" in entry:  # float() reads 1_000, which in a table is a slip rather than a number
         return None
     try:
-        return float(entry)
+        return float(entry.replace(",", "") if _ENGLISH.match(entry) else entry)
     except ValueError:
         return None
 
