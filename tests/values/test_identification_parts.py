@@ -35,7 +35,7 @@ def _log(gap: float = 20.0) -> Log:
 def test_prepared_log_has_pauses_of_five_seconds_and_cells_in_which_the_car_stands() -> None:
     log = _log()
     ready = drives.prepare(log)
-    assert ready.starts.tolist() == [0, 160]
+    assert [part.start for part in ready.unbroken] == [0, 160]
     wanted = np.concatenate((DT * np.arange(160), 7.95 + 5.0 + DT * np.arange(120)))
     assert ready.t == pytest.approx(wanted)
     assert ready.cell == pytest.approx(0.025)
@@ -69,16 +69,16 @@ def test_rests_are_as_long_as_a_second() -> None:
     for samples, rests in ((20, False), (21, True)):
         speed = np.full(100, 2.0)
         speed[40 : 40 + samples] = -0.1
-        moving = drives._moving(t, np.abs(speed) > 0.1, np.array([0]), np.array([100]))
+        moving = drives._moving(t, np.abs(speed) > 0.1, [slice(0, 100)])
         assert moving.all() != rests, samples
         assert (~moving).sum() == (samples if rests else 0)
-    assert drives._moving(t, np.full(100, True), np.array([0]), np.array([100])).all()
+    assert drives._moving(t, np.full(100, True), [slice(0, 100)]).all()
 
 
 def test_cells_are_equal_and_at_most_a_fortieth_of_a_second() -> None:
     for step, cell in ((0.01, 0.025), (0.02, 0.025), (0.04, 0.02), (0.09, 0.0225)):
         t = step * np.arange(50)
-        edges, speed, _ = drives._cells(t, np.array([0]), np.array([50]), (t, 2.0 * t))
+        edges, speed, _ = drives._cells(t, (), (t, 2.0 * t))
         assert np.diff(edges) == pytest.approx(cell), step
         middle = 0.5 * (edges[1:] + edges[:-1])
         inside = middle < t[-1]
@@ -133,7 +133,7 @@ def test_edges_of_gaps_are_no_accelerations() -> None:
     t = DT * np.arange(2_400)
     t = t[t % 12.0 < 8.0]
     ready = drives.prepare(Log(t, 10.0 * t, 0.0 * t, 0.1 * t, 0.0 * t + 10.0, 0.1 * np.sin(t)))
-    assert len(ready.starts) == 10
+    assert len(ready.unbroken) == 10
     assert np.abs(ready.acceleration).max() < 1e-9
     assert (ready.speed == 0.0).any()
 
@@ -377,7 +377,7 @@ def _positions(
         left, middle = -(rear + slip * v * v) * 2.0 * math.sin(0.5 * turn), middle + bias
         x.append(x[-1] + ahead * math.cos(middle) - left * math.sin(middle))
         y.append(y[-1] + ahead * math.sin(middle) + left * math.cos(middle))
-    given = {"t": t, "yaw": yaw, "sample_speed": speed, "starts": np.array([0])}
+    given = {"t": t, "yaw": yaw, "sample_speed": speed, "unbroken": [slice(0, len(t))]}
     ready = SimpleNamespace(
         **given,
         x=np.array(x),

@@ -9,7 +9,7 @@ import numpy as np
 from popsteer._core import _recursion
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -48,6 +48,11 @@ def stretches(holds: NDArray[np.bool_]) -> Iterator[slice]:
     """Give the rows of each unbroken stretch in which something holds."""
     edges = np.flatnonzero(np.diff(np.pad(holds.astype(np.int8), 1))).tolist()
     yield from map(slice, edges[::2], edges[1::2])
+
+
+def parted(gaps: Sequence[int], count: int) -> list[slice]:
+    """Give the rows of each part of so many, by where all but the first begin."""
+    return list(map(slice, [0, *gaps], [*gaps, count]))
 
 
 def huber(residual: Array, sure: float) -> Array:

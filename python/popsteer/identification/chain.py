@@ -99,13 +99,10 @@ class Chain:
 
     def place(self, **values: float) -> NDArray[np.complex128]:
         """Simulate where the no-slip point is at the samples, east + i north [m], 0 at first."""
-        heading = self._headings(values)
+        heading = summed(self.rate(**values)) * self.drive.cell
         driven = summed(self.drive.speed * chords(heading)) * self.drive.cell
         found: NDArray[np.complex128] = np.interp(self.drive.t, self.drive.edges, driven)
         return found
-
-    def _headings(self, values: dict[str, float]) -> Array:
-        return summed(self.rate(**values)) * self.drive.cell
 
     def rate(  # noqa: PLR0913 - a parameter of the vehicle each
         self,

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.identification.arrays import middles, stretches
+from popsteer.identification.arrays import middles, parted, stretches
 from popsteer.identification.rounding import grain_of, rounding_of, unrounded
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from popsteer.logs import Log
@@ -54,8 +56,7 @@ class PreparedLog:
     """A log on a clock without gaps.
 
     `commands` begin at `times`. `edges` bound the cells of the simulation, `speed` is that of
-    each, 0 in the pauses that stand for gaps. `starts` are the indices of the samples with which
-    the log's unbroken parts begin.
+    each, 0 in the pauses that stand for gaps. `unbroken` are the samples between these.
     """
 
     t: Array
@@ -70,7 +71,7 @@ class PreparedLog:
     acceleration: Array
     relative_speed: Array
     usual_speed: float
-    starts: NDArray[np.int64]
+    unbroken: list[slice]
     outliers: dict[str, int]
     """How many samples of each column stand out from their neighbours."""
     usual_step: float
@@ -122,11 +123,13 @@ class PreparedLog:
     def parts(self) -> list[slice]:
         """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""
         found = []
-        for start, end in zip(self.starts, [*self.starts[1:], len(self.t)], strict=True):
-            first = int(np.searchsorted(self.t[start:end], self.t[start] + SETTLING) + start)
+        for whole in self.unbroken:
+            first = int(
+                np.searchsorted(self.t[whole], self.t[whole.start] + SETTLING) + whole.start
+            )
             found += [
                 slice(first + part.start, first + part.stop)
-                for part in stretches(self.moving[first:end])
+                for part in stretches(self.moving[first : whole.stop])
                 if part.stop - part.start >= 3
             ]
         return found
@@ -142,29 +145,28 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
 
     The speed between its rows is that of `whole`, which may have more of them.
     """
-    starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
-    ends = np.append(starts[1:], len(log.t))
+    unbroken = parted(log.gaps, len(log))
     columns = {"x": log.x, "y": log.y, "yaw": np.unwrap(log.yaw), "speed": log.speed}
     slowest = max(REST * size, SEEN * noise_of(log.speed))
-    moving = _moving(log.t, np.abs(log.speed) > slowest, starts, ends)
+    moving = _moving(log.t, np.abs(log.speed) > slowest, unbroken)
     clean, outliers = {}, {}
     for name, values in columns.items():
         kept, found, grain = values.copy(), 0, grain_of(values)
         if name == "speed":  # a corner of its ramps is none: 6 m/s² in a row
             grain = max(grain, float(np.median(np.diff(log.t))) * 6.0 / OUTLIER)
-        for start, end in zip(starts, ends, strict=True):
-            part = slice(start, end)
+        for part in unbroken:
             kept[part], count = _without_outliers(log.t[part], values[part], moving[part], grain)
             found += count
         clean[name] = kept if found <= MOST_OUTLIERS * len(values) else values
         outliers[name] = found
     t = log.t - log.t[0]
-    for start in starts[1:]:
+    for start in log.gaps:
         t[start:] -= t[start] - t[start - 1] - PAUSE
     if log.commands is None:
         # A command holds until the next one; through a gap the one that follows it does.
         times, commands = t, log.steer.copy()
-        commands[ends[:-1] - 1] = log.steer[starts[1:]]
+        for start in log.gaps:
+            commands[start - 1] = log.steer[start]
     else:
         given, commands = log.commands
         times = _on_clock(given, log.t, t)
@@ -173,7 +175,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     if whole is not None and len(whole) > len(log):
         own = _without_outliers(whole.t, whole.speed, np.ones(len(whole), np.bool_))[0]
         speeds = (_on_clock(whole.t, log.t, t), own)
-    edges, speed, through = _cells(t, starts, ends, speeds)
+    edges, speed, through = _cells(t, log.gaps, speeds)
     acceleration = _acceleration(through, float(edges[1] - edges[0]))
     usual = _usual_speed(t, clean["yaw"], clean["speed"])
     return PreparedLog(
@@ -189,7 +191,7 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         acceleration=acceleration,
         relative_speed=np.abs(speed) / usual,
         usual_speed=usual,
-        starts=starts,
+        unbroken=unbroken,
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
         speed_noise=max(
@@ -207,14 +209,12 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
     )
 
 
-def _moving(
-    t: Array, moving: NDArray[np.bool_], starts: NDArray[np.int64], ends: NDArray[np.int64]
-) -> NDArray[np.bool_]:
+def _moving(t: Array, moving: NDArray[np.bool_], unbroken: list[slice]) -> NDArray[np.bool_]:
     """Say where the car moves; a rest is as long as `REST_TIME` at least."""
-    for start, end in zip(starts, ends, strict=True):
-        for rest in stretches(~moving[start:end]):
-            if t[start + rest.stop - 1] - t[start + rest.start] < REST_TIME:
-                moving[start:end][rest] = True
+    for part in unbroken:
+        for rest in stretches(~moving[part]):
+            if t[part][rest.stop - 1] - t[part][rest.start] < REST_TIME:
+                moving[part][rest] = True
     return moving
 
 
@@ -236,7 +236,7 @@ def _on_clock(times: Array, log: Array, clock: Array) -> Array:
 
 
 def _cells(
-    t: Array, starts: NDArray[np.int64], ends: NDArray[np.int64], speeds: tuple[Array, Array]
+    t: Array, gaps: Sequence[int], speeds: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
     """Give equal cells, and the speed of each: 0 in a gap, and steady through it.
 
@@ -248,8 +248,8 @@ def _cells(
     middle = middles(edges)
     through = np.interp(middle, *speeds)
     driven = through.copy()
-    for start, end in zip(starts[1:], ends[:-1], strict=True):
-        driven[(middle > t[end - 1]) & (middle < t[start])] = 0.0
+    for start in gaps:
+        driven[(middle > t[start - 1]) & (middle < t[start])] = 0.0
     return edges, driven, through
 
 

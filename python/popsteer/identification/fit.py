@@ -392,7 +392,7 @@ class Task:
                 self.weigh(values)
         return values
 
-    def search(self, values: Values, names: list[str], tolerance: float, most: int = 30) -> Values:
+    def search(self, values: Values, names: list[str], tolerance: float) -> Values:
         """Fit some of the parameters, with the noise as it is."""
         from scipy.optimize import least_squares
 
@@ -410,7 +410,7 @@ class Task:
             diff_step=[1e-2 if name in _CORNERS else 1e-5 for name in names],
             loss="huber",
             f_scale=2.0,
-            max_nfev=most,
+            max_nfev=30,
             xtol=1e-5,
             ftol=tolerance,
         )

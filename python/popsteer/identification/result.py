@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.files import write_text_atomic
-from popsteer.identification.arrays import chords, middles, summed
+from popsteer.identification.arrays import chords, middles, parted, summed
 from popsteer.identification.drive import SETTLING
 from popsteer.vehicle_file import as_toml
 
@@ -238,12 +238,10 @@ def compared(
 
     heading = smooth(drive.yaw - yaw, theta, drive)  # what the measured heading is ahead
     rear, slip, bias = (point.values[name] for name in ("rear_axle", "slip", "heading_bias"))
-    starts = _starts(drive)
     measured = drive.x + 1j * drive.y
     place, off = np.empty_like(measured), np.zeros_like(yaw)
-    for start, end in zip(starts, [*starts[1:], len(yaw)], strict=True):
-        part = slice(start, end)
-        course, speed = yaw[part] + heading[start] + bias, middles(drive.sample_speed[part])
+    for part in parted(_starts(drive)[1:], len(yaw)):
+        course, speed = yaw[part] + heading[part.start] + bias, middles(drive.sample_speed[part])
         aside = (rear + slip * speed**2) * np.diff(np.exp(1j * course))
         path = summed(speed * np.diff(drive.t[part]) * chords(course) - aside)
         # The mean of the first few, so that one sample's noise does not stay for 10 s.
@@ -269,12 +267,9 @@ def compared(
 def _starts(drive: PreparedLog) -> list[int]:
     """Give the samples at which the simulation restarts."""
     found: list[int] = []
-    ends = [*drive.starts[1:], len(drive.t)]
-    for start, end in zip(drive.starts, ends, strict=True):
-        first = drive.t[start]
+    for part in drive.unbroken:
+        t = drive.t[part]
         # What does not count, as nobody knows what was commanded before, is no beginning either.
-        marks = np.arange(first + SETTLING, drive.t[end - 1] - 1e-9, AFRESH)
-        marks = np.concatenate(([first], marks))
-        places = start + np.searchsorted(drive.t[start:end], marks)
-        found += [int(place) for place in places]
+        marks = np.append(t[0], np.arange(t[0] + SETTLING, t[-1] - 1e-9, AFRESH))
+        found += (part.start + np.searchsorted(t, marks)).tolist()
     return found

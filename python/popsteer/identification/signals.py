@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer.identification.arrays import chords, middles, summed
+from popsteer.identification.arrays import chords, middles, parted, summed
 from popsteer.logs import Log, LogError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     from popsteer.identification.drive import Array
@@ -247,17 +245,12 @@ def excited(log: Log) -> Log:
     return Log(**made, name=log.name, remarks=(*log.remarks, note), commands=commands)
 
 
-def parts(log: Log) -> Iterator[slice]:
-    """Give the rows of each unbroken part."""
-    yield from map(slice, [0, *log.gaps], [*log.gaps, len(log)])
-
-
 def _windows(log: Log) -> _Windows:
     """Give displacements over `WINDOW` where the speed says that the car drives one way."""
     place = log.x + 1j * log.y
     found: list[tuple[Array, ...]] = []
     travelled = summed(middles(log.speed) * np.diff(log.t))
-    for part in parts(log):
+    for part in parted(log.gaps, len(log)):
         t = log.t[part]
         # By their number, as times that are off would choose which ends they take.
         rows = max(2, round(WINDOW * (len(t) - 1) / max(float(t[-1] - t[0]), 1e-9)))
