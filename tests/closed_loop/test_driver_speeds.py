@@ -233,3 +233,59 @@ def test_wheels_that_turn_while_it_drives_follow_a_turn_of_three_arcs(
     assert command.phase == "standing"
     assert math.dist((x, y), cusps[-1]) < 0.2 * min(wheelbase, 1.0)
     assert max(nearest) < 0.2 * min(wheelbase, 1.0)
+
+
+@looped(
+    ("wheelbase", "speed", "age", "dt", "delay", "lag", "steer_lag"),
+    [
+        (0.36, 1.1, 0.42, 0.02, 0.16, 0.26, 0.0),
+        (0.33, 1.6, 0.32, 0.02, 0.14, 0.04, 0.0),
+        (0.30, 2.1, 0.50, 0.05, 0.20, 0.12, 0.0),
+        (0.53, 2.2, 0.50, 0.02, 0.08, 0.12, 0.0),
+        (2.70, 5.0, 0.30, 0.05, 0.10, 0.20, 0.0),
+        (0.36, 1.1, 0.42, 0.02, 0.16, 0.26, 0.1),
+    ],
+)
+def test_vehicle_stops_at_its_end_by_poses_that_are_old(
+    *,
+    wheelbase: float,
+    speed: float,
+    age: float,
+    dt: float,
+    delay: float,
+    lag: float,
+    steer_lag: float,
+) -> None:
+    # Its place was moved on with the acceleration of a vehicle that was not yet braking: it braked
+    # too soon, came to rest 0.06 to 0.2 m short, and said that it could not stop. Wheels that do
+    # not lag, though told so, were taken for ones that turn it by half more: it swung, and said
+    # `steering`.
+    bend = 0.2 / wheelbase
+    ends = 6.0 * wheelbase + 3.0 * speed
+    arcs = np.linspace(0.0, ends, 200)
+    points = np.column_stack((np.sin(bend * arcs), 1.0 - np.cos(bend * arcs))) / bend
+    car = popsteer.Vehicle(
+        wheelbase=wheelbase,
+        max_steer_rate=1.0,
+        steer_lag=steer_lag,
+        max_speed=speed,
+        max_deceleration=3.0,
+        drive_delay=delay,
+        drive_lag=lag,
+    )
+    driver = popsteer.Driver(popsteer.Path(points), car)
+    x = y = yaw = driven = pull = wheel = 0.0
+    poses, pedals = [(x, y, yaw, driven)] * (round(age / dt) + 1), [0.0] * round(delay / 0.01)
+    for _ in range(round(60.0 / dt)):
+        command = driver.step(*poses[-1 - round(age / dt)], dt, pose_age=age)
+        assert command.fault is None
+        for _ in range(round(dt / 0.01)):
+            wheel += max(min(command.steer - wheel, 0.01), -0.01)
+            pedals.append(command.acceleration)
+            pull += (pedals.pop(0) - pull) * (1.0 - math.exp(-0.01 / lag))
+            driven = 0.0 if command.hold and driven < 0.01 else max(driven + 0.01 * pull, 0.0)
+            yaw += 0.01 * driven * math.tan(wheel) / wheelbase
+            x, y = x + 0.01 * driven * math.cos(yaw), y + 0.01 * driven * math.sin(yaw)
+        poses.append((x, y, yaw, driven))
+    assert command.phase == "standing"
+    assert math.dist((x, y), points[-1]) < 0.01 + 0.03 * wheelbase

@@ -129,12 +129,13 @@ impl<L: LateralLaw> Driver<L> {
         let Some((vehicle, reported)) = self.complete(state, &sensed, dt) else {
             return self.repeat(state);
         };
-        // Place: where on the path that is.
+        // Place: where on the path that is. From an old pose it is where the drive has moved it since.
         let comes = state.signals.has_pose();
         let TrackerState { tracking, model } = &mut state.tracker;
-        let seen = self
-            .tracker
-            .see(path, tracking, model, vehicle, dt, (reported, comes));
+        let (law, age) = (self.speed.law(), reported.pose_age);
+        let moved = |speed| Some(law.moved(&state.speed, speed, age, dt));
+        let came = (reported, comes, moved);
+        let seen = self.tracker.see(path, tracking, model, vehicle, dt, came);
         state.signals.believed = Some(seen.here);
         self.judge(state, &seen);
         // Speed law: what do the pedals do? It stops for a fault as for its operator.

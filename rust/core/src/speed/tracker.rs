@@ -280,8 +280,7 @@ impl SpeedTracker {
             state.gate = Some(Gate::new(vehicle, age));
         }
         if age > 0.0 {
-            let gear = state.law.gear();
-            let gone = gear * self.law.gone(&state.law, gear * speed, age, dt);
+            let gone = self.law.moved(&state.law, speed, age, dt).travelled;
             believed = rolled(car, believed, (gone, state.bend), speed);
         }
         (VehicleState { speed, ..believed }, status)

@@ -123,7 +123,7 @@ impl<L: LateralLaw> Tracker<L> {
                 model,
                 told.bounded(),
                 dt,
-                (Reported::NOTHING, true),
+                (Reported::NOTHING, true, |_| None),
             );
             self.turn(path, tracking, &seen, straight);
             pace = drive(vehicle, Some(&seen));

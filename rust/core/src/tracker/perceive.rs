@@ -9,7 +9,7 @@ use crate::tracker::state::{Model, Tracking};
 use crate::tracker::step::Tracker;
 use crate::vehicle::past::Past;
 use crate::vehicle::wheels::Reached;
-use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Motion, Vehicle, VehicleState};
 
 /// The vehicle at a step: as it is measured, and as it is predicted for the controller.
 pub(super) struct Perception {
@@ -76,7 +76,8 @@ impl<L: LateralLaw> Tracker<L> {
     /// Measured and predicted vehicle, after the last command `steer` [rad], the speed that was `told`
     /// [m/s] and all that is `reported`,
     /// which is checked: observes the motion since the last pose, in which the wheels did what they
-    /// `reached`, puts the last command in flight, and predicts.
+    /// `reached`, puts the last command in flight, and predicts. Since an old pose the drive `moved` the
+    /// vehicle; where that is not known, the acceleration does that was seen until then.
     #[inline]
     pub(super) fn perceive(
         &self,
@@ -84,7 +85,7 @@ impl<L: LateralLaw> Tracker<L> {
         model: &mut Model,
         vehicle: VehicleState,
         reached: &Reached,
-        reported: Reported,
+        (reported, moved): (Reported, Option<Motion>),
     ) -> Perception {
         let (car, age) = (self.law.vehicle(), reported.pose_age);
         let mut in_flight = model.in_flight.as_mut().filter(|_| self.models);
@@ -116,7 +117,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         let (here, now) = match &model.past {
             Some(past) if age > 0.0 => {
-                let now = past.advance(car, old, age, &estimate).bounded();
+                let now = rolled(past, car, old, (age, moved), &estimate).bounded();
                 (now.ahead(-car.no_slip()).bounded(), now)
             }
             _ => (vehicle, old),
@@ -136,26 +137,63 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Updates the estimated slip. `vehicle` is the measured pose, with the speed as told, `dt` [s] after
-    /// the last one, and `bend` its curvature [1/m] before. A change of the driving direction interrupts
-    /// the estimation.
+    /// Updates the estimated slip, by the `vehicle` at a new pose, whose speed was `told` [m/s] and whose wheels
+    /// did what they `reached` since the last. A change of the driving direction interrupts the estimation.
     #[inline]
     pub(super) fn observe_slip(
         &self,
         estimator: &mut Estimator,
         adapt: &AdaptParams,
         here: &Located,
-        vehicle: VehicleState,
-        (dt, bend): (f64, f64),
+        (vehicle, told): (VehicleState, f64),
+        reached: &Reached,
+        known: &Estimate,
     ) {
+        if reached.wheels.is_none() {
+            // A pose that was given before carries no new information.
+            if here.direction_changed {
+                estimator.last_measured = None;
+            }
+            return;
+        }
         let car = self.law.vehicle();
-        let now = vehicle.ahead(car.no_slip());
+        let as_told = VehicleState {
+            speed: told,
+            ..vehicle
+        };
+        let now = as_told.ahead(car.no_slip());
         if here.direction_changed || here.vehicle.speed <= 0.0 {
             estimator.last_measured = Some(now);
             return;
         }
-        estimator.observe_slip(adapt, car, now, bend, dt);
+        let bend = reached.first_bend(car, vehicle.speed, known);
+        estimator.observe_slip(adapt, car, now, bend, reached.time);
         estimator.last_measured = Some(now);
+    }
+}
+
+/// The no-slip point of a vehicle that was at `old` `age` [s] ago, since which the drive `moved` it, now.
+#[inline]
+fn rolled(
+    past: &Past,
+    car: &Vehicle,
+    old: VehicleState,
+    (age, moved): (f64, Option<Motion>),
+    estimate: &Estimate,
+) -> VehicleState {
+    let Some(moved) = moved else {
+        return past.advance(car, old, age, estimate);
+    };
+    // At its mean speed it goes as far.
+    let speed = moved.travelled / age;
+    let steady = Estimate {
+        acceleration: 0.0,
+        ..*estimate
+    };
+    let now = past.advance(car, VehicleState { speed, ..old }, age, &steady);
+    VehicleState {
+        speed: moved.speed,
+        ..now
     }
 }
 

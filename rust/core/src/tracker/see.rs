@@ -14,12 +14,14 @@ use crate::tracker::step::Tracker;
 use crate::vehicle::gate::Gate;
 use crate::vehicle::past::MAX_POSE_AGE;
 use crate::vehicle::wheels::Reached;
-use crate::vehicle::{Estimate, VehicleState};
+use crate::vehicle::{Estimate, Motion, VehicleState};
 
 impl<L: LateralLaw> Tracker<L> {
     /// The first half of a step: what time it is, where the vehicle is believed to be, and where on
     /// the path that is. Arguments as of [`advance`](Self::advance), checked, but for the pose, which is
     /// that of the vehicle's point wherever its antenna lies, and the expected one where none `comes`.
+    /// `moved` says how the drive has moved a vehicle of this speed [m/s] since a pose of the age reported;
+    /// None where no drive is known.
     ///
     /// What the vehicle is is learnt from one measured pose to the next: one that is expected, repeats or
     /// is an outlier shows nothing.
@@ -31,7 +33,7 @@ impl<L: LateralLaw> Tracker<L> {
         model: &mut Model,
         vehicle: VehicleState,
         period: f64,
-        (reported, comes): (Reported, bool),
+        (reported, comes, moved): (Reported, bool, impl FnOnce(f64) -> Option<Motion>),
     ) -> Seen {
         let dt = state.elapse(&mut model.estimator, period);
         if let Some(applied) = reported.applied_steer {
@@ -43,6 +45,8 @@ impl<L: LateralLaw> Tracker<L> {
         let known = model.estimator.estimate;
         let (told, vehicle, signal) = self.hear(state, &known, vehicle, dt);
         let [lately, mut reached] = self.reach(state, model, dt, age);
+        let last = state.answer.as_ref().map(|last| last.vehicle.speed);
+        let before = state.gate.map(|gate| gate.believed.speed).or(last);
         let (vehicle, pose, jumped) = if comes {
             self.believe(state, model, vehicle, [&lately, &reached], age)
         } else {
@@ -54,34 +58,35 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let expected = pose.contains(Status::OUTLIER) || pose.contains(Status::POSE_STALE);
         note_pose(model, &mut reached, age, comes && (jumped || !expected));
-        let perception = self.perceive((state.steer, dt, told), model, vehicle, &reached, reported);
+        let moved = if age > 0.0 {
+            moved(vehicle.speed)
+        } else {
+            None
+        };
+        let steered = (state.steer, dt, told);
+        let perception = self.perceive(steered, model, vehicle, &reached, (reported, moved));
         let mut belief = perception.belief;
 
         let (here, predicted) = (perception.here, perception.predicted);
         // Since the last step it may have driven faster than now.
-        let last = state.answer.as_ref();
-        let faster = last.map_or(0.0, |last| last.vehicle.speed.abs());
-        let travelled = larger(here.speed.abs(), faster) * dt;
+        let travelled = larger(here.speed.abs(), last.map_or(0.0, f64::abs)) * dt;
         let follow = self.law.follow();
         let located = self.find(path, state, here, dt, travelled);
         if let Some(adapt) = self.adapt() {
-            // A pose that was given before carries no new information.
-            if reached.wheels.is_some() {
-                let bend = reached.first_bend(self.law.vehicle(), vehicle.speed, &known);
-                let since = (reached.time, bend);
-                let as_told = VehicleState {
-                    speed: told,
-                    ..vehicle
-                };
-                self.observe_slip(&mut model.estimator, adapt, &located, as_told, since);
-            } else if located.direction_changed {
-                model.estimator.last_measured = None;
-            }
-            belief.estimate = model.estimator.estimate;
+            let estimator = &mut model.estimator;
+            self.observe_slip(
+                estimator,
+                adapt,
+                &located,
+                (vehicle, told),
+                &reached,
+                &known,
+            );
+            belief.estimate = estimator.estimate;
         }
         let delays = self.models && belief.estimate.delays(self.law.vehicle());
         let moved = delays.then(|| follow.offset(path, &located, predicted, travelled));
-        let fault = self.find_faults(state, model, &located, vehicle, [lately, reached]);
+        let fault = self.find_faults(state, model, &located, (vehicle, before), [lately, reached]);
         Seen {
             here,
             located,
@@ -172,14 +177,15 @@ impl<L: LateralLaw> Tracker<L> {
         (believed, status, jumped)
     }
 
-    /// Compares the motion since the last measured pose with the commands, and returns the faults.
+    /// Compares the motion since the last measured pose with the commands, and returns the faults. It had
+    /// the speed `before` [m/s]; None at the first.
     #[inline]
     fn find_faults(
         &self,
         state: &mut Tracking<L::State>,
         model: &Model,
         here: &Located,
-        vehicle: VehicleState,
+        (vehicle, before): (VehicleState, Option<f64>),
         [lately, since]: [Reached; 2],
     ) -> Status {
         let Some(monitor) = &self.monitor else {
@@ -189,7 +195,7 @@ impl<L: LateralLaw> Tracker<L> {
         let now = Measured {
             here,
             vehicle,
-            last_speed: answer.map_or(vehicle.speed, |answer| answer.vehicle.speed),
+            last_speed: before.unwrap_or(vehicle.speed),
             // Where wheels are modelled, a pose that shows nothing has none.
             reached: lately.wheels.map(|_| since),
             estimator: self.adapt().map(|_| &model.estimator),

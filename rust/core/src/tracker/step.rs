@@ -326,7 +326,7 @@ impl<L: LateralLaw> Tracker<L> {
             return Ok(state.hold(dt));
         };
         let vehicle = antenna.left(-car.antenna_offset(reported.roll));
-        let seen = self.see(path, state, model, vehicle, dt, (reported, true));
+        let seen = self.see(path, state, model, vehicle, dt, (reported, true, |_| None));
         Ok(self.turn(path, state, &seen, false))
     }
 

@@ -123,16 +123,24 @@ impl SpeedLaw {
         }
     }
 
-    /// How far a vehicle goes along its path in `age` [s] until the end of the period `dt` [s] that this
-    /// step ends, after the `speed` [m/s] along it [m].
-    pub fn gone(&self, state: &SpeedState, speed: f64, age: f64, dt: f64) -> f64 {
+    /// How the drive has moved a vehicle in the `age` [s] until the end of the period `dt` [s] that this step
+    /// ends, after the `speed` [m/s]; backwards all of it is negative.
+    pub(crate) fn moved(&self, state: &SpeedState, speed: f64, age: f64, dt: f64) -> Motion {
         let Some(mut drive) = state.drive else {
-            return speed * age;
+            return Motion {
+                pull: 0.0,
+                speed,
+                travelled: speed * age,
+            };
         };
         drive.elapse(&self.car, state.acceleration, dt, age);
-        drive
-            .since(&self.car, speed, state.observer.answer(0.0), age)
-            .travelled
+        let gear = state.gear();
+        let along = drive.since(&self.car, gear * speed, state.observer.answer(0.0), age);
+        Motion {
+            pull: gear * along.pull,
+            speed: gear * along.speed,
+            travelled: gear * along.travelled,
+        }
     }
 
     /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`.
@@ -147,14 +155,8 @@ impl SpeedLaw {
     /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
     /// a vehicle that had the `speed` [m/s]; both are negative backwards. Brakes hold one at rest.
     pub(crate) fn expected(&self, state: &SpeedState, speed: f64, dt: f64) -> f64 {
-        let Some(mut drive) = state.drive else {
-            return 0.0;
-        };
-        drive.elapse(&self.car, state.acceleration, dt, dt);
         let gear = state.gear();
-        let along = gear * speed;
-        let moved = drive.since(&self.car, along, state.observer.answer(0.0), dt);
-        let pulls = (moved.speed - along) / dt;
+        let pulls = gear * (self.moved(state, speed, dt, dt).speed - speed) / dt;
         if pulls < 0.0 && speed.abs() <= 0.0 {
             0.0
         } else {

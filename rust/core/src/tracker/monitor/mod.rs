@@ -45,7 +45,7 @@ pub(super) struct Measured<'a> {
     pub(super) here: &'a Located,
     /// The vehicle by the last pose of its own point.
     pub(super) vehicle: VehicleState,
-    /// Its speed at the last step [m/s].
+    /// Its speed at the pose before [m/s].
     pub(super) last_speed: f64,
     /// What the modelled wheels did since the last measured pose, without wheels where this step has none;
     /// None if they are not modelled.
