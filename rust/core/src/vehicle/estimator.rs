@@ -39,7 +39,8 @@
 //! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
 //! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
 //!
-//! Assumed: the lag is right; a lag that is longer than given is mostly taken for dead time.
+//! Assumed: the lag is right. A lag that is longer than given is mostly taken for dead time, one that is
+//! shorter for less dead time than none, down to the lag; by that nothing is predicted.
 
 use super::kalman::{self, Change, Innovation, Walk};
 use super::wheels::{Reached, WheelIntegrals};
@@ -266,7 +267,9 @@ impl Estimator {
         turning.constrain(1, least, Self::MAX_UNDERSTEER);
         turning.keep(2, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
         let (least, most) = Self::longer_range(vehicle);
-        turning.keep(3, least, most);
+        // Wheels that lag less than told are early ones to this filter, though no command is: what they do
+        // is not left to gain and offset.
+        turning.keep(3, least - vehicle.steer_lag, most);
         self.publish_delay(vehicle, dt);
         innovation
     }
@@ -276,7 +279,11 @@ impl Estimator {
         let found = self.turning.get(3);
         // A vehicle that was given without a dead time is predicted only where it shows one.
         let is_none = vehicle.dead_time <= 0.0 && found < Self::LEAST_DEAD_TIME;
-        let found = if is_none { 0.0 } else { found };
+        let found = if is_none {
+            0.0
+        } else {
+            larger(found, -vehicle.dead_time)
+        };
         let (most, longer) = (Self::DELAY_RATE * dt, self.estimate.longer_dead_time);
         self.estimate.longer_dead_time = saturate(found, longer - most, longer + most);
     }

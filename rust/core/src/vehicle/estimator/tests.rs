@@ -26,8 +26,24 @@ fn estimated_in(
     acceleration: f64,
     jump: f64,
 ) -> Estimator {
-    let real = car(3.0, 0.2, steer_offset);
-    let (mut there, mut known) = (InFlight::settled(&real, 0.0), InFlight::settled(given, 0.0));
+    estimated_of(
+        &car(3.0, 0.2, steer_offset),
+        periods,
+        given,
+        acceleration,
+        jump,
+    )
+}
+
+/// The same of the vehicle `real`.
+fn estimated_of(
+    real: &Vehicle,
+    periods: &[f64],
+    given: &Vehicle,
+    acceleration: f64,
+    jump: f64,
+) -> Estimator {
+    let (mut there, mut known) = (InFlight::settled(real, 0.0), InFlight::settled(given, 0.0));
     let mut estimator = Estimator::default();
     let mut vehicle = VehicleState {
         x: 0.0,
@@ -43,7 +59,7 @@ fn estimated_in(
         let command = 0.1 * sin(time);
         for _ in 0..10 {
             let step = 0.1 * dt;
-            there.elapse(&real, command, step, 0.0);
+            there.elapse(real, command, step, 0.0);
             let curvature = tan(there.wheel()) / 3.0;
             vehicle = advance(vehicle, vehicle.speed * step, curvature, 0.0);
             vehicle.speed += acceleration * step;
@@ -61,6 +77,22 @@ fn estimated_in(
         known.elapse(given, command, dt, longer);
     }
     estimator
+}
+
+#[test]
+fn test_wheels_that_lag_less_than_told_leave_gain_and_offset_alone() {
+    let given = car(3.0, 0.0, 0.0);
+    let real = Vehicle {
+        steer_lag: 0.0,
+        ..given
+    };
+    let found = estimated_of(&real, &[0.05], &given, 0.0, 0.0);
+    assert!((found.turning.get(3) + 0.1).abs() < 0.02, "{found:?}");
+    // No command acts before it is given.
+    assert_eq!(found.estimate.longer_dead_time, 0.0);
+    assert!((found.estimate.gain - 1.0).abs() < 0.01, "{found:?}");
+    assert!(found.estimate.steer_offset.abs() < 0.002, "{found:?}");
+    assert!(found.checked(&given).is_ok());
 }
 
 #[test]
