@@ -106,6 +106,8 @@ def test_driver_before_anything_is_known_holds_and_is_no_fault() -> None:
         assert drive.hold
         assert drive.fault is None
         assert "input-held" in str(drive.status)
+        # A loop that ends where it stands at its stop waits.
+        assert (drive.phase, drive.distance_to_stop) == ("stopped", inf)
     assert not driver.step(*POSE, 0.05).hold
 
 

@@ -66,7 +66,7 @@
 #define POPSTEER_PHASE_SHIFTING 4
 
 /**
- * Brakes or stands as it was told to, or for a fault.
+ * Brakes or stands as it was told to, for a fault, or as long as nothing is known of it.
  */
 #define POPSTEER_PHASE_STOPPED 5
 

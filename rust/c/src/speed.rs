@@ -55,7 +55,7 @@ pub const POPSTEER_PHASE_STANDING: u32 = 2;
 pub const POPSTEER_PHASE_TURNING: u32 = 3;
 /// Stands until its gear is in.
 pub const POPSTEER_PHASE_SHIFTING: u32 = 4;
-/// Brakes or stands as it was told to, or for a fault.
+/// Brakes or stands as it was told to, for a fault, or as long as nothing is known of it.
 pub const POPSTEER_PHASE_STOPPED: u32 = 5;
 
 impl Field<Phase> for u32 {

@@ -268,7 +268,7 @@ impl<L: LateralLaw> Driver<L> {
     /// The last answer once more, where no time passes or nothing is known: at rest before the first.
     fn repeat(&self, state: &mut DriverState<L::State>) -> Drive {
         let stopped = state.signals.repeats > REPEATS;
-        let mut pace = SpeedCommand::STANDING;
+        let mut pace = SpeedCommand::WAITING;
         if let Some(last) = state.pace {
             pace = last;
             let missing = state.signals.fault(self.params.hold_time);

@@ -61,7 +61,7 @@ impl SpeedTrackerState {
         self.held = self.held.saturating_add(1);
         SpeedCommand {
             status: Status::held(self.held, HOLD_LIMIT),
-            ..self.command.unwrap_or(SpeedCommand::STANDING)
+            ..self.command.unwrap_or(SpeedCommand::WAITING)
         }
     }
 }

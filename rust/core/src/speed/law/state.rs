@@ -27,7 +27,7 @@ pub enum Phase {
     Turning,
     /// It stands until its gear is in.
     Shifting,
-    /// It brakes or stands as it was told to, or for a fault.
+    /// It brakes or stands as it was told to, for a fault, or as long as nothing is known of it.
     Stopped,
 }
 
@@ -85,16 +85,16 @@ pub struct SpeedCommand {
 }
 
 impl SpeedCommand {
-    /// Before anything is known: stand.
-    pub(crate) const STANDING: Self = Self {
+    /// Before anything is known: stand, and not as one that has arrived.
+    pub(crate) const WAITING: Self = Self {
         acceleration: 0.0,
         speed: 0.0,
         reference_speed: 0.0,
-        distance_to_stop: 0.0,
+        distance_to_stop: f64::INFINITY,
         reverse: false,
         standing: true,
         cannot_stop: false,
-        phase: Phase::Standing,
+        phase: Phase::Stopped,
         status: Status::OK,
     };
 
