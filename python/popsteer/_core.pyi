@@ -296,6 +296,7 @@ class Estimate(_Answer):
     gain: float = 1.0
     steer_offset: float = 0.0
     dead_time: float = 0.0
+    steer_lag: float = 0.0
     slip: float = 0.0
     slip_length: float = 0.0
     acceleration: float = 0.0

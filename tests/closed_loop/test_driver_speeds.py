@@ -244,6 +244,7 @@ def test_wheels_that_turn_while_it_drives_follow_a_turn_of_three_arcs(
         (0.53, 2.2, 0.50, 0.02, 0.08, 0.12, 0.0),
         (2.70, 5.0, 0.30, 0.05, 0.10, 0.20, 0.0),
         (0.36, 1.1, 0.42, 0.02, 0.16, 0.26, 0.1),
+        (0.43, 1.9, 0.20, 0.02, 0.10, 0.10, 0.2),
     ],
 )
 def test_vehicle_stops_at_its_end_by_poses_that_are_old(

@@ -86,6 +86,15 @@ def test_preview_pop_of_a_wrong_vehicle_stays_on_authors_track(
     assert _metrics(path, adapt, **given).settled_mean_abs_cross_track_error <= 0.03
 
 
+@pytest.mark.parametrize("lag", [0.15, 0.2, 0.3])
+def test_preview_pop_that_is_told_too_long_a_lag_finds_that_out(
+    path: popsteer.Path, lag: float
+) -> None:
+    # As exact as with the right one, 0.1 s; with 0.3 s the error was 0.0195 m.
+    metrics = _metrics(path, AdaptParams(), steer_lag=lag)
+    assert metrics.settled_mean_abs_cross_track_error <= 0.003
+
+
 def test_preview_pop_in_noise_stays_on_authors_track(path: popsteer.Path) -> None:
     noise = Noise(position=0.1, yaw=0.005)
     for adapt in (AdaptParams(), QUICK):

@@ -149,7 +149,7 @@ RANGES: list[tuple[str, float, float, str]] = [
     ),
 ]
 # Not of preview POP, whose commands in flight would have to be as long.
-LONGER = [("estimator.estimate.longer_dead_time", 0.0, 0.25, "longer_dead_time")]
+LONGER = [("estimator.estimate.longer_dead_time", -0.1, 0.25, "longer_dead_time")]
 OWN_RANGES: dict[str, list[tuple[str, float, float, str]]] = {
     "Pop": [*LONGER, ("law.previous_steer", -1.22, 1.22, "")],
     "PreviewPop": [

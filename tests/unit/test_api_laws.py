@@ -150,16 +150,18 @@ def test_law_tracks_its_point_from_the_pose(law: Law) -> None:
 def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
     given = CAR.replace(steer_offset=0.01)
     controller = _controller(law, given)
-    assert controller.estimate == popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
+    told = popsteer.Estimate(steer_offset=0.01, dead_time=0.15, steer_lag=given.steer_lag)
+    assert controller.estimate == told
     for k in range(40):
         controller.step(10.0 + 0.25 * k, 0.1, 0.02 * math.sin(0.3 * k), 5.0, 0.05)
     estimate, state = controller.estimate, controller.state.estimator.estimate
-    assert estimate != popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
+    assert estimate != told
     # The gain is fitted anew from the sums, whose noise is known a little better by then.
     assert estimate.as_dict() == {
         "gain": pytest.approx(state.gain, rel=1e-4),
         "steer_offset": 0.01 + state.steer_offset,
         "dead_time": 0.15 + state.longer_dead_time,
+        "steer_lag": given.steer_lag,
         "slip": state.slip,
         "slip_length": state.slip_length,
         "acceleration": state.acceleration,

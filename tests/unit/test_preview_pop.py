@@ -168,7 +168,7 @@ def test_preview_pop_that_does_not_adapt_estimates_nothing() -> None:
     law = PreviewPop(LINE, adapt=None)
     for k in range(20):
         law.step(20.0 + 0.5 * k, 0.1 * k, 0.05 * k, 10.0, DT)
-    assert law.estimate == popsteer.Estimate()
+    assert law.estimate == popsteer.Estimate(steer_lag=law.vehicle.steer_lag)
 
 
 def test_preview_pop_finds_slip_straight_on_and_by_curvature() -> None:

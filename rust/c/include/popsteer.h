@@ -357,6 +357,10 @@ typedef struct popsteer_estimate {
      */
     double dead_time;
     /**
+     * Time constant of the wheels' response [s]: the vehicle's `steer_lag`, or less.
+     */
+    double steer_lag;
+    /**
      * Angle of the motion of the point that does not slip to the heading, straight on [rad].
      */
     double slip;

@@ -124,6 +124,8 @@ pub struct CEstimate {
     /// Time from a command to its first effect on the wheels [s], the vehicle's `dead_time`
     /// included.
     pub dead_time: f64,
+    /// Time constant of the wheels' response [s]: the vehicle's `steer_lag`, or less.
+    pub steer_lag: f64,
     /// Angle of the motion of the point that does not slip to the heading, straight on [rad].
     pub slip: f64,
     /// How much that angle grows with the curvature [m].
@@ -135,7 +137,7 @@ pub struct CEstimate {
 }
 
 answer_fields!(CEstimate, Known, {
-    gain, steer_offset, dead_time, slip, slip_length, acceleration, speed_scale
+    gain, steer_offset, dead_time, steer_lag, slip, slip_length, acceleration, speed_scale
 });
 
 /// No angle but the last command was applied, and the pose is that of now.

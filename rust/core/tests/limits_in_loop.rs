@@ -3,8 +3,8 @@
 
 use popsteer_core::laws::{PreviewPop, PreviewPopParams};
 use popsteer_core::status::Status;
-use popsteer_core::vehicle::InFlight;
 use popsteer_core::vehicle::bicycle::advance;
+use popsteer_core::vehicle::{AdaptParams, InFlight};
 use popsteer_core::{Path, Reported, Tracker, Vehicle, VehicleState};
 
 /// The bicycle of the straight: 2.7 m, lag 0.15 s.
@@ -250,7 +250,12 @@ fn test_limits_that_do_not_bind_change_no_bit() {
             steer_span_rate: Some(90.0),
             ..PreviewPopParams::DEFAULT
         };
-        Tracker::of(PreviewPop::new(vehicle, params).unwrap())
+        // This vehicle does not obey: of wheels that did not lag any more every rate would bind.
+        let adapt = AdaptParams {
+            turn_time: 0.0,
+            ..AdaptParams::DEFAULT
+        };
+        Tracker::new(PreviewPop::new(vehicle, params).unwrap(), Some(adapt)).unwrap()
     };
     let (loose, none) = (law(loose), law(none));
     let (mut a, mut b) = (loose.initial_state(), none.initial_state());

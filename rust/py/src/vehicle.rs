@@ -168,6 +168,8 @@ record! {
         "Angle of the wheels at the command 0 [rad].";
     dead_time: f64 = 0.0, "float, default 0.0",
         "Time from a command to its first effect on the wheels [s].";
+    steer_lag: f64 = 0.0, "float, default 0.0",
+        "Time constant of the wheels' response [s]: the given one, or less where they turn sooner than without a dead time. One that is longer than given is in the dead time.";
     slip: f64 = 0.0, "float, default 0.0",
         "Angle of the motion of the no-slip point to the heading, straight on [rad].";
     slip_length: f64 = 0.0, "float, default 0.0",
@@ -176,7 +178,7 @@ record! {
         "Acceleration [m/s^2].";
     speed_scale: f64 = 1.0, "float, default 1.0",
         "Ratio of the speed, by the poses, to what the speed signal says: wheels that slip, tyres of another size. What a step is given is multiplied by it.";
-    @shown as "(*, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0, speed_scale=1.0)", with as_dict;
+    @shown as "(*, gain=1.0, steer_offset=0.0, dead_time=0.0, steer_lag=0.0, slip=0.0, slip_length=0.0, acceleration=0.0, speed_scale=1.0)", with as_dict;
     @examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
         /// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)

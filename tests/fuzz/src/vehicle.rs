@@ -195,15 +195,14 @@ impl Life {
         let estimate = self.estimator.estimate;
         let turning = |estimate: &Estimate| (estimate.gain, estimate.steer_offset);
         assert!(self.adapt.turn_time > 0.0 || turning(&estimate) == turning(&before));
-        let late = estimate.longer_dead_time - before.longer_dead_time;
+        let late = estimate.dead_time(&self.car) - before.dead_time(&self.car);
         assert!(late.abs() <= dt * (1.0 + 1e-12) + 1e-15);
         late
     }
 
     /// Commands in flight last the dead time, and the wheels are where commands can bring them.
     fn check_in_flight(&self) {
-        let longer = self.estimator.estimate.longer_dead_time;
-        let dead_time = self.car.dead_time + longer;
+        let dead_time = self.estimator.estimate.dead_time(&self.car);
         let total: f64 = self
             .in_flight
             .commands()
@@ -211,7 +210,7 @@ impl Life {
             .sum();
         assert!((total - dead_time).abs() <= 1e-9 * (1.0 + dead_time));
         assert!(self.in_flight.commands().count() <= InFlight::CAPACITY);
-        assert_eq!(self.in_flight.check(&self.car, longer), Ok(()));
+        assert_eq!(self.in_flight.check(dead_time), Ok(()));
         for (steer, duration) in self.in_flight.commands() {
             assert!((self.least - 1e-12..=self.most + 1e-12).contains(&steer));
             assert!(duration >= 0.0);
@@ -261,9 +260,9 @@ impl Life {
     /// A state that was reached is accepted, and goes on alike.
     fn restore(&mut self, bytes: &mut Bytes) {
         let (car, wheel) = (&self.car, self.in_flight.wheel());
-        let longer = self.estimator.estimate.longer_dead_time;
+        let dead_time = self.estimator.estimate.dead_time(car);
         let commands: Vec<_> = self.in_flight.commands().collect();
-        let restored = InFlight::restore(car, commands.iter().copied(), wheel, longer);
+        let restored = InFlight::restore(commands.iter().copied(), wheel, dead_time);
         let restored = restored.expect("it was reached");
         assert_eq!(restored, self.in_flight);
         self.in_flight = restored;
@@ -277,8 +276,7 @@ impl Life {
             })
             .collect();
         let wheel = symmetric(bytes, 1.0, FRAC_PI_2);
-        let longer = estimate(bytes, car.wheelbase, car.dead_time).longer_dead_time;
-        let dead_time = car.dead_time + longer;
+        let dead_time = estimate(bytes, car.wheelbase, car.dead_time).dead_time(car);
         let slack = 1e-9 * (1.0 + dead_time);
         let total = made.iter().fold(0.0, |sum, (_, duration)| sum + duration);
         let good = wheel.abs() <= FRAC_PI_2
@@ -286,7 +284,7 @@ impl Life {
                 steer.abs() <= FRAC_PI_2 && (0.0..=dead_time + slack).contains(&duration)
             })
             && (dead_time - slack..=dead_time + slack).contains(&total);
-        let answer = InFlight::restore(car, made.into_iter(), wheel, longer);
+        let answer = InFlight::restore(made.into_iter(), wheel, dead_time);
         assert_eq!(answer.is_ok(), good);
     }
 
@@ -299,7 +297,7 @@ impl Life {
         assert!(seen.x.is_finite() && seen.y.is_finite() && seen.yaw.is_finite());
         assert!(wheel.abs() <= car.max_steer + 1e-12);
         assert_eq!(seen.bounded().checked(), Ok(seen.bounded()));
-        let ahead = car.dead_time + estimate.longer_dead_time + 1e-9;
+        let ahead = estimate.dead_time(car) + 1e-9;
         let gained = estimate.acceleration.abs() * ahead;
         let rounding = 1e-9 * (1.0 + gained + state.speed.abs());
         assert!((seen.speed - state.speed).abs() <= gained + rounding);

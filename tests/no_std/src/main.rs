@@ -188,10 +188,9 @@ fn in_flight(vehicle: VehicleState) -> f64 {
     let (seen, wheel) = in_flight.predict(&car, vehicle, in_flight.wheel(), &estimate);
     let integrals = in_flight.wheel_integrals(&car, black_box(0.2), black_box(0.05));
     let restored = InFlight::restore(
-        &car,
         black_box([(0.1, 0.05), (0.2, 0.1)]).into_iter(),
         in_flight.wheel(),
-        black_box(0.0),
+        black_box(car.dead_time),
     );
     let sum: f64 = in_flight.commands().map(|(steer, _)| steer).sum();
     let turned = seen.x + wheel + integrals.turn;

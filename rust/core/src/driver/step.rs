@@ -227,21 +227,22 @@ impl<L: LateralLaw> Driver<L> {
         } = state;
         let begun = signals.believed.is_some();
         let before = signals.believed.map_or(0.0, |last| last.speed);
+        let known = tracker.model.estimator.estimate;
+        let quicker = known.quicker(car);
         // Made only where something is missing: the commands in flight are many.
         let steered = || {
             let expected = self.speed.law().expected(speed, before, dt);
             Steered {
-                car,
+                car: quicker.as_ref().unwrap_or(car),
                 noise: Gate::noise_of(tracker.tracking.gate.as_ref()),
                 in_flight: tracker.model.in_flight.as_ref(),
                 steer: tracker.tracking.steer,
                 estimate: Estimate {
                     acceleration: expected,
-                    ..tracker.model.estimator.estimate
+                    ..known
                 },
             }
         };
-        let known = tracker.model.estimator.estimate;
         let last = signals.believed;
         let vehicle = located(car, antenna, last, reported.roll);
         let (age, fault) = (reported.pose_age, state.fault);

@@ -75,8 +75,9 @@ impl<L: LateralLaw> Tracker<L> {
         let Some(answer) = state.answer else {
             return Ok(0);
         };
-        let car = self.vehicle();
         let (mut state, mut estimate, mut plant) = self.estimated(state);
+        let quicker = estimate.quicker(self.vehicle());
+        let car = quicker.as_ref().unwrap_or(self.vehicle());
         let mut vehicle = answer.vehicle;
         let mut remaining = answer.ahead.distance_to_stop;
         let count = out.len();

@@ -31,7 +31,9 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         age: f64,
     ) -> [Reached; 2] {
-        let (car, steer) = (self.law.vehicle(), state.steer);
+        let (told, steer) = (self.law.vehicle(), state.steer);
+        let quicker = model.estimator.estimate.quicker(told);
+        let car = quicker.as_ref().unwrap_or(told);
         // A tracker that models nothing ignores what a state of another vehicle holds.
         let in_flight = model.in_flight.as_ref().filter(|_| self.models);
         let standing = car.at_wheels(steer + car.steer_offset);
@@ -101,7 +103,11 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let estimator = &mut model.estimator;
         let old = vehicle.ahead(car.no_slip());
-        let before = estimator.estimate.longer_dead_time;
+        let (before, quicker) = (
+            estimator.estimate.longer_dead_time,
+            estimator.estimate.quicker(car),
+        );
+        let dead_time = estimator.estimate.dead_time(car);
         // A pose that was given before carries no new information.
         if let (Some(adapt), Some(wheels)) = (self.adapt(), reached.wheels) {
             let as_told = VehicleState { speed: told, ..old };
@@ -124,7 +130,9 @@ impl<L: LateralLaw> Tracker<L> {
         };
         let (predicted, wheel) = match &mut in_flight {
             Some(in_flight) => {
-                in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
+                let car = quicker.as_ref().unwrap_or(car);
+                let longer = estimate.dead_time(car) - dead_time;
+                in_flight.elapse(car, steer, dt, longer);
                 let measured = reported.measured_steer;
                 arrival(car, in_flight, measured, [here, now], &estimate)
             }

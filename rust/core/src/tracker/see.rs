@@ -45,8 +45,7 @@ impl<L: LateralLaw> Tracker<L> {
         let known = model.estimator.estimate;
         let (told, vehicle, signal) = self.hear(state, &known, vehicle, dt);
         let [lately, mut reached] = self.reach(state, model, dt, age);
-        let last = state.answer.as_ref().map(|last| last.vehicle.speed);
-        let before = state.gate.map(|gate| gate.believed.speed).or(last);
+        let (last, before) = state.speeds_before(vehicle.speed);
         let (vehicle, pose, jumped) = if comes {
             self.believe(state, model, vehicle, [&lately, &reached], age)
         } else {
@@ -69,7 +68,7 @@ impl<L: LateralLaw> Tracker<L> {
 
         let (here, predicted) = (perception.here, perception.predicted);
         // Since the last step it may have driven faster than now.
-        let travelled = larger(here.speed.abs(), last.map_or(0.0, f64::abs)) * dt;
+        let travelled = larger(here.speed.abs(), last.abs()) * dt;
         let follow = self.law.follow();
         let located = self.find(path, state, here, dt, travelled);
         if let Some(adapt) = self.adapt() {
@@ -178,14 +177,14 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// Compares the motion since the last measured pose with the commands, and returns the faults. It had
-    /// the speed `before` [m/s]; None at the first.
+    /// the speed `before` [m/s].
     #[inline]
     fn find_faults(
         &self,
         state: &mut Tracking<L::State>,
         model: &Model,
         here: &Located,
-        (vehicle, before): (VehicleState, Option<f64>),
+        (vehicle, before): (VehicleState, f64),
         [lately, since]: [Reached; 2],
     ) -> Status {
         let Some(monitor) = &self.monitor else {
@@ -195,7 +194,7 @@ impl<L: LateralLaw> Tracker<L> {
         let now = Measured {
             here,
             vehicle,
-            last_speed: before.unwrap_or(vehicle.speed),
+            last_speed: before,
             // Where wheels are modelled, a pose that shows nothing has none.
             reached: lately.wheels.map(|_| since),
             estimator: self.adapt().map(|_| &model.estimator),

@@ -290,6 +290,15 @@ impl<S: LateralState> TrackerState<S> {
 }
 
 impl<S> Tracking<S> {
+    /// The speeds at the last step and at the last pose that was believed [m/s]; the one `now` without.
+    #[inline]
+    pub(super) fn speeds_before(&self, now: f64) -> (f64, f64) {
+        let last = self.answer.as_ref();
+        let last = last.map_or(now, |last| last.vehicle.speed);
+        let gate = self.gate.as_ref();
+        (last, gate.map_or(last, |gate| gate.believed.speed))
+    }
+
     /// What is not believed, by the last step of the vehicle `car`; None if nothing is wrong. Where
     /// there is one, the status of that step has [`IMPLAUSIBLE`](crate::Status::IMPLAUSIBLE).
     pub fn fault(&self, car: &Vehicle) -> Option<Fault> {

@@ -245,9 +245,7 @@ impl<L: LateralLaw> Tracker<L> {
         state.gate.map(Gate::checked).transpose()?;
         match (self.models, &model.in_flight) {
             (false, _) => Ok(()),
-            (true, Some(in_flight)) => {
-                in_flight.check(vehicle, model.estimator.estimate.longer_dead_time)
-            }
+            (true, Some(in_flight)) => in_flight.check(model.estimator.estimate.dead_time(vehicle)),
             // Without a command in flight nothing could be predicted.
             (true, None) => check_count("in_flight.commands", 0, 1, InFlight::CAPACITY),
         }

@@ -57,23 +57,21 @@ impl InFlight {
         }
     }
 
-    /// Commands in flight as they were, with a dead time that is `longer` than the vehicle's by so
-    /// much [s].
+    /// Commands in flight as they were, with this `dead_time` [s].
     ///
     /// # Errors
     ///
     /// [`InputError`] where there are too many commands, and as [`check`](Self::check).
     pub fn restore(
-        vehicle: &Vehicle,
         commands: impl ExactSizeIterator<Item = (f64, f64)>,
         wheel: f64,
-        longer: f64,
+        dead_time: f64,
     ) -> Result<Self, InputError> {
         let in_flight = Self {
             commands: Timed::restore("in_flight.commands", commands)?,
             wheel,
         };
-        in_flight.check(vehicle, longer)?;
+        in_flight.check(dead_time)?;
         Ok(in_flight)
     }
 
@@ -84,16 +82,15 @@ impl InFlight {
         self.wheel = wheel;
     }
 
-    /// Whether commands are ones that can be in flight to the wheels of this vehicle.
+    /// Whether commands are ones that can be in flight with this `dead_time` [s].
     ///
     /// # Errors
     ///
     /// [`InputError`] where they cannot: an angle beyond a quarter turn, a duration that is none,
     /// durations that do not add up to the dead time.
-    pub fn check(&self, vehicle: &Vehicle, longer: f64) -> Result<(), InputError> {
+    pub fn check(&self, dead_time: f64) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
         input_within("in_flight.wheel", self.wheel, limit)?;
-        let dead_time = vehicle.dead_time + longer;
         let slack = 1e-9 * (1.0 + dead_time);
         let mut total = 0.0;
         for (steer, duration) in self.commands() {

@@ -2,7 +2,7 @@
 
 use super::{Vehicle, VehicleState};
 use crate::bounds::MAX_SPEED;
-use crate::math::saturate;
+use crate::math::{larger, saturate, smaller};
 use crate::params;
 
 params! {
@@ -32,7 +32,8 @@ pub struct Estimate {
     pub gain: f64,
     /// Steering offset, in addition to the vehicle's `steer_offset` [rad].
     pub steer_offset: f64,
-    /// Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
+    /// Dead time, in addition to the vehicle's `dead_time` [s]; may be negative. What is less than none
+    /// shortens the vehicle's `steer_lag`.
     pub longer_dead_time: f64,
     /// Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
     pub slip: f64,
@@ -75,6 +76,38 @@ impl Estimate {
         vehicle.dead_time + self.longer_dead_time > 0.0
     }
 
+    /// The dead time of `vehicle` [s].
+    #[inline]
+    pub fn dead_time(&self, vehicle: &Vehicle) -> f64 {
+        larger(vehicle.dead_time + self.longer_dead_time, 0.0)
+    }
+
+    /// The lag of the wheels of `vehicle` [s].
+    #[inline]
+    pub fn steer_lag(&self, vehicle: &Vehicle) -> f64 {
+        let shorter = smaller(vehicle.dead_time + self.longer_dead_time, 0.0);
+        larger(vehicle.steer_lag + shorter, 0.0)
+    }
+
+    /// The vehicle whose wheels lag less than those of `vehicle`; None if they do not.
+    #[inline]
+    pub(crate) fn quicker(&self, vehicle: &Vehicle) -> Option<Vehicle> {
+        if vehicle.dead_time + self.longer_dead_time < 0.0 {
+            Some(self.hurried(vehicle))
+        } else {
+            None
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn hurried(&self, vehicle: &Vehicle) -> Vehicle {
+        Vehicle {
+            steer_lag: self.steer_lag(vehicle),
+            ..*vehicle
+        }
+    }
+
     /// The speed [m/s] after `time` [s] at the estimated acceleration; a braking vehicle stops at
     /// 0.
     #[inline]
@@ -97,6 +130,8 @@ pub struct Known {
     pub steer_offset: f64,
     /// Time from a command to its first effect on the wheels [s].
     pub dead_time: f64,
+    /// Time constant of the wheels' response [s].
+    pub steer_lag: f64,
     /// As [`Estimate::slip`] [rad].
     pub slip: f64,
     /// As [`Estimate::slip_length`] [m].
@@ -113,7 +148,8 @@ impl Known {
         Self {
             gain: estimate.gain,
             steer_offset: vehicle.steer_offset + estimate.steer_offset,
-            dead_time: vehicle.dead_time + estimate.longer_dead_time,
+            dead_time: estimate.dead_time(vehicle),
+            steer_lag: estimate.steer_lag(vehicle),
             slip: estimate.slip,
             slip_length: estimate.slip_length,
             acceleration: estimate.acceleration,

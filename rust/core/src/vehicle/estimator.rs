@@ -39,8 +39,8 @@
 //! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
 //! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
 //!
-//! Assumed: the lag is right. A lag that is longer than given is mostly taken for dead time, one that is
-//! shorter for less dead time than none, down to the lag; by that nothing is predicted.
+//! A lag that is shorter than given is less dead time than none: the lag is shorter by it
+//! ([`Estimate::steer_lag`]). One that is longer is mostly taken for dead time.
 
 use super::kalman::{self, Change, Innovation, Walk};
 use super::wheels::{Reached, WheelIntegrals};
@@ -151,10 +151,10 @@ impl Estimator {
         smaller(speed.abs() / (Self::SLOW * vehicle.wheelbase), 1.0)
     }
 
-    /// Bounds of `longer_dead_time` [s]: from no dead time to [`Self::MAX_LONGER`] more.
+    /// Bounds of `longer_dead_time` [s]: from neither dead time nor lag to [`Self::MAX_LONGER`] more.
     #[inline]
     fn longer_range(vehicle: &Vehicle) -> (f64, f64) {
-        (-vehicle.dead_time, Self::MAX_LONGER)
+        (-vehicle.dead_time - vehicle.steer_lag, Self::MAX_LONGER)
     }
 
     /// Updates the scale of the speed, gain, steering offset, dead time and acceleration from the
@@ -267,9 +267,7 @@ impl Estimator {
         turning.constrain(1, least, Self::MAX_UNDERSTEER);
         turning.keep(2, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
         let (least, most) = Self::longer_range(vehicle);
-        // Wheels that lag less than told are early ones to this filter, though no command is: what they do
-        // is not left to gain and offset.
-        turning.keep(3, least - vehicle.steer_lag, most);
+        turning.keep(3, least, most);
         self.publish_delay(vehicle, dt);
         innovation
     }
@@ -278,12 +276,8 @@ impl Estimator {
     fn publish_delay(&mut self, vehicle: &Vehicle, dt: f64) {
         let found = self.turning.get(3);
         // A vehicle that was given without a dead time is predicted only where it shows one.
-        let is_none = vehicle.dead_time <= 0.0 && found < Self::LEAST_DEAD_TIME;
-        let found = if is_none {
-            0.0
-        } else {
-            larger(found, -vehicle.dead_time)
-        };
+        let is_none = vehicle.dead_time <= 0.0 && found.abs() < Self::LEAST_DEAD_TIME;
+        let found = if is_none { 0.0 } else { found };
         let (most, longer) = (Self::DELAY_RATE * dt, self.estimate.longer_dead_time);
         self.estimate.longer_dead_time = saturate(found, longer - most, longer + most);
     }

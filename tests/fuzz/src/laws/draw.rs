@@ -72,14 +72,14 @@ impl<L: Subject> Life<L> {
     }
 
     fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
-        let longer = estimate.longer_dead_time;
+        let dead_time = estimate.dead_time(&self.car);
         match bytes.byte() {
             0..=49 => Some(InFlight::settled(&self.car, bytes.within(-1.57, 1.57))),
             50..=199 => {
-                let part = 0.25 * (self.car.dead_time + longer);
+                let part = 0.25 * dead_time;
                 let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
                 let wheel = bytes.within(-1.0, 1.0);
-                InFlight::restore(&self.car, line.into_iter(), wheel, longer).ok()
+                InFlight::restore(line.into_iter(), wheel, dead_time).ok()
             }
             200..=249 => None,
             // To another vehicle.
@@ -96,13 +96,13 @@ impl<L: Subject> Life<L> {
         if self.tracker.check_state(&self.path.view(), &state).is_err() {
             return;
         }
-        let longer = state.model.estimator.estimate.longer_dead_time;
+        let dead_time = state.model.estimator.estimate.dead_time(&self.car);
         let in_flight = state.model.in_flight.map(|in_flight| {
             let commands: Vec<_> = in_flight.commands().collect();
             let wheel = in_flight.wheel();
-            let copied = InFlight::restore(&self.car, commands.into_iter(), wheel, longer);
+            let copied = InFlight::restore(commands.into_iter(), wheel, dead_time);
             // Where none are modelled those that are there do not count.
-            let accepted = in_flight.check(&self.car, longer).is_ok();
+            let accepted = in_flight.check(dead_time).is_ok();
             assert_eq!(copied.is_ok(), accepted);
             copied.unwrap_or(in_flight)
         });

@@ -11,7 +11,7 @@ use popsteer_core::tracker::state::HANDOVER_TIME;
 use popsteer_core::tracker::{Handover, TrackerState};
 use popsteer_core::vehicle::past::MAX_POSE_AGE;
 use popsteer_core::vehicle::wheels::Reached;
-use popsteer_core::vehicle::{Estimate, Estimator, InFlight};
+use popsteer_core::vehicle::{Estimate, Estimator, InFlight, Vehicle};
 use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
 
 /// The time since the last step: that of this input and of those that were held.
@@ -103,12 +103,18 @@ fn decide<L: Subject>(
     if let Some(mut in_flight) = modelled {
         let now = vehicle.ahead(car.no_slip());
         let mut estimator = before.model.estimator;
+        let known = estimator.estimate;
+        // Its wheels lag no more than they were seen to.
+        let wheeled = Vehicle {
+            steer_lag: known.steer_lag(car),
+            ..*car
+        };
         if dt > ESTIMATION_GAP {
             estimator.last_measured = None;
             estimator.estimate.acceleration = 0.0;
         }
         let lately = Reached {
-            wheels: Some(in_flight.wheel_integrals(car, before.steer, dt)),
+            wheels: Some(in_flight.wheel_integrals(&wheeled, before.steer, dt)),
             time: dt,
             first: in_flight.wheel(),
         };
@@ -132,16 +138,16 @@ fn decide<L: Subject>(
             let known = known.estimate.longer_dead_time;
             *longer = longer.clamp(known - dt, known + dt);
         }
-        let longer = estimator.estimate.longer_dead_time;
-        let late = longer - before.model.estimator.estimate.longer_dead_time;
-        in_flight.elapse(car, before.steer, dt, late);
+        let dead_time = estimator.estimate.dead_time(car);
+        let longer = dead_time - known.dead_time(car);
+        in_flight.elapse(&wheeled, before.steer, dt, longer);
         assert_eq!(Some(in_flight), after.model.in_flight);
-        check_line(tracker, &in_flight, longer);
+        check_line(&in_flight, dead_time);
         belief.wheel = in_flight.wheel();
         // The slip is observed after this, and changes nothing that counts here.
         if estimator.estimate.delays(car) {
             let (predicted, wheel) =
-                in_flight.predict(car, now, in_flight.wheel(), &estimator.estimate);
+                in_flight.predict(&wheeled, now, in_flight.wheel(), &estimator.estimate);
             shown = predicted.bounded().ahead(-car.no_slip()).bounded();
             belief.wheel = wheel;
         }
@@ -197,8 +203,7 @@ pub(super) fn is_modelled<L: Subject>(tracker: &Tracker<L>) -> bool {
 }
 
 /// Commands in flight last the dead time.
-fn check_line<L: Subject>(tracker: &Tracker<L>, in_flight: &InFlight, longer: f64) {
-    let dead_time = tracker.vehicle().dead_time + longer;
+fn check_line(in_flight: &InFlight, dead_time: f64) {
     let total: f64 = in_flight.commands().map(|(_, duration)| duration).sum();
     assert!((total - dead_time).abs() <= 1e-9 * (1.0 + dead_time));
 }

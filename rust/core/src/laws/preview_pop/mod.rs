@@ -237,7 +237,7 @@ impl PreviewPop {
         let (count, period) = steps(horizon * longer, at.dt);
         // The model runs over distance: that of a step, and that travelled in the lag.
         let step = pace * period;
-        let lag = vehicle.steer_lag * speed;
+        let lag = estimate.steer_lag(vehicle) * speed;
         // A slip of `slip_length` times the curvature acts as if the tracked point lay
         // `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
         let offset = at.mirror(estimate.slip_length);

@@ -69,12 +69,14 @@ fn estimated_of(
             vehicle.yaw += jump;
             jumps = false;
         }
-        let reached = known.wheel_integrals(given, command, dt);
-        let before = estimator.estimate.longer_dead_time;
+        let before = estimator.estimate;
+        let quicker = before.quicker(given);
+        let wheeled = quicker.as_ref().unwrap_or(given);
+        let reached = known.wheel_integrals(wheeled, command, dt);
         estimator.observe_turn(&AdaptParams::DEFAULT, given, vehicle, reached, dt);
-        let longer = estimator.estimate.longer_dead_time - before;
+        let longer = estimator.estimate.dead_time(given) - before.dead_time(given);
         estimator.last_measured = Some(vehicle);
-        known.elapse(given, command, dt, longer);
+        known.elapse(wheeled, command, dt, longer);
     }
     estimator
 }
@@ -87,9 +89,9 @@ fn test_wheels_that_lag_less_than_told_leave_gain_and_offset_alone() {
         ..given
     };
     let found = estimated_of(&real, &[0.05], &given, 0.0, 0.0);
-    assert!((found.turning.get(3) + 0.1).abs() < 0.02, "{found:?}");
     // No command acts before it is given.
-    assert_eq!(found.estimate.longer_dead_time, 0.0);
+    assert_eq!(found.estimate.dead_time(&given), 0.0);
+    assert!(found.estimate.steer_lag(&given) < 0.01, "{found:?}");
     assert!((found.estimate.gain - 1.0).abs() < 0.01, "{found:?}");
     assert!(found.estimate.steer_offset.abs() < 0.002, "{found:?}");
     assert!(found.checked(&given).is_ok());
@@ -213,7 +215,7 @@ fn test_estimator_keeps_within_its_bounds() {
     assert!((found.estimate.longer_dead_time - 0.1).abs() < 4e-3);
     assert!(found.checked(&given).is_ok());
     let mut shorter = found;
-    shorter.estimate.longer_dead_time = -0.11;
+    shorter.estimate.longer_dead_time = -0.21;
     let refused = shorter.checked(&given).unwrap_err();
     assert_eq!(refused.field, "longer_dead_time");
     let mut slipping = found;
