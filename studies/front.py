@@ -64,7 +64,10 @@ def front_figure(lines: list[str], theme: Theme) -> Figure:
             x, y, "o-", color=theme.colour(role), label=f"heading_cost {title}", markersize=6
         )
         for row, right, up in zip(own, x, y, strict=True):
+            # Away from its curve, and from the other one.
             shift, side = ((-6, -10), "right") if title == "L" else ((7, 4), "left")
+            if right > 3.0:
+                shift, side = (0, 9 if title == "L" else -13), "center"
             text = f"{row[0]}, {row[8]} ms"
             label = panel.annotate(
                 text, (right, up), xytext=shift, textcoords="offset points", fontsize=7, ha=side
