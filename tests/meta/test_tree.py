@@ -14,6 +14,12 @@ from tests.helpers import ROOT, looped
 
 # Doc comments of the binding are the docstrings of the Python classes, and no code to read.
 LONGEST = 500
+_TOP = """
+    .cargo .ci .editorconfig .github .gitignore .pre-commit-config.yaml
+    benches docs examples python ros2 rust studies tests
+    ARCHITECTURE.md CHANGELOG.md CITATION.cff CONTRIBUTING.md LICENSE README.md
+    Cargo.lock Cargo.toml Makefile pyproject.toml rustfmt.toml
+"""
 _RUST_DOC = re.compile(r"^\s*//[/!]")
 _MACHINE = re.compile(
     r"""
@@ -55,6 +61,12 @@ def _version() -> str:
     )
     assert found, "no version in [workspace.package]"
     return found[1]
+
+
+def test_top_level_has_what_belongs_there() -> None:
+    # What a command of a page writes where it is run is not the project's.
+    found = {file.relative_to(ROOT).parts[0] for file in _tracked()}
+    assert found - set(_TOP.split()) == set()
 
 
 def test_tracked_files_name_no_machine() -> None:
