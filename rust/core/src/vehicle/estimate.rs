@@ -70,29 +70,34 @@ impl Estimate {
         VehicleState { speed, ..vehicle }
     }
 
+    /// The dead time of `vehicle` [s]; below 0 its wheels lag less than told.
+    #[inline]
+    fn delay(&self, vehicle: &Vehicle) -> f64 {
+        vehicle.dead_time + self.longer_dead_time
+    }
+
     /// Whether commands reach the wheels of `vehicle` later than they are given.
     #[inline]
     pub fn delays(&self, vehicle: &Vehicle) -> bool {
-        vehicle.dead_time + self.longer_dead_time > 0.0
+        self.delay(vehicle) > 0.0
     }
 
     /// The dead time of `vehicle` [s].
     #[inline]
     pub fn dead_time(&self, vehicle: &Vehicle) -> f64 {
-        larger(vehicle.dead_time + self.longer_dead_time, 0.0)
+        larger(self.delay(vehicle), 0.0)
     }
 
     /// The lag of the wheels of `vehicle` [s].
     #[inline]
     pub fn steer_lag(&self, vehicle: &Vehicle) -> f64 {
-        let shorter = smaller(vehicle.dead_time + self.longer_dead_time, 0.0);
-        larger(vehicle.steer_lag + shorter, 0.0)
+        larger(vehicle.steer_lag + smaller(self.delay(vehicle), 0.0), 0.0)
     }
 
     /// The vehicle whose wheels lag less than those of `vehicle`; None if they do not.
     #[inline]
     pub(crate) fn quicker(&self, vehicle: &Vehicle) -> Option<Vehicle> {
-        if vehicle.dead_time + self.longer_dead_time < 0.0 {
+        if self.delay(vehicle) < 0.0 {
             Some(self.hurried(vehicle))
         } else {
             None
