@@ -7,6 +7,12 @@ use self::course::{Xy, course, largest_turn};
 use popsteer_core::path::sound::{Fault, Mend};
 use popsteer_core::{Path, Vehicle};
 
+fn waypoints(path: &Path) -> Xy {
+    let view = path.view();
+    let (x, y) = (view.x().iter(), view.y().iter());
+    x.copied().zip(y.copied()).collect()
+}
+
 #[test]
 fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
     let car = |wheelbase| Vehicle {
@@ -27,7 +33,6 @@ fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
     let mut points = clean.clone();
     points.push((x + ux - 0.5 * uy, y + uy + 0.5 * ux));
     let fitted = path(&points).fitted(&car(2.7)).unwrap();
-    let view = fitted.view();
     let mends = fitted.mends();
     assert!(matches!(
         mends,
@@ -37,12 +42,7 @@ fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
             ..
         }]
     ));
-    let kept: Xy = view
-        .x()
-        .iter()
-        .copied()
-        .zip(view.y().iter().copied())
-        .collect();
+    let kept = waypoints(&fitted);
     let from = points.len() - 30;
     assert_eq!(kept[..from], points[..from]);
     let end = (kept.last(), points.last());
@@ -87,13 +87,7 @@ fn test_last_waypoint_aside_turns_no_end() {
                 let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
                 let path = Path::sound(&x, &y, None, None, false, false).unwrap();
                 let fitted = path.fitted(&car).unwrap();
-                let view = fitted.view();
-                let kept: Xy = view
-                    .x()
-                    .iter()
-                    .copied()
-                    .zip(view.y().iter().copied())
-                    .collect();
+                let kept = waypoints(&fitted);
                 let usual = 0.1 / 15.0; // what the arc turns by
                 assert!(largest_turn(&kept) < usual + 0.008, "{wheelbase} {aside}");
                 let moved = kept
