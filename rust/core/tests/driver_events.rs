@@ -273,3 +273,38 @@ fn test_driver_at_a_line_that_is_passed_twice_stands_at_its_own_on_a_shorter_pat
     assert_eq!(rig.state.speed.stop.map(|(waypoint, ..)| waypoint), Some(5));
     assert!(rig.state.speed.standing);
 }
+
+/// A motor that takes an acceleration for what it is passes rest within a period, and would go on to the
+/// other way: it is held there.
+#[test]
+fn test_driver_of_a_motor_that_passes_rest_within_a_period_holds_it_there() {
+    let x: Vec<f64> = (0..=80).map(f64::from).collect();
+    for reverse in [false, true] {
+        for fault in [None, Some(Fault::Speed), Some(Fault::Steering)] {
+            for begin in 0..20 {
+                let line = Path::new(&x, &[0.0; 81], None, false).unwrap();
+                let line = line.with_reverse(&[reverse; 81]).unwrap();
+                let mut rig = Rig::preview(line);
+                let yaw = if reverse { core::f64::consts::PI } else { 0.0 };
+                rig.plant.rear.yaw = yaw;
+                rig.drive(2.0 + DT * f64::from(begin), |_, pose| pose);
+                let mut rear = rig.plant.rear;
+                let gear = rear.speed.signum();
+                rig.state.held = fault.is_none();
+                rig.state.fault = fault;
+                let mut held = None;
+                for k in 0..200 {
+                    let drive = rig.step(rear.ahead(1.35), DT);
+                    held = held.or(drive.hold.then_some(k));
+                    rear.speed += gear * drive.acceleration * DT;
+                    if drive.hold {
+                        rear.speed = 0.0;
+                    }
+                    rear.x += rear.speed * yaw.cos() * DT;
+                    assert!(gear * rear.speed > -0.5, "{fault:?} {begin} {k}");
+                }
+                assert!(held.is_some(), "{reverse} {fault:?} {begin}");
+            }
+        }
+    }
+}

@@ -98,7 +98,10 @@ impl SpeedLaw {
         let before = state.overruns || state.reverse.is_none();
         state.overruns = self.overruns(&planned, &now, sensed.noise, state);
         state.reverse = Some(at.reverse);
-        let standing = held && !halted || halted && now.speed.abs() < REST;
+        // A drive that takes accelerations for what they are passes rest within a period.
+        let passed = -REST - larger(-state.acceleration, 0.0) * dt;
+        let rests = (passed..REST).contains(&now.speed);
+        let standing = held && !halted || halted && rests;
         let wanted = Wanted {
             acceleration: state.acceleration,
             plan: now.target + larger(now.change, 0.0) * dt,
