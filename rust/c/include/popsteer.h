@@ -494,6 +494,24 @@ typedef struct popsteer_drive {
 } popsteer_drive;
 
 /**
+ * One instant of a predicted trajectory.
+ */
+typedef struct popsteer_predicted {
+    /**
+     * Time since the last step [s].
+     */
+    double time;
+    /**
+     * Pose of the vehicle's point, and speed.
+     */
+    struct popsteer_vehicle_state vehicle;
+    /**
+     * Angle commanded then [rad].
+     */
+    double steer;
+} popsteer_predicted;
+
+/**
  * All parameters of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
  * change what is known; a field marked "NAN: ..." need not be known.
  *
@@ -976,24 +994,6 @@ typedef struct popsteer_speed_command {
     uint32_t status;
 } popsteer_speed_command;
 
-/**
- * One instant of a predicted trajectory.
- */
-typedef struct popsteer_predicted {
-    /**
-     * Time since the last step [s].
-     */
-    double time;
-    /**
-     * Pose of the vehicle's point, and speed.
-     */
-    struct popsteer_vehicle_state vehicle;
-    /**
-     * Angle commanded then [rad].
-     */
-    double steer;
-} popsteer_predicted;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1202,6 +1202,26 @@ popsteer_error popsteer_driver_release(struct popsteer_driver *driver,
  */
 popsteer_error popsteer_driver_reset(struct popsteer_driver *driver,
                                      double steer);
+
+/**
+ * Writes to `out` what the motion has shown of the vehicle so far.
+ */
+popsteer_error popsteer_driver_estimate(const struct popsteer_driver *driver,
+                                        struct popsteer_estimate *out);
+
+/**
+ * Predicts the trajectory that the vehicle is to take, one instant every `dt` [s] from the last step on,
+ * into the `size` instants at `out`; `count`, which may be NULL, gets how many were written. Arguments
+ * as of `popsteer_predict`.
+ *
+ * A copy of the driver steers and drives the vehicle as estimated: through cusps, and to its stop, or to
+ * rest where it stops for a fault. `POPSTEER_ERROR_NO_STEP` before the first step. Nothing is allocated.
+ */
+popsteer_error popsteer_driver_predict(const struct popsteer_driver *driver,
+                                       double dt,
+                                       struct popsteer_predicted *out,
+                                       size_t size,
+                                       size_t *count);
 
 /**
  * Frees a driver; NULL is left alone.

@@ -462,8 +462,16 @@ public:
     explicit operator bool() const noexcept { return handle_.get() != nullptr; }
 
     /// One control step, `dt` [s] after the last one; answers whatever comes in. See popsteer_driver_step.
-    [[nodiscard]] Drive step(const VehicleState& vehicle, double dt,
-                             const Reported& reported = popsteer_reported_default(), int gear = -1) noexcept {
+    [[nodiscard]] Drive step(const VehicleState& vehicle, double dt) noexcept {
+        Drive drive{};
+        popsteer_driver_step(get(), vehicle, dt, nullptr, -1, &drive);
+        return drive;
+    }
+
+    /// The same for a vehicle that reports more than pose and speed; `gear` is 1 where reverse gear is in, 0
+    /// where it is not, and negative where that is not reported.
+    [[nodiscard]] Drive step(const VehicleState& vehicle, double dt, const Reported& reported,
+                             int gear = -1) noexcept {
         Drive drive{};
         popsteer_driver_step(get(), vehicle, dt, &reported, gear, &drive);
         return drive;
@@ -483,6 +491,22 @@ public:
     }
 
     popsteer_error reset(double steer = 0.0) noexcept { return popsteer_driver_reset(get(), steer); }
+
+    /// Fills `room` with the trajectory that the vehicle is to take, an instant each `dt` [s]; what of it is
+    /// filled: nothing where that failed. See popsteer_driver_predict.
+    [[nodiscard]] Span<Predicted> predict(Span<Predicted> room, double dt) const noexcept {
+        std::size_t count = 0;
+        const popsteer_error error =
+            popsteer_driver_predict(get(), dt, room.data(), room.size(), &count);
+        return {room.data(), error == POPSTEER_ERROR_NONE ? count : 0};
+    }
+
+    /// What the motion has shown of the vehicle.
+    [[nodiscard]] Estimate estimate() const noexcept {
+        Estimate estimate{};
+        static_cast<void>(popsteer_driver_estimate(get(), &estimate));
+        return estimate;
+    }
 
     [[nodiscard]] popsteer_driver* get() const noexcept { return handle_.get(); }
 
@@ -545,8 +569,8 @@ private:
         const popsteer_controller* one = controller.get();
         std::vector<const popsteer_controller*> all;
         if (count > all.max_size()) {
-            popsteer_batch* none = nullptr;
-            detail::require(popsteer_batch_new(&one, count, &none));
+            popsteer_batch* refused = nullptr;
+            detail::require(popsteer_batch_new(&one, count, &refused));
         }
         all.assign(count, one);
         return all;

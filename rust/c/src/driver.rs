@@ -7,9 +7,10 @@ use popsteer_core::Path;
 use popsteer_core::driver::{Drive, Driver, DriverParams, DriverState, Sensed};
 use popsteer_core::laws::{Law, LawState};
 use popsteer_core::speed::SpeedTracker;
-use popsteer_core::vehicle::Fault;
+use popsteer_core::tracker::Predicted;
+use popsteer_core::vehicle::{Fault, Known};
 
-use crate::command::{CReported, CVehicleState};
+use crate::command::{CEstimate, CPredicted, CReported, CVehicleState};
 use crate::controller::CController;
 use crate::error::{CError, Failure, guard};
 use crate::fields::{Field, c_type, same_fields};
@@ -274,6 +275,63 @@ pub unsafe extern "C" fn popsteer_driver_reset(driver: *mut CDriver, steer: f64)
         // SAFETY: the caller vouches for it.
         let it = unsafe { handle::of_mut(driver, "driver")? };
         it.state = it.driver.state_from(steer)?;
+        Ok(())
+    })
+}
+
+/// Writes to `out` what the motion has shown of the vehicle so far.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_driver_estimate(
+    driver: *const CDriver,
+    out: *mut CEstimate,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for both.
+        unsafe {
+            let Driving { driver, state, .. } = handle::of(driver, "driver")?;
+            let tracker = driver.tracker();
+            let estimate = Known::of(driver.vehicle(), &tracker.estimate(&state.tracker));
+            handle::write(out, estimate.into())
+        }
+    })
+}
+
+/// Predicts the trajectory that the vehicle is to take, one instant every `dt` [s] from the last step on,
+/// into the `size` instants at `out`; `count`, which may be NULL, gets how many were written. Arguments
+/// as of `popsteer_predict`.
+///
+/// A copy of the driver steers and drives the vehicle as estimated: through cusps, and to its stop, or to
+/// rest where it stops for a fault. `POPSTEER_ERROR_NO_STEP` before the first step. Nothing is allocated.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_driver_predict(
+    driver: *const CDriver,
+    dt: f64,
+    out: *mut CPredicted,
+    size: usize,
+    count: *mut usize,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for the handle and for the room, whose layout is the core's.
+        let (driving, room) = unsafe {
+            (
+                handle::of(driver, "driver")?,
+                handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")?,
+            )
+        };
+        let Driving {
+            driver,
+            state,
+            path,
+            plan,
+        } = driving;
+        if state.tracker.answer.is_none() {
+            return Err(Failure::NoStep);
+        }
+        let written = driver.predict(&path.view(), plan, state, dt, room)?;
+        if !count.is_null() {
+            // SAFETY: not NULL; the caller vouches for the rest.
+            unsafe { count.write(written) };
+        }
         Ok(())
     })
 }

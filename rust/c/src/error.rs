@@ -217,7 +217,7 @@ pub extern "C" fn popsteer_error_name(error: i32) -> *const c_char {
         0 => c"no error",
         1 => c"a pointer is NULL or not aligned",
         2 => c"a handle is none of this kind",
-        3 => c"a field is out of its range",
+        3 => c"a field is out of its range, or a vehicle's file is wrong",
         4 => c"the waypoints make no path",
         5 => c"an input is not finite or beyond its bound",
         6 => c"no step was taken yet",

@@ -80,13 +80,48 @@ fn vehicle(table: &Table) -> Result<CVehicle, String> {
                 known += if known.is_empty() { "" } else { ", " };
                 known += field.name;
             }
-            return Err(format!("unknown key '{key}'; known: {known}"));
+            let near = fields
+                .iter()
+                .map(|field| (edits(key, field.name), field.name))
+                .min()
+                .filter(|(edits, name)| 3 * edits <= name.len());
+            return Err(match near {
+                Some((_, name)) => {
+                    format!("unknown key '{key}', did you mean {name}? Known: {known}")
+                }
+                None => format!("unknown key '{key}'; known: {known}"),
+            });
         };
         field.set(declared, value)?;
     }
     let checked = Vehicle::from(car).checked();
     checked.map_err(|error| error.to_string())?;
     Ok(car)
+}
+
+/// How many letters to insert, leave out or replace to make `one` of `other`: Levenshtein's distance.
+fn edits(one: &str, other: &str) -> usize {
+    // From what was read of `one` to each beginning of `other`.
+    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
+    for (read, letter) in one.chars().enumerate() {
+        let mut replaced = read;
+        let mut left = read + 1;
+        for (each, wanted) in row
+            .iter_mut()
+            .zip(core::iter::once(None).chain(other.chars().map(Some)))
+        {
+            let Some(wanted) = wanted else {
+                *each = left;
+                continue;
+            };
+            let here = (replaced + usize::from(letter != wanted))
+                .min(left + 1)
+                .min(*each + 1);
+            (replaced, left) = (*each, here);
+            *each = here;
+        }
+    }
+    row.last().copied().unwrap_or(0)
 }
 
 /// Reads a vehicle from the TOML file `file`, as Python's `Vehicle.load` does: one key a field, each

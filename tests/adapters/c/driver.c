@@ -3,7 +3,8 @@
  *     driver SCRIPT
  *
  * A row a step: x, y, yaw, speed, dt, pose_age, gear. `nan` is a number that has not come. A gear of 2 holds the
- * vehicle, 3 lets it go, 4 releases it, and 5 sets the path anew, before the step. */
+ * vehicle, 3 lets it go, 4 releases it, and 5 sets the path anew, before the step. Each answer ends with the
+ * estimates and where the vehicle is predicted to be half a second later. */
 
 #include "checks.h"
 
@@ -19,6 +20,11 @@ int main(int argc, char **argv) {
     params.hold_time = -1.0;
     CHECK(popsteer_driver_new(controller, NULL, &params, &driver) == POPSTEER_ERROR_CONFIG);
     CHECK(!popsteer_driver_new(controller, NULL, NULL, &driver));
+    popsteer_estimate estimate;
+    popsteer_predicted ahead[11];
+    size_t count = 0;
+    CHECK(popsteer_driver_estimate(NULL, &estimate) == POPSTEER_ERROR_NULL);
+    CHECK(popsteer_driver_predict(driver, 0.05, ahead, 11, &count) == POPSTEER_ERROR_NO_STEP && count == 0);
     popsteer_controller_free(controller);
     popsteer_path_free(path);
 
@@ -52,8 +58,12 @@ int main(int argc, char **argv) {
         popsteer_drive drive;
         CHECK(!popsteer_driver_step(driver, vehicle, row[4], &reported, gear > 1 ? -1 : gear, &drive));
         const char *fault = popsteer_fault_name(drive.fault), *was = popsteer_fault_name(released);
-        printf("%a %a %a %a %u %d %d %s %s\n", drive.steer, drive.acceleration, drive.cross_track_error,
-               drive.distance_to_stop, drive.status, drive.reverse, drive.hold,
+        CHECK(!popsteer_driver_estimate(driver, &estimate));
+        CHECK(popsteer_driver_predict(driver, -1.0, ahead, 11, NULL) == POPSTEER_ERROR_INPUT);
+        CHECK(!popsteer_driver_predict(driver, 0.05, ahead, 11, &count) && count == 11);
+        printf("%a %a %a %a %u %d %d %a %a %a %a %s %s\n", drive.steer, drive.acceleration, drive.cross_track_error,
+               drive.distance_to_stop, drive.status, drive.reverse, drive.hold, estimate.gain, estimate.dead_time,
+               ahead[10].vehicle.x, ahead[10].steer,
                fault == NULL ? "none" : fault, was == NULL ? "none" : was);
     }
 }

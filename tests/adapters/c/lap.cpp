@@ -27,6 +27,8 @@ using popsteer::VehicleState;
 static_assert(noexcept(std::declval<popsteer::Controller&>().step(VehicleState{}, 0.05)));
 static_assert(noexcept(std::declval<popsteer::Controller&>().step_or_hold(VehicleState{}, 0.05)));
 static_assert(noexcept(std::declval<popsteer::Controller&>().predict({}, 0.05)));
+static_assert(noexcept(std::declval<popsteer::Driver&>().step(VehicleState{}, 0.05)));
+static_assert(noexcept(std::declval<popsteer::Driver&>().predict({}, 0.05)));
 static_assert(noexcept(std::declval<popsteer::Batch&>().step({}, 0.05, {})));
 static_assert(std::is_nothrow_move_constructible_v<popsteer::Pop>);
 static_assert(std::is_nothrow_move_assignable_v<popsteer::Path>);
@@ -131,6 +133,39 @@ bool batch_is_as_long_as_its_arrays() {
     return true;
 }
 
+bool driver_is_that_of_c() {
+    const popsteer::Path path = sine();
+    const popsteer::PreviewPop controller(path);
+    popsteer::Driver driver(controller);
+    popsteer_driver* plain = nullptr;
+    CHECK(!popsteer_driver_new(controller.get(), nullptr, nullptr, &plain));
+    std::array<popsteer::Predicted, 5> room{}, plain_room{};
+    CHECK(driver.predict(room, 0.05).size() == 0);
+    const popsteer::Reported reported = popsteer_reported_default();
+    for (int step = 0; step < 60; ++step) {
+        const VehicleState vehicle{0.05 * step, 0.5, 0.3, step < 30 ? 1.0 : popsteer::none};
+        const popsteer::Drive drive =
+            step % 2 ? driver.step(vehicle, 0.05, reported) : driver.step(vehicle, 0.05);
+        popsteer_drive other{};
+        CHECK(!popsteer_driver_step(plain, vehicle, 0.05, nullptr, -1, &other));
+        CHECK(!std::memcmp(&drive.steer, &other.steer, sizeof drive.steer));
+        CHECK(drive.fault == other.fault);
+    }
+    std::size_t count = 0;
+    CHECK(!popsteer_driver_predict(plain, 0.05, plain_room.data(), plain_room.size(), &count));
+    CHECK(driver.predict(room, 0.05).size() == count);
+    CHECK(!std::memcmp(room.data(), plain_room.data(), sizeof room));
+    popsteer_estimate estimate{};
+    CHECK(!popsteer_driver_estimate(plain, &estimate));
+    const popsteer::Estimate same = driver.estimate();
+    CHECK(!std::memcmp(&estimate, &same, sizeof same));
+    CHECK(!driver.hold() && !driver.hold(false));
+    CHECK(std::string(popsteer_fault_name(driver.release())) == "speed" && driver.release() == 0);
+    CHECK(!driver.set_path(path) && !driver.reset(0.1));
+    CHECK(!popsteer_driver_free(plain));
+    return true;
+}
+
 bool constructors_say_what_is_wrong() {
     const double x[2] = {0.0, 1.0}, y[3] = {0.0, 0.0, 0.0};
 #if defined(__cpp_exceptions)
@@ -165,7 +200,7 @@ bool constructors_say_what_is_wrong() {
 int main() {
     const bool good = popsteer::is_compatible() && lap_is_that_of_c() && speeds_are_kept() &&
                       objects_own_their_handles() && batch_is_as_long_as_its_arrays() &&
-                      constructors_say_what_is_wrong();
+                      driver_is_that_of_c() && constructors_say_what_is_wrong();
     if (good) {
         std::puts("all checked");
     }

@@ -12,7 +12,7 @@ import pytest
 from tests.helpers import ROOT
 
 SOURCES = Path(__file__).parent
-STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 STANDARD = {"gcc": "-std=c11", "g++": "-std=c++17"}
 

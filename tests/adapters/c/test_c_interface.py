@@ -192,7 +192,10 @@ def test_c_driver_is_that_of_python_bit_for_bit(prefix: Path, tmp_path: Path) ->
         drive = driver.step(x, y, yaw, speed, dt, pose_age=age)
         numbers = drive.steer, drive.acceleration, drive.cross_track_error, drive.distance_to_stop
         flags = f"{int(drive.status)} {int(drive.reverse)} {int(drive.hold)}"
-        answers.append(f"{words(*numbers)} {flags} {drive.fault or 'none'} {released or 'none'}")
+        estimate, ahead = driver.estimate, driver.predict(0.5, DT)
+        more = words(estimate.gain, estimate.dead_time, ahead.x[-1], ahead.steer[-1])
+        names = f"{drive.fault or 'none'} {released or 'none'}"
+        answers.append(f"{words(*numbers)} {flags} {more} {names}")
         faults.add(drive.fault)
         plant.speed = max(plant.speed + DT * drive.acceleration, 0.0)
         plant.advance(drive.steer)
@@ -224,6 +227,8 @@ def test_c_vehicle_file_is_read_as_by_python(prefix: Path, tmp_path: Path) -> No
         ("wheelbase = true", "wheelbase must be a number, got "),
         ("steers_at_rest = 1", "steers_at_rest must be true or false, got 1"),
         ("tyres = 4", "unknown key 'tyres'; known: wheelbase, width, rear_axle, "),
+        ("max_stear = 4", "unknown key 'max_stear', did you mean max_steer? Known: wheelbase, "),
+        ("wheel_base = 4", "unknown key 'wheel_base', did you mean wheelbase? Known: wheelbase, "),
         ("wheelbase = = 2", "not TOML: "),
     ):
         file.write_text(text, encoding="utf-8")
