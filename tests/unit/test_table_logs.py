@@ -105,6 +105,15 @@ READ: dict[str, str] = {
     "month first, to noon": HEAD
     + _rows(_clock("%m/%d/%Y %I:%M:%S.%f %p"), X, Y, YAW, SPEED, STEER),
     "hours left out": HEAD + _rows(_clock("%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "times of MATLAB": HEAD + _rows([f"{t:.8g} sec" for t in T], X, Y, YAW, SPEED, STEER),
+    "dates of MATLAB": HEAD + _rows(_clock("%d-%b-%Y %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "dates as C writes them": HEAD
+    + _rows(_clock("%a %b %d %H:%M:%S.%f %Y"), X, Y, YAW, SPEED, STEER),
+    "dates in words": HEAD + _rows(_clock("%a %d %B %Y %I:%M:%S.%f %p"), X, Y, YAW, SPEED, STEER),
+    "times of pandas": HEAD + _rows(_clock("0 days %H:%M:%S.%f"), X, Y, YAW, SPEED, STEER),
+    "Go's dates": HEAD + _rows(_clock("%Y-%m-%d %H:%M:%S.%f +0000 UTC"), X, Y, YAW, SPEED, STEER),
+    "a unit behind each time": HEAD
+    + _rows([f"{1e3 * t:.6f}ms" for t in T], X, Y, YAW, SPEED, STEER),
     "days of a spreadsheet": HEAD
     + _rows([f"{0.5 + t / 86400:.12f}" for t in T], X, Y, YAW, SPEED, STEER),
     "s and us": HEAD.replace("t,", "tv_sec,tv_usec,")
@@ -346,10 +355,12 @@ def test_rows_of_several_vehicles_are_refused(tmp_path: Any) -> None:
             logs.read(_write(tmp_path, rows.replace("track_id", name)))
 
 
-def test_date_in_another_order_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:
-    text = HEAD + _rows(_clock("%b %d %Y %H:%M:%S"), X, Y, YAW, SPEED, STEER)
-    with pytest.raises(LogError, match=r"line 2, column 1: .* is no time: .* as 2024-05-01T"):
-        logs.read(_write(tmp_path, text))
+def test_date_that_is_not_known_is_refused_with_the_one_that_is_read(tmp_path: Any) -> None:
+    # Hours between hyphens may be a day, and 5 ms without zeros would be half a second.
+    for form in ("%Y-%m-%d %H-%M-%S", "%Y%m%dT%H%M%S.%f", "%H:%M:%S:5"):
+        text = HEAD + _rows(_clock(form), X, Y, YAW, SPEED, STEER)
+        with pytest.raises(LogError, match=r"line 2, column 1: .* is no time: .* as 2024-05-01T"):
+            logs.read(_write(tmp_path, text))
 
 
 def test_a_row_a_second_or_a_day_asks_for_the_unit_of_time() -> None:

@@ -42,14 +42,14 @@ _OPTION = re.compile(r"--(columns|unit|topic|origin) ('[^']*'|[^\s;)]+)( (?=--))
 def _remedies(message: str, names: dict[str, str]) -> Iterator[dict[str, Any]]:
     """Give what the options in a message say, those without a word between them together.
 
-    `names` are what stands for NAME of a quantity; RATIO is 15.
+    `names` are what stands for NAME of a quantity; RATIO is 15, and ANGLE 0.55.
     """
     given: dict[str, Any] = {}
     for option, text, more in _OPTION.findall(message):
         (value,) = shlex.split(text.rstrip(",:."))
         for key, name in names.items():
             value = value.replace(f"{key}=NAME", f"{key}={name}")
-        value = value.replace("RATIO", "15")
+        value = value.replace("RATIO", "15").replace("ANGLE", "0.55")
         if option in ("unit", "topic"):
             key, _, value = value.partition("=")
             given.setdefault(f"{option}s", {})[key] = value
@@ -260,6 +260,25 @@ REFUSED_LOGS: dict[str, tuple[str, str, dict[str, str]]] = {
         {"yaw": "direction of travel", "steer": "angle"},
     ),
     "no names": (of_logs._rows(T, *EACH), "6 columns without names", {}),
+    **{
+        name: (
+            HEAD.replace("steer", name) + of_logs._rows(T, *EACH[:4], EACH[4] / 0.55 * full),
+            f"{re.escape(name)} is a share of the largest angle",
+            {},
+        )
+        for name, full in {
+            "steering_pct": 100.0,
+            "Steer [%]": 100.0,
+            "steer_percent": 100.0,
+            "steering [-1..1]": 1.0,
+            "steer_norm": 1.0,
+        }.items()
+    },
+    "percent": (
+        HEAD + of_logs._rows(T, *EACH[:4], EACH[4] / 0.55 * 100.0),
+        "no front wheels'.*ANGLE at 100 % in rad, where it is in percent",
+        {},
+    ),
     "an unknown unit": (
         HEAD.replace("speed", "speed [furlong]") + of_logs._rows(T, *EACH),
         "unit 'furlong' of speed is not known",
@@ -280,11 +299,29 @@ def test_log_that_says_too_little_is_read_right_with_the_option_that_is_named(
     found = [logs.read(file, **given) for given in _remedies(str(refused.value), names)]
     right = [log for log in found if log.steer == pytest.approx(STEER, abs=1e-6)]
     right = [log for log in right if log.t[-1] == pytest.approx(T[-1])]
-    assert len(found) == (
-        3 if "t=ms" in str(refused.value) else 2 if kind in ("degrees", "hand wheel") else 1
-    )
+    several = {"milliseconds, and km/h": 3, "degrees": 3, "hand wheel": 3, "percent": 3}
+    assert len(found) == several.get(kind, 1)
     (log,) = right
     of_logs._agrees(log)
+
+
+def test_share_of_an_angle_is_never_one_itself(tmp_path: Any) -> None:
+    text = HEAD.replace("steer", "out") + of_logs._rows(T, *EACH[:4], EACH[4] / 0.55 * 100.0)
+    file = of_logs._write(tmp_path, text)
+    with pytest.raises(logs.LogError, match=r"out is a share .*--unit steer=ANGLE/100 with"):
+        logs.read(file, columns="steer=out [%]")
+    for full in (1.0, 100.0):  # none is exactly 1 rad, or 100 degrees
+        steer = EACH[4] / np.abs(EACH[4]).max()
+        other = of_logs._write(tmp_path, HEAD + of_logs._rows(T, *EACH[:4], full * steer))
+        with pytest.raises(logs.LogError, match=f"steer reaches {full:g}, as a share") as refused:
+            logs.read(other)
+        share, angle = _remedies(str(refused.value), {})
+        assert logs.read(other, **share).steer == pytest.approx(0.55 * steer, abs=1e-6)
+        assert angle == {"units": {"steer": "rad" if full == 1.0 else "deg"}}
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(logs.LogError, match="unit of steer must be rad, deg, mrad, a number"):
+        logs.read(file, columns="steer=out", units={"steer": "%"})
+    of_logs._agrees(logs.read(file, columns="steer=out [%]", units={"steer": "0.55/100"}))
 
 
 @pytest.mark.skipif(not CASES.is_dir(), reason="needs the cases beside the checkout")
@@ -309,7 +346,7 @@ def test_cases_that_are_refused_are_read_with_the_option_that_is_named() -> None
         refused += 1
         found = [read(file, **given) for given in remedies]
         if of_a_log:
-            (log,) = found
+            log = found[0]
             for name, most in {"x": 0.3, "y": 0.3, "speed": 2e-3, "steer": 2e-3}.items():
                 values, wanted = getattr(log, name), getattr(good, name)[: len(log)]
                 off = values - wanted - (values - wanted)[0] * (most > 0.1)

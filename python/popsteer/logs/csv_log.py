@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.errors import ConfigError, PathError, unknown
-from popsteer.logs import clock
 from popsteer.logs.log import COLUMNS, SIGNALS, Log, LogError
 from popsteer.logs.units import factor
-from popsteer.tables import geo, shown
+from popsteer.tables import clock, geo, shown
 from popsteer.tables.columns import (
     Columns,
     asked_for,
@@ -327,16 +326,24 @@ def _check_steer(name: str, xy: Floats, yaw: Floats, steer: Floats, unit: str | 
 
     Says that they are taken for radians where neither the file nor the drive tells.
     """
+    most = float(np.max(np.abs(steer)))
+    percent = "--unit steer=ANGLE/100, the front wheels' ANGLE at 100 % in rad"
+    if unit is None and most in (1.0, 100.0):
+        full = percent if most > 1.0 else "--unit steer=ANGLE, the front wheels' ANGLE at 1 in rad"
+        raise LogError(
+            f"{name}: steer reaches {most:g}, as a share of the largest angle does: {full}; or if"
+            f" it is one, --unit steer={'rad' if most == 1.0 else 'deg'}"
+        )
     length = _wheelbase(xy, yaw, steer)
     if length is None or abs(length) <= _LONGEST_WHEELBASE:
         is_open = length is None and unit is None and np.ptp(steer) > 0.0
         return ["steer is taken for rad: the drive does not tell"] if is_open else []
     why = "" if math.isinf(length) else f", a wheelbase of {abs(length):.0f} m"
-    most = float(np.max(np.abs(steer)))
     known = (unit or ("deg" if most > 4.0 * math.pi else "rad")).partition("/")[0]
     by = [f"--unit steer={known}/RATIO where it is the hand wheel's"]
     if unit is None and abs(_wheelbase(xy, yaw, np.radians(steer)) or 0.0) <= _LONGEST_WHEELBASE:
         by.insert(0, "--unit steer=deg")
+    by += [f"{percent}, where it is in percent"] if unit is None and 1.0 < most <= 100.0 else []
     raise LogError(
         f"{name}: steer of up to {most:.3g} would be no front wheels'{why}: {', or '.join(by)}"
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PathError, PopsteerError
 from popsteer.tables import shown
-from popsteer.tables.quantities import UNITS, converted, factor, meaning, spelled
+from popsteer.tables.quantities import UNITS, converted, factor, meaning, share, spelled
 
 if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
@@ -33,7 +33,7 @@ _SECONDS = 1e8  # a clock that counts seconds from 1970 is beyond it
 _TIMED: dict[str, str | None] = {"speed speed, as time and distances are": None}
 _TIMED |= {f"speed speed in {unit}, as time and distances are": unit for unit in shown.SPEEDS}
 _FARTHEST = 6.1e7  # m, of the coordinates of any map: eastings with the zone before them
-_MANY = 40  # columns without names: what has more is no path's
+MANY = 40  # columns without names: what has more is no path's
 _PARTS = ("v_east", "v_north")
 # What tells a quantity that has no column of its own.
 _TOLD_BY = {"x": {"lat", "lon"}, "y": {"lat", "lon"}, "yaw": {"qz", "qw"}, "speed": {*_PARTS}}
@@ -109,7 +109,7 @@ def named(
         is_told = {"x", "y"} <= {*read} or {"lat", "lon"} <= {*read}
         raise PathError(
             f"{where}: {len(head)} name{'s' * (len(head) > 1)} above {table.columns} columns"
-            + (known_ones if is_told and table.columns <= _MANY else ": is it a table?")
+            + (known_ones if is_told and table.columns <= MANY else ": is it a table?")
         )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
@@ -215,6 +215,11 @@ def check_units(table: Table, columns: Mapping[str, Column]) -> None:
             usual[quantity] = spelled(quantity)[0]
     for quantity, unit in usual.items():
         column, head = columns[quantity], table.head or []
+        if (full := share(quantity, column.unit)) is not None:
+            raise PathError(
+                f"{table.name}: {column} is a share of the largest angle: --unit steer={full} with"
+                f" the front wheels' ANGLE at {'100 %' if '/' in full else '1'} in rad"
+            )
         places = {key: columns[key].place for key in usual}
         remedy = f" ({option(head, places, usual)} takes it for {unit})" if head else ""
         raise PathError(
@@ -304,7 +309,7 @@ def _explanations(
     count = values.shape[1]
     far = np.flatnonzero(np.abs(values).max(axis=0) > _FARTHEST) if count > 2 else ()
     left = {*texts, *far}
-    pairs = _pairs(values) if count <= _MANY else []
+    pairs = _pairs(values) if count <= MANY else []
     tried = [_explain(values, x, y, texts) for x, y in pairs if not {x, y} & left]
     return tried, [known for known in tried if _is_possible(values, known, texts)]
 

@@ -30,8 +30,10 @@ _TIME |= {"nanoseconds": 1e-9}
 _TIME |= dict.fromkeys(("h", "hr", "hours"), 3600.0)
 _CURVATURE = dict.fromkeys(("1/m", "rad/m", "radpm", "1pm", "m-1"), 1.0)
 _NONE = {"": 1.0, "-": 1.0}
-_SHARE = {"1": 1.0, "%": 1e-2, "percent": 1e-2}
+_SHARE = {"1": 1.0} | dict.fromkeys(("%", "percent", "pct"), 1e-2)
 _ACCELERATION = dict.fromkeys(("m/s²", "m/s2", "m/s^2", "mps2"), 1.0) | {"g": 9.80665}
+_SHARES = dict.fromkeys(("%", "percent", "pct", "percentage"), "ANGLE/100")
+_SHARES |= dict.fromkeys(("-", "norm", "normalized", "normalised", "-1..1"), "ANGLE")
 _GRADE = {"-": 1.0, "m/m": 1.0, "%": 1e-2, "percent": 1e-2}
 
 UNITS: dict[str, dict[str, float]] = {
@@ -41,7 +43,8 @@ UNITS: dict[str, dict[str, float]] = {
     # From north, clockwise, with x to the east; `converted` turns them.
     "yaw": _ANGLE | {"rad-north": -1.0, "deg-north": -math.pi / 180.0},
     **dict.fromkeys(("speed", "speed_y", "v_east", "v_north"), _SPEED),
-    "steer": _ANGLE,
+    # Shares of the largest angle, which no file tells.
+    "steer": _ANGLE | dict.fromkeys(_SHARES, math.nan),
     "curvature": _CURVATURE,
     "grade": _GRADE,
     **dict.fromkeys(("lat", "lon"), _DEGREES),
@@ -196,8 +199,9 @@ def factor(quantity: str, unit: str) -> float:
     (True, -1.0, 0.05)
     """
     known = UNITS[quantity]
-    if unit in known or unit.lower() in known:
-        return known.get(unit, known.get(unit.lower(), 1.0))
+    found = known.get(unit, known.get(unit.lower(), math.nan))
+    if not math.isnan(found):
+        return found
     sign, text = (-1.0, unit[1:]) if unit.startswith("-") else (1.0, unit)
     name, _, ratio = text.partition("/") if text not in known else (text, "", "")
     try:
@@ -212,6 +216,17 @@ def factor(quantity: str, unit: str) -> float:
             f" {unit[:40]!r}"
         )
     return found
+
+
+def share(quantity: str, unit: str | None) -> str | None:
+    """Word the unit that makes an angle of a share of the largest; None of all other units.
+
+    Examples
+    --------
+    >>> share("steer", "%"), share("steer", "deg")
+    ('ANGLE/100', None)
+    """
+    return _SHARES.get((unit or "").lower()) if quantity == "steer" else None
 
 
 def converted(quantity: str, unit: str | None, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -236,4 +251,5 @@ def spelled(quantity: str) -> list[str]:
     ['rad', 'deg', 'mrad', 'rad-north', 'deg-north']
     """
     known = UNITS[quantity]
-    return [unit for unit in known if next(u for u in known if known[u] == known[unit]) == unit]
+    sizes = {size: unit for unit, size in reversed(known.items()) if not math.isnan(size)}
+    return [unit for unit in known if unit in sizes.values()]

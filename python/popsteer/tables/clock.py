@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from datetime import date
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from popsteer.errors import PathError
 from popsteer.tables.columns import EPOCH, Column, check_units
-from popsteer.tables.quantities import factor
+from popsteer.tables.quantities import UNITS, factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -22,13 +23,13 @@ if TYPE_CHECKING:
     Rows = Iterable[tuple[int, list[str]]]
 
 _CLOCK = re.compile(
-    # A day may come first, by which a drive is not told from another.
-    r"(?:(\d{4})[-/](\d\d)[-/](\d\d)[T /]\s*"
-    r"|\d\d?(?:[./]\d\d?[./]|-[A-Z][a-z]{2}-)\d{4},?\s+)?"
+    # A day may come first, in words and in any order, by which a drive is not told from another.
+    r"(?:(\d{4})[-/_.](\d\d)[-/_.](\d\d)[T /_]\s*|(?:[\w./,-]+\s+){1,5})?"
     # Spreadsheets leave the hours out.
-    r"(?:(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)|(\d\d?):(\d\d[.,]\d+))"
-    r"\s*(Z|[+-]\d\d:?\d\d|[AP]M)?$"
+    r"(?:(\d\d?):(\d\d):(\d\d(?:[.,]\d+|:\d{3,6})?)|(\d\d?):(\d\d[.,]\d+))"
+    r"\s*(Z|UTC|GMT|[+-]\d\d:?\d\d|[APap]\.?[Mm]\.?)?(?: [A-Z]{3,4})?(?: \d{4})?$"
 )
+_DURATION = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*([A-Za-zµ]+)$")  # MATLAB's 0.1 sec
 PARTS = {"t_ms": ("ms", 10**6), "t_us": ("us", 10**3), "t_ns": ("ns", 1)}
 """What may stand beside whole seconds, each with its unit and that in ns."""
 
@@ -75,8 +76,8 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
         hours, minutes = np.floor(values / 1e4), np.floor(values / 1e2) % 100.0
         since = 3600.0 * hours + 60.0 * minutes + values % 100.0
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
-    if _CLOCK.match(first) or ":" in first:
-        return _clocks(table, entries, column, dated=bool(re.match(r"\d{4}\D", first)))
+    if (as_clock := _CLOCK.match(first)) or re.search(r"\d[:\sA-DF-Za-df-zµ_]", first):
+        return _clocks(table, entries, column, dated=bool(as_clock and as_clock[1]))
     if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         unit = unit or next(name for least, name in (*EPOCH, (0, "ms")) if int(first) >= least)
         return _stamps(table, entries, column, (dict(PARTS.values())[unit],), f"t is in {unit}")
@@ -106,6 +107,7 @@ def _clocks(table: Table, entries: Rows, column: Column, *, dated: bool) -> Time
     values, colons = [], 0
     for line, row in entries:
         value, colons = _clock(row[0]), max(colons, row[0].count(":"))
+        value = _duration(row[0]) if value is None else value
         if value is None:
             raise PathError(
                 f"{table.at(line, column.place)}: {row[0][:40]!r} is no time: seconds, a clock, or"
@@ -113,11 +115,22 @@ def _clocks(table: Table, entries: Rows, column: Column, *, dated: bool) -> Time
             )
         values.append(value)
     since = np.array(values)
+    if not colons:
+        return Times(since, 0, "t is a duration", is_sure=True)
     if not dated:
         span = 86400.0 if colons > 1 else 3600.0
         return Times(_of_one_day(since, span), 0, "t is a clock", is_sure=True)
     origin = int(since[0])
     return Times(since - origin, origin * 10**9, "t is a date and a clock", is_sure=True)
+
+
+def _duration(entry: str) -> float | None:
+    """Give the seconds of a number with a unit behind it; None if it is none."""
+    found = _DURATION.match(entry)
+    size = UNITS["t"].get(found[2].lower()) if found else None
+    with suppress(ValueError):
+        return size * float(found[1].replace(",", ".")) if found and size else None
+    return None
 
 
 def _clock(entry: str) -> float | None:
@@ -127,10 +140,10 @@ def _clock(entry: str) -> float | None:
         return None
     year, month, day, hour, *minutes, zone = found.groups()
     minute, second = filter(None, minutes)
-    since = 3600.0 * int(hour or 0) + 60.0 * int(minute) + float(second.replace(",", "."))
-    if zone in ("AM", "PM"):
-        since += 43200.0 * ((zone == "PM") - (hour == "12"))
-    elif zone and zone != "Z":
+    since = 3600.0 * int(hour or 0) + 60.0 * int(minute) + float(re.sub("[,:]", ".", second))
+    if zone and zone[0] in "APap":
+        since += 43200.0 * ((zone[0] in "Pp") - (int(hour or 0) == 12))
+    elif zone and zone[0] in "+-":
         away = 60 * int(zone[1:3]) + int(zone[-2:])
         since -= 60.0 * (away if zone[0] == "+" else -away)
     try:
