@@ -108,6 +108,35 @@ READ: dict[str, tuple[str, str]] = {
         ),
         "",
     ),
+    "CarMaker": (
+        '#Name,"Car.tx","Car.ty","Car.Yaw","Car.vx","Car.FxFL"\n#Unit,"m","m","rad","km/h","N"\n'
+        + _rows((X, Y, YAW, 3.6 * SPEED, 99.0 * ONE)),
+        "vy",
+    ),
+    "CarMaker, between tabs": (
+        "#Name\tCar.tx\tCar.ty\tCar.vx\n#Unit\tm\tm\tm/s\n#nStates\t0\t0\t0\n"
+        + _rows(([""] * N, X, Y, SPEED), "\t"),
+        "v",
+    ),
+    "CarMaker's road": (": x y z q\n#\n# x y z q\n" + _rows((X, Y, NONE, NONE), "\t"), ""),
+    "a row between names and units": (
+        "tx,ty,Yaw,v\nC1,C1,C1,C1\nm,m,deg,km/h\n,,,\n"
+        + _rows((X, Y, np.degrees(YAW), 3.6 * SPEED)),
+        "vy",
+    ),
+    "notes in columns without names": (
+        "x,y,v,,,\n" + _rows((X, Y, SPEED, *[["", "a"] * (N // 2)] * 2, [""] * N)),
+        "v",
+    ),
+    "a spreadsheet's separator": (
+        "sep=;\nx;y;v\n" + _rows((X, Y, SPEED), ";").replace(".", ","),
+        "v",
+    ),
+    "km/h beside a clock": (
+        "time,x,y,speed\n"
+        + _rows(([f"10:59:{30 + 0.4 * k:05.2f}" for k in range(N)], X, Y, 3.6 * SPEED)),
+        "v",
+    ),
     "raceline of another tool": (
         "s,raceline_x,raceline_y,psi,kappa,vx,ax\n" + _rows((S, X, Y, YAW, K, SPEED, NONE)),
         "vyk",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from popsteer.errors import PathError
 from popsteer.tables import shown
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 _UNIT = 2e-3  # how far rounding leaves a length from 1
 _UPRIGHT = 0.8  # cosine of the steepest tilt of a vehicle
+_OF_CAMERA = [1.0, -1.0]  # x is its z, y its -x
+_SAID_OF_CAMERA = " of a camera: x is its z, y its -x"
 # ROS and TUM have w last, EuRoC has it first.
 _ORDERS = {4: ("qx qy qz qw", "qw qx qy qz"), 2: ("qz qw", "qw qz")}
 
@@ -39,8 +42,11 @@ def yaw_of(columns: Mapping[str, Floats]) -> Floats:
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def poses(values: Floats) -> Poses | None:
-    """Find poses in columns without names; None where nothing proves them."""
+def poses(name: str, values: Floats) -> Poses | None:
+    """Find poses in columns without names; None where nothing proves them.
+
+    Raises PathError where a quaternion does, but not which plane is the ground's.
+    """
     count = values.shape[1]
     if len(values) < 5 or count < 4:
         return None
@@ -55,9 +61,21 @@ def poses(values: Floats) -> Poses | None:
             continue
         xy = values[:, x : x + 2]
         yaws = [yaw_of(dict(zip(order.split(), turned.T, strict=True))) for order in orders]
+        note = f"columns {count - size + 1} to {count} are a quaternion"
+        if size == 4:
+            position = values[:, x : x + 3]
+            cameras = (_of_camera(order.split(), turned, position) for order in orders)
+            if (camera := next(filter(None, cameras), None)) is not None:
+                return camera._replace(note=note + camera.note)
+            reach = np.ptp(position, axis=0)
+            if reach[2] > 0.5 * max(reach[:2]):
+                ways = (",".join(["-"] * x + [*each, *"-" * 4]) for each in ("xy-", "x-y"))
+                raise PathError(
+                    f"{name}: {note}, whose z moves as much as x and y do:"
+                    f" --columns {', or of a camera, whose y points down, --columns '.join(ways)}"
+                )
         ahead = [yaw for yaw in yaws if _is_ahead(xy, yaw)]
         if ahead or size == 4:  # two may be another unit vector
-            note = f"columns {count - size + 1} to {count} are a quaternion"
             return Poses(xy, (ahead or yaws)[0], f"x, y (columns {x + 1}, {x + 2})", note)
     return None
 
@@ -66,6 +84,18 @@ def _is_unit(vectors: Floats) -> bool:
     """Whether rows are unit vectors, and not always the same."""
     off = np.abs(np.linalg.norm(vectors, axis=1) - 1.0)
     return bool(off.max() < _UNIT) and bool(np.ptp(vectors, axis=0).max() > 0.0)
+
+
+def _of_camera(order: list[str], turned: Floats, position: Floats) -> Poses | None:
+    """Read poses of a camera, whose y points down and whose z points where it moves."""
+    x, y, z, w = (turned[:, order.index(f"q{axis}")] for axis in "xyzw")
+    upright = 1.0 - 2.0 * (x * x + z * z)
+    xy = position[:, [2, 0]] * _OF_CAMERA
+    yaw = np.arctan2(-2.0 * (x * z + w * y), 1.0 - 2.0 * (x * x + y * y))
+    flat = np.ptp(position[:, 1]) < np.ptp(position[:, 2])
+    if not flat or np.quantile(upright, 0.01) < _UPRIGHT or not _is_ahead(xy, yaw):
+        return None
+    return Poses(xy, yaw, "x, y", _SAID_OF_CAMERA)
 
 
 def _matrices(values: Floats) -> Poses | None:
@@ -78,12 +108,12 @@ def _matrices(values: Floats) -> Poses | None:
     camera = np.ptp(position[:, 1]) < np.ptp(position[:, 2])
     if np.quantile(turned[:, 1, 1] if camera else turned[:, 2, 2], 0.01) < _UPRIGHT:
         return None
-    axes, signs = ([2, 0], [1.0, -1.0]) if camera else ([0, 1], [1.0, 1.0])
+    axes, signs = ([2, 0], _OF_CAMERA) if camera else ([0, 1], [1.0, 1.0])
     xy, ahead = (each[:, axes] * signs for each in (position, turned[:, :, axes[0]]))
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
     if not _is_ahead(xy, yaw):
         return None
-    said = " of a camera: x is its z, y its -x" if camera else ""
+    said = _SAID_OF_CAMERA if camera else ""
     return Poses(xy, yaw, "x, y", f"the last 12 columns are a pose's matrix of 3 x 4{said}")
 
 

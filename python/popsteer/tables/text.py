@@ -39,6 +39,7 @@ _LARGEST = 1e100
 _BOTH = ", "  # a comma or white space
 _LONGEST = 1_000_000  # characters of a line
 _UNITS = {unit for units in UNITS.values() for unit in units} - {"", "1"}
+_UNITS |= {"N", "Nm", "rad/s", "deg/s", "1/min", "rpm", "G", "V", "A", "W", "bar", "°C", "C"}
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 # Thousands as spreadsheets write them: 5.334.567,5 in German, with narrow spaces in French,
 # 5,334,567.5 in English.
@@ -47,6 +48,9 @@ _ENGLISH = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+$")
 _PRINTED = re.compile(r"-?\d+[.,]\d{6}$")
 _HASH = re.compile(r"(?<![,;])#")  # a name may begin with one
 _WESTERN = re.compile(r"[\t-\r -~°²³µÀ-ü]*")  # text as older Windows programs write it
+_COMMENT = re.compile(r"\s*(?:[#%:]|//)")  # a colon as CarMaker's roads have it
+_EXCEL = re.compile(r'"?sep=.?"?\s*$')  # in the first line, which separator it takes
+_ROW_OF = re.compile(r"(?i:names?|columns?|fields?|channels?|units?|dataset|nstates)$")
 _SECTION = re.compile(r"\[([A-Za-z ]+)\]$")
 
 
@@ -172,6 +176,8 @@ class Table:
         shown = entry if len(entry) <= _SHOWN_CHARACTERS else entry[:_SHOWN_CHARACTERS] + "..."
         fault = "is not a number" if value is None else "is not finite"
         fault = "is too large" if value is not None and math.isfinite(value) else fault
+        if entry and self.head and self.head[column].startswith(entry):
+            fault += ": the names come again, so keep one table a file"
         raise PathError(f"{self.at(line, column)}: {shown!r} {fault}", index)
 
     @cached_property
@@ -233,8 +239,7 @@ def table_of(name: str, text: str) -> Table:
         start = rows[0][0] - 1
         found = replace(found, columns=columns, head=head, start=start, has_index=has_index)
     else:
-        line, head = rows[place][0], _filled(rows[place][1])
-        head = _explained(head, *(row for _, row in rows[place + 1 : place + 1 + units]))
+        line, head = rows[place][0], _head_of([row for _, row in rows[place:]], units)
         first = rows[place + units + 1][1] if place + units + 1 < len(rows) else []
         if len({*head}) < len(head) == len(first):
             head = _nested(head, [row for _, row in rows[place + 1 :] if len(row) == len(head)])
@@ -263,6 +268,14 @@ _VBOX |= {"heading": "heading [deg]", "time": "time [hhmmss]"}
 _NGSIM = {"local_x": "Local_X [ft]", "local_y": "Local_Y [ft]", "v_vel": "v_Vel [ft/s]"}
 _NGSIM |= {"global_time": "Global_Time [ms]"}
 _NGSIM |= {f"global_{axis}": f"Global_{axis.upper()} of the state" for axis in "xy"}
+
+
+def _head_of(rows: list[list[str]], units: int) -> list[str]:
+    """Give the names that begin some rows, with their units; none to columns behind them."""
+    widest = max(len(_filled(row)) for row in rows[1:] or rows)
+    head = rows[0] if len(_filled(rows[0])) < widest <= len(rows[0]) else _filled(rows[0])
+    told = next((k for k, row in enumerate(rows[1 : 1 + units], 1) if _are_units(row)), 1)
+    return _explained(head[: max(widest, len(_filled(head)))], *rows[told : 1 + units])
 
 
 def _filled(row: list[str]) -> list[str]:
@@ -319,14 +332,16 @@ def _contents(name: str, text: str) -> Iterator[tuple[int, str]]:
         if len(line) > _LONGEST:
             raise PathError(f"{name}, line {number}: is longer than {_LONGEST:,} characters")
         content = _HASH.split(line, 1)[0] if "#" in line and '"' not in line else line
-        if content.strip() and not content.lstrip().startswith(("#", "%", "//")):
+        if content.strip(" \t\r\n,;") and not (
+            _COMMENT.match(content) or (number == 1 and _EXCEL.match(line))
+        ):
             yield number, content.strip(" \n")  # a tab may stand before a column without a name
 
 
 def _comments(text: str, before: int) -> list[str]:
     lines = islice(io.StringIO(text, newline=None), before - 1)
     stripped = (line.strip() for line in lines)
-    return [line.lstrip("#%/ ") for line in stripped if line.startswith(("#", "%", "//"))]
+    return [line.lstrip("#%/: ") for line in stripped if _COMMENT.match(line)]
 
 
 def _separator(lines: list[str]) -> str | None:
@@ -358,6 +373,12 @@ def _is_spaced(line: str) -> bool:
     )
 
 
+def _are_units(row: list[str]) -> bool:
+    """Whether a row says mostly units."""
+    told = [each in _UNITS for each in row if each]
+    return 2 * sum(told) > len(told)
+
+
 def _head(
     rows: list[tuple[int, list[str]]], parse: Callable[[str], float | None]
 ) -> tuple[int | None, int]:
@@ -366,6 +387,10 @@ def _head(
     def is_names(place: int) -> bool:
         row = rows[place][1]
         return any(row) and all(parse(entry) is None for entry in row)
+
+    def is_numbers(row: list[str]) -> bool:
+        told = [parse(entry) is not None for entry in row if entry]
+        return 2 * sum(told) > len(told)
 
     def has_data(place: int, columns: int) -> bool:
         there = rows[place : place + 2]
@@ -376,30 +401,46 @@ def _head(
 
     for place, (_, row) in enumerate(rows):
         known = sum(meaning(entry).quantity is not None for entry in row)
-        if known < 2 or not is_names(place):
+        if known == 0 or not is_names(place):
             continue
-        if any(len(rows[k][1]) == len(row) and not is_names(k) for k in range(place)):
-            break  # below numbers already
-        below = rows[place + 1][1] if place + 1 < len(rows) else []
-        told = [b in _UNITS for b in below if b]
-        units = int(len(below) == len(row) and 2 * sum(told) > len(told) and is_names(place + 1))
-        while units and place + 1 + units < len(rows) and is_names(place + 1 + units):
-            units += 1  # where the values come from
-        if place == 0 or has_data(place + 1 + units, len(row)):
+        if any(len(above) == len(row) and is_numbers(above) for _, above in rows[:place]):
+            break
+        units = 0  # and where the values come from
+        while place + 1 + units < len(rows) and is_names(place + 1 + units):
+            units += 1
+        if not any(_are_units(below) for _, below in rows[place + 1 : place + 1 + units]):
+            units = 0
+        if (known > 1 and place == 0) or has_data(place + 1 + units, len(row)):
             return place, units
     return (0, 0) if is_names(0) else (None, 0)
 
 
 def _head_of_comment(comments: list[str], columns: int, separator: str | None) -> list[str] | None:
-    """Take the comment above the numbers for names, where it has as many and one is known."""
-    if not comments:
-        return None
-    for mark in dict.fromkeys((separator, ";", ",", "\t", None)):
-        text = comments[-1].rstrip(mark)
-        names = split(re.sub(r"\s+([\[(])", r"\1", text) if mark is None else text, mark)
-        if len(names) == columns and any(meaning(each).quantity for each in names):
-            return names
+    """Take the comment above the numbers for names, where it has as many and one is known.
+
+    Units may stand below it, and before each what the row is (CarMaker).
+    """
+    below: list[list[str]] = []
+    for text in reversed(comments):
+        rows = list(_entries_of_comment(text, columns, separator))
+        for names in rows:
+            if not _are_units(names) and any(meaning(each).quantity for each in names):
+                return _explained(names, *filter(_are_units, below))
+        if not rows:
+            return None
+        below.append(rows[0])
     return None
+
+
+def _entries_of_comment(text: str, columns: int, separator: str | None) -> Iterator[list[str]]:
+    """Split a comment into as many entries as there are columns, in all ways that there are."""
+    for mark in dict.fromkeys((separator, ";", ",", "\t", None)):
+        line = re.sub(r"\s+([\[(])", r"\1", text) if mark is None else text
+        entries = split(line.rstrip(mark), mark)
+        if len(entries) == columns + 1 and _ROW_OF.match(entries[0]):
+            del entries[0]
+        if len(entries) == columns:
+            yield entries
 
 
 def _counted(number: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -11,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.errors import ConfigError, PathError
-from popsteer.tables import geo, shown
+from popsteer.tables import clock, geo, shown
 from popsteer.tables.columns import (
     LEFT_OUT,
+    MANY,
     Column,
     Columns,
     asked_for,
@@ -28,7 +30,7 @@ from popsteer.tables.columns import (
     seconds,
 )
 from popsteer.tables.poses import poses, yaw_of
-from popsteer.tables.quantities import UNITS, converted, meaning
+from popsteer.tables.quantities import UNITS, converted
 from popsteer.tables.text import Table, read_text, table_of
 
 if TYPE_CHECKING:
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
 
 _AT_REST = 0.1  # m/s: a negative speed nearer to 0 may be noise
 _SIDES = {"left", "right", "inner", "outer", "blue", "yellow", "orange", "big", "small", "cone"}
+_FASTEST = 120.0  # m/s of any car
+_FASTEST_ASIDE = 60.0  # m/s² in bends; racing cars reach 50
 _LAP = ": a lap with --closed"
 _WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "true": 1.0}
 _WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
@@ -170,7 +174,12 @@ def _place(found: Waypoints, index: int | None) -> str:
     return found.name if line is None else found.table.where(line)
 
 
-def _check_count(name: str, count: int) -> None:
+def _check_count(name: str, count: int, columns: int = 2) -> None:
+    if count < columns > MANY:
+        raise PathError(
+            f"{name}: {count} {'row' if count == 1 else 'rows'} of {columns} columns: a waypoint is"
+            " a row, so write it the other way round"
+        )
     if count < 2:
         raise PathError(f"{name}: at least 2 waypoints are needed, found {count}")
 
@@ -181,10 +190,10 @@ def _read_table(
     if not wanted and table.head is None:
         texts = _texts(table)
         values = table.numbers([k for k in range(table.columns) if k not in texts])
-        _check_count(table.name, len(values))
+        _check_count(table.name, len(values), table.columns)
         for k in sorted(texts):
             values = np.insert(values, k, 0.0, axis=1)
-        if (posed := poses(values)) is not None:
+        if (posed := poses(table.name, values)) is not None:
             found = Waypoints(
                 table.name, posed.xy, read=[posed.read], notes=[posed.note], table=table
             )
@@ -413,7 +422,10 @@ def _add_speed(
         if shown.is_velocity(found.xy, speed, other, found.more.get("yaw")):
             said = f"speed (of {places['speed']} and {places['speed_y']})"
             speed = np.hypot(speed, other)
-    if places["speed"].unit is None and (unit := _unit_by_times(found, speed)) is not None:
+    unit = _unit_by_times(found, speed) if places["speed"].unit is None else "m/s"
+    if unit is None:
+        _refuse_fast(found, places["speed"], speed)
+    elif unit != "m/s":
         speed = converted("speed", unit, speed)
         found.notes.append(f"speed is in {unit}, as the times show")
     if (speed < 0.0).any():
@@ -423,19 +435,31 @@ def _add_speed(
 
 
 def _unit_by_times(found: Waypoints, speed: Floats) -> str | None:
-    """Find the unit of a speed beside times in seconds; None if it is m/s, or nothing shows it."""
+    """Find the unit of a speed beside a clock; None if nothing shows it."""
     table = found.table
-    for k, name in enumerate(table.head or [] if table else []):
-        quantity, told, _ = meaning(name)
-        told = "ms" if quantity == "t_ms" else told
-        is_time = quantity in ("t", "t_ms") and told in (None, *UNITS["t"])
-        if table and is_time and not table.is_text(k):
-            t = seconds(converted("t", told, table.numbers([k], blank=True)[:, 0]))
+    if table is None or not table.head:
+        return None
+    with suppress(PathError):  # a time that cannot be read shows nothing
+        places = named(table, [], ("t", *clock.PARTS))
+        clock.find(table, places)
+        if "t" in places:
+            t = seconds(clock.read(table, places, None).values)
             ratio = shown.ratio(t, found.xy[:, 0], found.xy[:, 1], speed) or 0.0
-            unit = shown.unit_of_speed(ratio, 0.02)
-            if unit is not None or abs(ratio - 1.0) < 0.02:
-                return unit
+            return "m/s" if abs(ratio - 1.0) < 0.02 else shown.unit_of_speed(ratio, 0.02)
     return None
+
+
+def _refuse_fast(found: Waypoints, column: Column, speed: Floats) -> None:
+    """Refuse a speed without a unit that would be no vehicle's in m/s."""
+    head = (found.table and found.table.head) or []
+    size = float(np.max(np.abs(speed), initial=0.0))
+    aside = shown.aside(shown.along(found.xy), np.abs(speed))
+    why = f"up to {size:.4g}" if size > _FASTEST else f"{aside:.3g} m/s² to the side"
+    if head and (size > _FASTEST or aside > _FASTEST_ASIDE):
+        by = [option(head, {"speed": column.place}, {"speed": unit}) for unit in ("km/h", "m/s")]
+        raise PathError(
+            f"{found.name}: {column} without a unit would be {why} in m/s: {by[0]}, or {by[1]}"
+        )
 
 
 def _at_rest(xy: Floats, speed: Floats, *, ahead: bool) -> NDArray[np.bool_]:

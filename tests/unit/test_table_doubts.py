@@ -1,0 +1,77 @@
+"""Files that would be misread without a doubt: each is refused with what settles it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from popsteer import Path, PathError
+from tests.helpers import looped
+from tests.unit.test_table_kinds import NONE, SPEED, YAW, X, Y, _agrees, _rows, _write
+
+
+def _camera(turn: Any) -> tuple[Any, ...]:
+    """Give quaternions (x, y, z, w) of turns about a camera's y, which points down."""
+    return NONE, np.sin(turn / 2.0), NONE, np.cos(turn / 2.0)
+
+
+def test_poses_of_a_camera_are_read_in_the_ground_s_plane(tmp_path: Any) -> None:
+    # A camera's x points to the right and its z ahead, so that a turn to the left is negative.
+    position = -Y, 0.01 * np.sin(YAW), X
+    path = Path.from_csv(_write(tmp_path, _rows((0.3 * YAW, *position, *_camera(-YAW)), " ")))
+    _agrees(path, "y")
+    assert "a quaternion of a camera: x is its z, y its -x" in str(path.source)
+    # Where it looks elsewhere, the plane is not known.
+    file = _write(tmp_path, _rows((0.3 * YAW, *position, *_camera(np.sin(9.0 * YAW))), " "))
+    with pytest.raises(PathError, match="whose z moves as much as x and y do") as refused:
+        Path.from_csv(file)
+    for columns in ("-,x,y,-,-,-,-,-", "-,x,-,y,-,-,-,-"):
+        assert columns in str(refused.value)
+    path = Path.from_csv(file, columns="-,x,-,y,-,-,-,-")
+    assert np.column_stack((path.x, path.y)) == pytest.approx(np.column_stack((-Y, X)), abs=1e-6)
+
+
+@looped(
+    ("far", "fast", "why"),
+    [(1.0, 40.0, "up to 140"), (0.05, 3.6, "m/s² to the side"), (1.0, 3.6, "")],
+)
+def test_speed_that_no_vehicle_has_in_metres_asks_for_its_unit(
+    tmp_path: Any, far: float, fast: float, why: str
+) -> None:
+    file = _write(tmp_path, "x,y,speed\n" + _rows((far * X, far * Y, fast * SPEED)))
+    if not why:
+        assert Path.from_csv(file).speed is not None
+        return
+    with pytest.raises(PathError, match=f"speed without a unit would be .*{why}.* in m/s") as told:
+        Path.from_csv(file)
+    for unit, size in (("km/h", 3.6), ("m/s", 1.0)):
+        assert f"--columns 'speed=speed [{unit}]'" in str(told.value)
+        path = Path.from_csv(file, columns=f"speed=speed [{unit}]")
+        assert np.asarray(path.speed) == pytest.approx(fast * SPEED / size)
+
+
+@looped(
+    ("text", "said"),
+    [
+        ("x,y\n" + _rows((X, Y)) + "x,y\n" + _rows((X, Y)), "line 52, column 1: 'x' is not a"),
+        (_rows(tuple(np.column_stack((X, Y)))), "2 rows of 50 columns: a waypoint is a row"),
+        (_rows(tuple(X[:, None])), "1 row of 50 columns: a waypoint is a row"),
+        (
+            "Format,A,,\nRate,50,Hz,\n,,,\nDistance,Speed,Height,Grip\nm,km/h,m,\n"
+            + _rows((YAW, SPEED, NONE, NONE)),
+            r"line 4: no column is named x or y; there are: Distance \[m\], Speed",
+        ),
+        (
+            '#Name,"Car.Distance","Car.vx"\n#Unit,"m","m/s"\n' + _rows((YAW, SPEED)),
+            r"no column is named x or y; there are: Car.Distance \[m\], Car.vx",
+        ),
+    ],
+)
+def test_tables_of_something_else_are_refused_by_what_they_are(
+    tmp_path: Any, text: str, said: str
+) -> None:
+    with pytest.raises(PathError, match=said) as refused:
+        Path.from_csv(_write(tmp_path, text))
+    assert "\n" not in str(refused.value)
