@@ -308,3 +308,33 @@ fn test_driver_of_a_motor_that_passes_rest_within_a_period_holds_it_there() {
         }
     }
 }
+
+/// A speed with the wrong sign is a fault at once. The vehicle comes to rest and is held, whatever noise the
+/// positions have by which its speed is found since.
+#[test]
+fn test_driver_of_a_speed_with_the_wrong_sign_holds_the_vehicle_at_rest() {
+    for noise in [0.0, 1e-9, 0.01] {
+        let mut rig = Rig::preview(bends());
+        let mut random = 1_u64;
+        let mut drawn = move || {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let share = f64::from(u32::try_from(random >> 32).unwrap()) / f64::from(u32::MAX);
+            noise * (3.4 * share - 1.7)
+        };
+        let mut sense = move |pose: VehicleState| VehicleState {
+            x: pose.x + drawn(),
+            y: pose.y + drawn(),
+            speed: -pose.speed,
+            ..pose
+        };
+        let drive = rig.drive(4.0, |_, pose| sense(pose));
+        assert_eq!(drive.fault, Some(Fault::Speed), "{noise}");
+        for k in 0..200 {
+            let drive = rig.drive(DT, |_, pose| sense(pose));
+            assert!(drive.hold && drive.acceleration < 0.0, "{noise} {k}");
+        }
+        assert!(rig.plant.rear.speed.abs() < 1e-9, "{noise}");
+    }
+}

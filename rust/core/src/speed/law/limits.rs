@@ -8,6 +8,9 @@ use crate::vehicle::Vehicle;
 /// Below this speed the vehicle is at rest [m/s]: a step of a speed sensor. Less: it is not seen to
 /// stand. More: its gear changes while it rolls.
 pub const REST: f64 = 0.03;
+/// Below this speed one that was told to stop, and came to rest, still is [m/s]: a speed that is found by the
+/// positions has their noise. Less: it is held and let go in turn. More: it is held though it is pushed on.
+pub(super) const MOVES: f64 = 10.0 * REST;
 /// How far before a stop it may stand [m], and in wheelbases besides. More: it stops less exactly. Less:
 /// it creeps up in noise.
 const ARRIVED: (f64, f64) = (0.002, 1.0 / 600.0);

@@ -78,7 +78,8 @@ impl SpeedLaw {
         self.turn_round(path, at, state, speed);
         let planned = self.planned(path, plan, at.closest.segment);
         let now = self.situation(&planned, at, state, (speed, sensed.age, sensed.noise));
-        self.wait(&planned, state, &now, at, sensed.reverse_gear);
+        let told = (sensed.reverse_gear, sensed.stop.is_some());
+        self.wait(&planned, state, &now, at, told);
         let held = state.is_held();
         let halted = sensed.stop.is_some() || state.rolls;
         let lawful = self.lawful(&now);
@@ -101,7 +102,7 @@ impl SpeedLaw {
         // A drive that takes accelerations for what they are passes rest within a period.
         let passed = -REST - larger(-state.acceleration, 0.0) * dt;
         let rests = (passed..REST).contains(&now.speed);
-        let standing = held && !halted || halted && rests;
+        let standing = held && !halted || halted && (rests || state.still > 0.0);
         let wanted = Wanted {
             acceleration: state.acceleration,
             plan: now.target + larger(now.change, 0.0) * dt,

@@ -153,14 +153,18 @@ impl SpeedLaw {
     }
 
     /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of
-    /// a vehicle that had the `speed` [m/s]; both are negative backwards. Brakes hold one at rest.
+    /// a vehicle that had the `speed` [m/s]; both are negative backwards. Brakes hold one at rest, and bring
+    /// one to rest that rolls against its gear.
     pub(crate) fn expected(&self, state: &SpeedState, speed: f64, dt: f64) -> f64 {
         let gear = state.gear();
         let pulls = gear * (self.moved(state, speed, dt, dt).speed - speed) / dt;
-        if pulls < 0.0 && speed.abs() <= 0.0 {
-            0.0
-        } else {
+        let (along, push) = (gear * speed, state.observer.answer(0.0).push);
+        if along > 0.0 || pulls >= smaller(push, 0.0) {
             gear * pulls
+        } else if along < 0.0 {
+            gear * smaller(2.0 * push - pulls, -along / dt)
+        } else {
+            0.0
         }
     }
 

@@ -7,7 +7,7 @@ use crate::math::{larger, smaller};
 use crate::path::PathView;
 use crate::path::follow::Located;
 use crate::path::preview::wheel_at_rest;
-use crate::speed::law::limits::{REST, SpeedLaw};
+use crate::speed::law::limits::{MOVES, REST, SpeedLaw};
 use crate::speed::law::situation::Situation;
 use crate::speed::law::state::SpeedState;
 use crate::speed::stops::{Planned, STANDSTILL};
@@ -68,10 +68,12 @@ impl SpeedLaw {
         state: &mut SpeedState,
         now: &Situation,
         at: &Located,
-        gear: Option<bool>,
+        (gear, halts): (Option<bool>, bool),
     ) {
-        // One that is held at its stop and came to rest is, as long as its place does not show another thing.
-        let still = now.speed.abs() < REST || (state.standing && state.still > 0.0);
+        // One that is held at its stop and came to rest is, as long as its place does not show another thing;
+        // one that is to stop anywhere, as long as noise may be what moves it.
+        let stays = state.standing || (halts && now.speed.abs() < MOVES);
+        let still = now.speed.abs() < REST || (stays && state.still > 0.0);
         if now.speed >= -REST {
             state.rolls = false;
         }
