@@ -352,7 +352,10 @@ def test_tyres_that_slip_are_no_command_of_another_scale(length: float) -> None:
     assert found.turning_length == pytest.approx(truth, abs=3.0 * error)
     assert error < 0.005 * truth
     assert found.vehicle.wheelbase == pytest.approx(length, rel=0.02)
-    assert found.vehicle.understeer == pytest.approx(understeer, rel=0.25)
+    # Their force is across turned wheels: taken across the car it is off by more than that.
+    own = float(np.hypot(found.errors["understeer"], found.model_errors["understeer"]))
+    assert found.vehicle.understeer == pytest.approx(understeer, abs=2.0 * own)
+    assert own < 0.01 * understeer
 
 
 def test_lag_of_the_tyres_is_told_from_that_of_the_wheels() -> None:

@@ -60,7 +60,6 @@ def test_prepared_log_has_pauses_of_five_seconds_and_cells_in_which_the_car_stan
     expected[159] = log.steer[160]
     assert ready.commands.tolist() == expected.tolist()
     assert (ready.times == ready.t).all()
-    assert ready.relative_speed == pytest.approx(np.abs(ready.speed) / ready.usual_speed)
     assert ready.yaw.tolist() == log.yaw.tolist()
 
 
@@ -311,7 +310,7 @@ def _chain_drive() -> Any:
         commands=0.2 * np.sin(1.3 * edges[::5]),
         speed=6.0 + 2.0 * np.sin(middle),
         acceleration=2.0 * np.cos(middle),
-        relative_speed=(6.0 + 2.0 * np.sin(middle)) / 6.5,
+        usual_speed=6.5,
     )
 
 
@@ -331,13 +330,15 @@ def test_chain_turns_the_car_as_its_formula_says() -> None:
         angle = np.diff(total) / drive.cell + offset
         v = drive.speed
         length, rate = 2.6 + (0.003 + shift * drive.acceleration) * v**2, 0.0 * v
-        for _ in range(9):
-            side = slip * v * rate
-            rate = v * (np.tan(angle - side) + side) / length
+        for _ in range(9 if slip else 1):
+            front, rear = slip * v * rate, (slip + 2.6 / v**2 - length / v**2) * v * rate
+            side = np.tan(angle - front / np.cos(angle)) + front
+            rate = v * (side + np.tan(rear) - rear) / length
         if behind:
-            state, means = rate[0], []
+            state, means, axle = rate[0], [], max(slip - 0.003, 0.0)  # the rear axle's slip
+            poles = (behind / 6.5 + axle) * (2.6 + 0.003 * 6.5**2)
             for k, given in enumerate(rate.tolist()):
-                tau = behind * (1.0 if kind == "yaw rate" else drive.relative_speed[k])
+                tau = behind if kind == "yaw rate" else v[k] * (poles / length[k] - axle)
                 # The mean of a first-order response over a cell, by fine steps of it.
                 fine = given + (state - given) * np.exp(-np.linspace(0.0, drive.cell, 2001) / tau)
                 means.append(float(np.mean(0.5 * (fine[1:] + fine[:-1]))))

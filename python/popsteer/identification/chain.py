@@ -5,11 +5,10 @@
     yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
 That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
-is that of the yaw rate behind the wheels; on tyres it grows with the speed. At constant speed the
+is that of the yaw rate behind the wheels; on tyres it changes with the speed. At constant speed the
 three cannot be distinguished. If a car brakes into a bend and accelerates out of it, they differ by
 up to 10 ms of delay, so the fit tries them all. Cars have both: `tyre_lag` is the part of the
-wheels' lag that tyres have behind them (as of the linear bicycle; M. Mitschke, H. Wallentowitz,
-*Dynamik der Kraftfahrzeuge*, 2004).
+wheels' lag that tyres have behind them.
 
 Also, braking loads the front tyres, and the car turns more; with `load_shift`
 
@@ -18,13 +17,21 @@ Also, braking loads the front tyres, and the car turns more; with `load_shift`
 replaces `understeer`. A controller does not use it. Without it the fit would attribute its effect
 to the delay: the dead time of a CommonRoad car on a race track comes out 20 ms too short.
 
-And front tyres slip by the angle `front_slip` v yaw', so that the car turns by
+And tyres slip, by `front_slip` of the force across the front wheels, and by what understeer leaves
+of that at the rear axle. The tangent is of the rest of the angle:
 
-    v (tan(wheel - slip) + slip) / (turning_wheelbase + understeer v²)
+    front = front_slip v yaw',  rear = (front_slip - understeer) v yaw'
+    yaw'  = v (tan(wheel - front / cos(wheel)) + front + tan(rear) - rear) / length
+    length = turning_wheelbase + understeer v²
 
-Understeer is the difference of the slip of both axles. What the tangent bends by is that of the
-rest of the angle: without this the length of a car that turns sharply comes out 0.5 % too long,
-and its commands look as if they asked for smaller angles.
+Without this the length of a car that turns sharply comes out 0.5 % too long, its commands look as
+if they asked for smaller angles, and its understeer is off by several of its errors. The lag of
+these tyres, of the linear bicycle's poles less that of its zero, is
+
+    v (T / length + understeer - front_slip)
+
+with a T of cornering stiffnesses and inertia (M. Mitschke, H. Wallentowitz, *Dynamik der
+Kraftfahrzeuge*, 2004). The lag at the usual speed gives it.
 """
 
 from __future__ import annotations
@@ -122,9 +129,9 @@ class Chain:
         """Simulate the mean yaw rate of each cell [rad/s].
 
         The parameters are those of `Vehicle`; each m/s² of acceleration adds `load_shift` v²
-        [s⁴/m²] to the turning wheelbase, each m/s² to the side `front_slip` [rad s²/m] to the slip
-        of the front tyres, and a command of 1 asks for `steer_scale` [rad]. Of the lag `tyre_lag`
-        is behind the wheels: so much at the usual speed.
+        [s⁴/m²] to the turning wheelbase, each m/s² across the front wheels `front_slip` [rad s²/m]
+        to the slip of their tyres, and a command of 1 asks for `steer_scale` [rad]. Of the lag
+        `tyre_lag` is behind the wheels: so much at the usual speed.
         """
         behind = tyre_lag if self.lag_of == "wheels" else steer_lag
         wheels = self.wheels(steer_lag - behind, max_steer_rate)
@@ -138,14 +145,20 @@ class Chain:
         # Far from the answer the length may cross zero; it is kept from there.
         length = np.maximum(turning_wheelbase + slope * speed * speed, 1e-3)
         turning: Array = speed * tangent / length
-        if front_slip != 0.0:
-            slip = front_slip * speed * turning
-            turning = speed * (np.tan(wheel - slip) + slip) / length
+        for _ in range(2 if front_slip else 0):  # the slip is that of the turn that it leaves
+            aside = speed * turning
+            front, rear = front_slip * aside, (front_slip - slope) * aside
+            bent = np.tan(wheel - front / np.cos(wheel)) + front + np.tan(rear) - rear
+            turning = speed * bent / length
         if behind == 0.0:
             return turning
-        constant = self.lag_of == "yaw rate"
-        relative = np.ones_like(turning) if constant else self.drive.relative_speed
-        return _lagged(turning, behind * relative, self.drive.cell)
+        lag = np.full_like(turning, behind)
+        if self.lag_of != "yaw rate":
+            usual, of_zero = self.drive.usual_speed, max(front_slip - understeer, 0.0)
+            usual_length = max(turning_wheelbase + understeer * usual * usual, 1e-3)
+            of_poles = (behind / usual + of_zero) * usual_length / length
+            lag = np.abs(speed) * (of_poles - of_zero)
+        return _lagged(turning, np.maximum(lag, 0.0), self.drive.cell)
 
     def wheels(self, lag: float, rate: float | None = None) -> _Wheels:
         """Give the wheels with a lag of their own, without dead time and offset."""

@@ -69,7 +69,6 @@ class PreparedLog:
     commands: Array
     speed: Array
     acceleration: Array
-    relative_speed: Array
     usual_speed: float
     unbroken: list[slice]
     outliers: dict[str, int]
@@ -189,7 +188,6 @@ def prepare(log: Log, size: float = 1.0, whole: Log | None = None) -> PreparedLo
         commands=unrounded(times, commands, grain),
         speed=speed,
         acceleration=acceleration,
-        relative_speed=np.abs(speed) / usual,
         usual_speed=usual,
         unbroken=unbroken,
         outliers=outliers,

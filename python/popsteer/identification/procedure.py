@@ -11,7 +11,7 @@ from popsteer._core import Vehicle
 from popsteer.extras import require
 from popsteer.identification.checks import first_length, refuse_steer
 from popsteer.identification.drive import MOST_OUTLIERS, PreparedLog, prepare, size_of
-from popsteer.identification.fit import NUISANCES, Fit, fit, refit
+from popsteer.identification.fit import NAMES, NUISANCES, Fit, fit, refit
 from popsteer.identification.identifiability import Unknown, rounded, steps, unidentified
 from popsteer.identification.innovations import excitation, unexplained
 from popsteer.identification.pedals import ASKED, Drive, fit_drive
@@ -191,7 +191,7 @@ def _heading(
     if unknown.fixed:
         free, found = found, refit(found, unknown.fixed)
         # The sum is as well known as where both were fitted; and the assumption may move it.
-        off = {name: found.values[name] - free.values[name] for name in free.names}
+        off = {name: found.values[name] - free.values[name] for name in NAMES}
         if "steer_lag" in unknown.fixed:
             delay_error = delay_error.wider(sum(off[name] for name in both))
         if "understeer" in unknown.fixed and "understeer" not in unknown.why:
