@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from popsteer import ConfigError, Path, PathError
+from popsteer import ConfigError, Path, PathError, logs
 from tests.helpers import looped
 from tests.unit.test_table_kinds import ONE, N, X, Y, _rows, _write
 
@@ -149,3 +149,31 @@ def test_degrees_without_names_are_read_where_only_one_order_is_possible(
     _flat(Path.from_csv(file, columns="lat,lon,-"))
     with pytest.raises(PathError, match="say which is which"):
         Path.from_csv(_write(tmp_path, _rows((LAT + Y / 111319.49, LON + X / 75000.0))))
+
+
+@pytest.mark.usefixtures("geo")
+def test_degrees_that_are_radians_are_refused_with_the_unit(tmp_path: Any) -> None:
+    for names in ("Latitude,Longitude", "Lat (deg),Lon (deg)"):
+        text = f"{names}\n" + _rows(tuple(map(np.radians, _degrees())), style="%.12f")
+        lat, lon = names.split(",")
+        both = f"lat={lat} [rad],lon={lon} [rad]"
+        with pytest.raises(PathError, match="are radians, as there is no road") as refused:
+            Path.from_csv(_write(tmp_path, text))
+        assert f"--columns '{both}'" in str(refused.value)
+        _flat(Path.from_csv(_write(tmp_path, text), columns=both))
+    # Those of a simulator begin near 0, 0.
+    near = _write(tmp_path, "lat,lon\n0.001,0.002\n0.0011,0.002\n0.0012,0.002\n")
+    assert np.asarray(Path.from_csv(near).y) == pytest.approx([0.0, 11.06, 22.11], abs=0.01)
+
+
+@pytest.mark.usefixtures("geo")
+def test_rows_before_a_receiver_has_a_position_are_refused_or_skipped(tmp_path: Any) -> None:
+    lat, lon = _degrees()
+    text = "lat,lon\n0,0\n0,0\n" + _rows((lat, lon))
+    with pytest.raises(PathError, match=r"path.csv, line 2: latitude and longitude are 0, as befo"):
+        Path.from_csv(_write(tmp_path, text))
+    rows = _rows((0.1 * np.arange(N) + 0.1, lat, lon, 0.0 * ONE, 0.0 * ONE, 0.0 * ONE))
+    log = logs.read(_write(tmp_path, f"t,lat,lon,yaw,speed,steer\n0,0,0,0,0,0\n{rows}"))
+    assert len(log) == N
+    assert "1 row with a number that is not finite: skipped" in log.remarks
+    assert abs(log.x[0]) < 1e-6

@@ -128,6 +128,12 @@ READ: dict[str, tuple[str, str]] = {
         "x,y,v,,,\n" + _rows((X, Y, SPEED, *[["", "a"] * (N // 2)] * 2, [""] * N)),
         "v",
     ),
+    "east and north": ("e,n,\n" + _rows((X, Y)), ""),
+    "names again and again": (3 * "seq,x,y,v\n" + _rows((S, X, Y, SPEED)), "v"),
+    "numbers among names, as pandas has them": (
+        ",0,dt,2,x,y,v\n" + _rows((S, S, ["9:59"] * N, ONE, X, Y, SPEED)),
+        "v",
+    ),
     "a spreadsheet's separator": (
         "sep=;\nx;y;v\n" + _rows((X, Y, SPEED), ";").replace(".", ","),
         "v",

@@ -104,7 +104,7 @@ def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) 
         ("1,2,5\n3,4,\n", ", line 2, column 3", "'' is not a number", 1),
         ("1,x\n3,4\n", ", line 1, column 2", "'x' is not a number", 0),
         ("x,1\n3,4\n", ", line 1, column 1", "'x' is not a number", 0),
-        ("x,y\nx,y\n3,4\n", ", line 2, column 1", "'x' is not a number", 0),
+        ("x,y\nx,1\n3,4\n", ", line 2, column 1", "'x' is not a number", 0),
         ("1,2\nx,y\n3,4\n", ", line 2, column 1", "'x' is not a number", 1),
         ("1_0,2\n3,4\n", ", line 1, column 1", "'1_0' is not a number", 0),
         ("1,2\n" + "z" * 99 + ",4\n", ", line 2, column 1", f"'{'z' * 40}...' is not a number", 1),

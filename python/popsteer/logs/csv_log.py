@@ -134,6 +134,7 @@ def _read(
     rest = {key: column for key, column in places.items() if key not in ("t", *clock.PARTS)}
     gear = rest.pop("direction", None)
     columns, used = measured(table, rest, given=units, blank=True)
+    geo.check(table, rest, columns, wanted)
     found = {"t": _Series(t, t, times.said, "s" if times.is_sure else None)}
     for key, column in rest.items():
         found[key] = _Series(t, columns[key], column.said(key), units.get(key, column.unit))
@@ -235,6 +236,7 @@ def _backwards(columns: dict[str, Floats], series: Mapping[str, _Series], t: Flo
 
 def _localise(name: str, series: dict[str, _Series], origin: tuple[float, float] | None) -> str:
     degrees = np.column_stack((series["lat"].values, series["lon"].values))
+    degrees[geo.before_fix(*degrees.T)] = math.nan
     known = np.isfinite(degrees).all(axis=1)
     if not known.any():
         raise LogError(f"{name}: has no positions")

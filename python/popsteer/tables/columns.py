@@ -113,8 +113,10 @@ def named(
         )
     taken = {column.place for column in found.values()}
     alike: dict[str, list[tuple[tuple[bool, int], Column]]] = {}
+    plain = [name.lower() for name in head]
+    together = {"e": "east", "n": "north"} if {"e", "n"} <= {*plain} else {}
     for place, name in enumerate(head):
-        quantity, unit, rank = meaning(name)
+        quantity, unit, rank = meaning(together.get(plain[place], name))
         if quantity in known and quantity not in found and place not in taken:
             alike.setdefault(str(quantity), []).append((rank, Column(place, name, unit)))
     several = {}

@@ -10,12 +10,50 @@ import numpy as np
 
 from popsteer.errors import PathError
 from popsteer.extras import require
+from popsteer.tables.columns import option
 from popsteer.tables.kinds import is_json
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer.tables.columns import Column
     from popsteer.tables.shown import Floats
+    from popsteer.tables.text import Table
 
 _POINTS = ("trkpt", "rtept", "wpt")  # those of a track are waypoints before those of a route
+
+
+def check(
+    table: Table,
+    places: Mapping[str, Column],
+    columns: Mapping[str, Floats],
+    wanted: list[str] | dict[str, str],
+) -> None:
+    """Refuse by PathError latitudes and longitudes that are radians, unless they are asked for.
+
+    As degrees they would be at sea, off Africa; but simulators begin at 0, 0.
+    """
+    asked = isinstance(wanted, dict) and "lat" in places and places["lat"].unit is not None
+    if asked or not {"lat", "lon"} <= columns.keys():
+        return
+    far = [float(np.nanmax(np.abs(columns[key]), initial=0.0)) for key in ("lat", "lon")]
+    if max(far) > 0.05 and far[0] <= 0.5 * np.pi and far[1] <= np.pi and table.head:
+        both = {key: places[key].place for key in ("lat", "lon")}
+        by = [option(table.head, both, dict.fromkeys(both, unit)) for unit in ("rad", "deg")]
+        raise PathError(
+            f"{table.name}: {places['lat']} and {places['lon']} are radians, as there is no road"
+            f" at latitude {far[0]:.3g}, longitude {far[1]:.3g}: {by[0]}; or else {by[1]}"
+        )
+
+
+def before_fix(lat: Floats, lon: Floats) -> NDArray[np.bool_]:
+    """Find the rows before a receiver has a position: 0, 0, where others are elsewhere."""
+    none = (lat == 0.0) & (lon == 0.0)
+    elsewhere = np.abs(lat) + np.abs(lon) > 1.0
+    found: NDArray[np.bool_] = none & elsewhere.any()
+    return found
 
 
 def local(

@@ -274,7 +274,7 @@ def _head_of(rows: list[list[str]], units: int) -> list[str]:
     """Give the names that begin some rows, with their units; none to columns behind them."""
     widest = max(len(_filled(row)) for row in rows[1:] or rows)
     head = rows[0] if len(_filled(rows[0])) < widest <= len(rows[0]) else _filled(rows[0])
-    told = next((k for k, row in enumerate(rows[1 : 1 + units], 1) if _are_units(row)), 1)
+    told = next((k for k, row in enumerate(rows[1 : 1 + units], 1) if _are_units(row)), len(rows))
     return _explained(head[: max(widest, len(_filled(head)))], *rows[told : 1 + units])
 
 
@@ -401,14 +401,16 @@ def _head(
 
     for place, (_, row) in enumerate(rows):
         known = sum(meaning(entry).quantity is not None for entry in row)
-        if known == 0 or not is_names(place):
+        is_mixed = place == 0 and known > 1 and not is_numbers(row)  # pandas' 0, 1 among names
+        if known == 0 or not (is_mixed or is_names(place)):
             continue
         if any(len(above) == len(row) and is_numbers(above) for _, above in rows[:place]):
             break
         units = 0  # and where the values come from
         while place + 1 + units < len(rows) and is_names(place + 1 + units):
             units += 1
-        if not any(_are_units(below) for _, below in rows[place + 1 : place + 1 + units]):
+        below = [each for _, each in rows[place + 1 : place + 1 + units]]
+        if not any(_are_units(each) or each == row for each in below):  # or the names again
             units = 0
         if (known > 1 and place == 0) or has_data(place + 1 + units, len(row)):
             return place, units

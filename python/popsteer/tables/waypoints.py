@@ -50,18 +50,8 @@ _WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "tru
 _WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
 _WAYS |= {"backward": -1.0, "backwards": -1.0}
 _FEW = 20  # waypoints that no one recorded
-_OF_A_LOG = {
-    "t",
-    "t_ns",
-    "t_us",
-    "t_ms",
-    "steer",
-    "throttle",
-    "brake",
-    "acceleration_command",
-    "speed_command",
-}
-_OF_A_PATH = UNITS.keys() - _OF_A_LOG - {"z"}
+_OF_A_LOG = {*"t steer throttle brake acceleration_command speed_command z".split(), *clock.PARTS}
+_OF_A_PATH = UNITS.keys() - _OF_A_LOG
 _NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
 
 
@@ -231,6 +221,7 @@ def _read_table(
             _refuse_sides(table, places)
             _refuse_velocity(table, places)
         columns, used = measured(table, places)
+        geo.check(table, places, columns, wanted)
         _check_count(table.name, min(map(len, columns.values())))
         found = Waypoints(table.name, np.empty((0, 2)), table=table)
         found.xy = _position(found, columns, places, origin)
@@ -338,6 +329,12 @@ def _position(
 ) -> Floats:
     """Give x and y: as they are, from latitude and longitude, or beside a reference line."""
     if "x" not in columns or "y" not in columns:
+        if (none := np.flatnonzero(geo.before_fix(columns["lat"], columns["lon"]))).size:
+            raise PathError(
+                f"{_place(found, int(none[0]))}: latitude and longitude are 0, as before a receiver"
+                " has a position: leave such rows out",
+                int(none[0]),
+            )
         degrees = np.column_stack((columns["lat"], columns["lon"]))
         found.read += [f"latitude ({places['lat']})", f"longitude ({places['lon']})"]
         return _local(found, degrees, origin)
