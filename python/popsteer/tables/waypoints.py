@@ -50,8 +50,8 @@ _WAYS = {"d": 1.0, "drive": 1.0, "f": 1.0, "forward": 1.0, "forwards": 1.0, "tru
 _WAYS |= {"n": 0.0, "p": 0.0, "false": 0.0, "r": -1.0, "b": -1.0, "reverse": -1.0}
 _WAYS |= {"backward": -1.0, "backwards": -1.0}
 _FEW = 20  # waypoints that no one recorded
-_OF_A_LOG = {*"t steer throttle brake acceleration_command speed_command z".split(), *clock.PARTS}
-_OF_A_PATH = UNITS.keys() - _OF_A_LOG
+_OF_A_LOG = {"t", "steer", "throttle", "brake", "acceleration_command", "speed_command", "z"}
+_OF_A_PATH = UNITS.keys() - _OF_A_LOG - clock.PARTS.keys()
 _NEEDED = ("x", "y", "lat", "lon", "speed", "direction")
 
 
