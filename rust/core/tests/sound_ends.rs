@@ -13,16 +13,17 @@ fn waypoints(path: &Path) -> Xy {
     x.copied().zip(y.copied()).collect()
 }
 
+fn path(points: &Xy) -> Path {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    Path::sound(&x, &y, None, None, false, false).unwrap()
+}
+
 #[test]
 fn test_end_that_no_vehicle_of_the_size_drives_is_smoothed_and_others_stay() {
     let car = |wheelbase| Vehicle {
         wheelbase,
         max_steer: 0.6,
         ..Vehicle::DEFAULT
-    };
-    let path = |points: &Xy| {
-        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-        Path::sound(&x, &y, None, None, false, false).unwrap()
     };
     let clean = course(0.1);
     for wheelbase in [0.16, 0.33, 2.7, 12.0] {
@@ -84,9 +85,7 @@ fn test_last_waypoint_aside_turns_no_end() {
             points.pop();
             points.push(goal);
             for _ in 0..2 {
-                let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-                let path = Path::sound(&x, &y, None, None, false, false).unwrap();
-                let fitted = path.fitted(&car).unwrap();
+                let fitted = path(&points).fitted(&car).unwrap();
                 let kept = waypoints(&fitted);
                 let usual = 0.1 / 15.0; // what the arc turns by
                 assert!(largest_turn(&kept) < usual + 0.008, "{wheelbase} {aside}");
@@ -98,5 +97,49 @@ fn test_last_waypoint_aside_turns_no_end() {
                 points.reverse();
             }
         }
+    }
+}
+
+#[test]
+fn test_last_waypoint_aside_of_coarse_ones_or_of_a_small_vehicle_turns_no_end() {
+    // Spacing, wheelbase, how far the last waypoint is ahead of the last but one, and aside.
+    let cases = [
+        (0.1, 0.33, 0.1, 0.05),
+        (0.1, 1.0, 0.0, 0.05),
+        (0.5, 1.0, 0.25, 0.05),
+        (1.0, 2.7, 1.0, 0.05),
+        (2.0, 2.7, 0.1, 0.002),
+        (2.0, 5.0, 2.0, 0.05),
+    ];
+    for (spacing, wheelbase, ahead, aside) in cases {
+        let car = Vehicle {
+            wheelbase,
+            max_steer: 0.6,
+            ..Vehicle::DEFAULT
+        };
+        let mut points: Xy = (0..60).map(|k| (spacing * f64::from(k), 0.0)).collect();
+        let end = points[59].0;
+        assert!(path(&points).fitted(&car).is_none());
+        points.push((end + ahead, aside));
+        for _ in 0..2 {
+            let kept = waypoints(&path(&points).fitted(&car).unwrap());
+            let turned = largest_turn(&kept);
+            assert!(
+                turned < 6.0 * aside / wheelbase.max(4.0 * spacing),
+                "{wheelbase}: {turned}"
+            );
+            points.reverse();
+        }
+    }
+    // A last waypoint that is farther aside is a place to go to, and so is a corner of coarse ones.
+    for (spacing, wheelbase, aside) in [(0.1, 0.16, 0.05), (0.5, 0.33, 0.2), (2.0, 2.7, 0.4)] {
+        let car = Vehicle {
+            wheelbase,
+            max_steer: 0.6,
+            ..Vehicle::DEFAULT
+        };
+        let mut points: Xy = (0..60).map(|k| (spacing * f64::from(k), 0.0)).collect();
+        points.push((spacing * 60.0, aside));
+        assert!(path(&points).fitted(&car).is_none(), "{wheelbase}");
     }
 }

@@ -20,10 +20,15 @@ const SHARP: f64 = 0.1;
 const UNLIKE: f64 = 3.0;
 /// 0.3 degrees: what turns less is no farther aside than that by where a controller looks.
 const AFTER: f64 = 0.005;
-/// Noise moves a waypoint by less than this share of a wheelbase.
+/// Noise moves a waypoint by less than this share of a wheelbase, or by less than [`MOST_NOISE`] up
+/// to [`MOST_OF_SMALL`] of it.
 const MOST_MOVED: f64 = 0.05;
-/// Fewer waypoints within a wheelbase of the end are corners.
+const MOST_NOISE: f64 = 0.075;
+const MOST_OF_SMALL: f64 = 0.23;
+/// Fewer waypoints within a wheelbase of the end are corners, but for the last one.
 const LEAST: usize = 4;
+/// The waypoints that show that the last one lies aside are within so many wheelbases.
+const FARTHEST: f64 = 8.0;
 
 /// Where the last `reach` [m] of `count` waypoints begin and how long they are, if they turn as no
 /// vehicle does whose largest curvature is `tightest` [1/m], or the last one lies aside of the others'
@@ -38,18 +43,21 @@ pub(super) fn sharp_end(
     let length = |place: usize| get_distance(at(place), at(place + 1));
     // From the last waypoint at least `reach` before the end on.
     let (mut first, mut passed) = (count - 1, 0.0);
-    while first > 0 && passed < reach {
+    let mut coarse = false;
+    while first > 0 && (passed < reach || count - first <= LEAST) {
+        coarse |= passed >= reach;
         first -= 1;
         passed += length(first);
     }
-    if passed < reach || count - first <= LEAST {
+    if passed < reach || count - first <= LEAST || passed > FARTHEST * reach {
         return None;
     }
     let turned = |place: usize| turn(step(place - 1), step(place));
-    let sharp = (first + 1..count - 1).any(|place| {
-        let driven = 0.5 * tightest * (length(place - 1) + length(place));
-        turned(place) > TIMES * driven + SHARP
-    });
+    let sharp = !coarse
+        && (first + 1..count - 1).any(|place| {
+            let driven = 0.5 * tightest * (length(place - 1) + length(place));
+            turned(place) > TIMES * driven + SHARP
+        });
     let usual = (first + 1..count - 2).map(turned).fold(0.0, larger);
     let aside = turned(count - 2) > UNLIKE * usual + AFTER;
     (sharp || aside).then_some((first, passed))
@@ -87,7 +95,8 @@ pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
     let smoothed: Vec<Point> = shares.iter().zip(&window).map(smooth).collect();
     // What would move farther was meant.
     let mut both = smoothed.iter().zip(&window);
-    if both.any(|(&to, &from)| get_distance(to, from) > MOST_MOVED * reach) {
+    let most = larger(MOST_MOVED * reach, MOST_NOISE.min(MOST_OF_SMALL * reach));
+    if both.any(|(&to, &from)| get_distance(to, from) > most) {
         return false;
     }
     for (point, to) in points.iter_mut().skip(first).zip(smoothed) {
