@@ -171,6 +171,10 @@ def test_title_of_the_figure_stays_inside_it(vary: dict[str, str]) -> None:
     box = title.get_window_extent()
     assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
     assert box.y1 <= figure.bbox.height
+    drawn_on = [panel for panel in figure.axes if panel.collections]
+    assert drawn_on
+    for panel in drawn_on:  # the points are drawn over the grid
+        assert panel.xaxis.get_zorder() < min(each.get_zorder() for each in panel.collections)
 
 
 def test_page_tells_influence_as_the_terminal_does(rows: list[dict[str, Any]]) -> None:

@@ -44,6 +44,8 @@ def sweep_figure(job: Job, rows: Rows, theme: Theme) -> Figure:
             above.scatter(values[part], error[part], linewidths=width, rasterized=True, **look)
         above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
         logarithmic(above)
+        for panel in (above, below):
+            panel.set_axisbelow(True)  # else the grid is drawn over the points
         above.tick_params(labelbottom=False)
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())
