@@ -12,6 +12,7 @@ import select
 import stat
 import time
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _PATIENCE = 30.0  # s without a byte in a pipe
 _MOST_PIPED = 1 << 30
+_MOST_LOOKED_AT = 10_000  # files of a folder, for one that may be meant
 
 
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
@@ -47,6 +49,24 @@ def check_folder(folder: str | os.PathLike[str], names: Iterable[str] = ()) -> N
     check_files(Path(folder) / name for name in names)
 
 
+def alike(path: str | os.PathLike[str], ending: str = "") -> str | None:
+    """Give the file of its folder that a name which is none may mean; None where none is like it.
+
+    `ending` is that of the files which may be meant.
+    """
+    import difflib
+
+    meant = Path(path)
+    try:
+        with os.scandir(meant.parent) as each:
+            there = [it.name for it in islice(each, _MOST_LOOKED_AT) if it.name.endswith(ending)]
+    except (OSError, ValueError):
+        return None
+    whole = f"{meant.name}{ending}"
+    found = [whole] if whole in there else difflib.get_close_matches(meant.name, there, 1, 0.75)
+    return str(meant.with_name(found[0])) if found else None
+
+
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
     """Read a file or a pipe to its end; OSError, also for a device without one.
 
@@ -54,7 +74,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     """
     # Without O_NONBLOCK a pipe is not even opened before somebody writes into it.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    with _naming(path), os.fdopen(os.open(path, flags), "rb") as stream:
+    with _naming(path), os.fdopen(_opened(path, flags), "rb") as stream:
         mode = os.fstat(stream.fileno()).st_mode
         if stat.S_ISBLK(mode) or (stat.S_ISCHR(mode) and not stream.isatty()):
             raise OSError(errno.EINVAL, "is a device, not a file")
@@ -62,6 +82,16 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
             return stream.read()
         os.set_blocking(stream.fileno(), True)
         return stream.read() if stream.isatty() else _piped(stream.fileno())
+
+
+def _opened(path: str | os.PathLike[str], flags: int) -> int:
+    try:
+        return os.open(path, flags)
+    except FileNotFoundError as error:
+        if (meant := alike(path)) is None:
+            raise
+        why = f"{error.strerror}, did you mean {meant}?"
+        raise FileNotFoundError(error.errno, why) from error
 
 
 def write_text_atomic(path: str | os.PathLike[str], text: str) -> None:

@@ -155,6 +155,45 @@ def test_wrong_use_is_one_line_and_writes_nothing(
 
 
 @looped(
+    ("arguments", "message"),
+    [
+        (("compare", "--plant", "car.tml"), "'car.tml', did you mean car.toml? Known: carla-"),
+        (("compare", "--plants", "mujoco-car,car.tml"), "'car.tml', did you mean car.toml? Known"),
+        (("compare", "--vehicle", "car.tml"), "'car.tml', did you mean car.toml? Known: paper, "),
+        (
+            ("compare", "--vehicle", "cra.toml"),
+            "cra.toml: No such file or directory, did you mean ",
+        ),
+        (("compare", "--params", "car.tml"), "did you mean car.toml?\n"),
+        (
+            ("plan", "course.cvs"),
+            "cannot be read: No such file or directory, did you mean course.csv?",
+        ),
+        (("replay", "drve.mcap"), "no such file or folder, did you mean drive.mcap?"),
+        (
+            ("sweep", "--run", "swep.csv:3"),
+            "swep.csv: No such file or directory, did you mean sweep.csv",
+        ),
+        (("plan", "other.txt"), "other.txt: cannot be read: No such file or directory\n"),
+    ],
+)
+def test_mistyped_file_draws_the_one_that_may_be_meant(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("car.toml", "course.csv", "drive.mcap", "sweep.csv"):
+        (tmp_path / name).touch()
+    outcome = command.call(capsys, *arguments)
+    assert outcome.status == 2
+    assert message in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+@looped(
     ("content", "message"),
     [
         (None, "cannot be read"),

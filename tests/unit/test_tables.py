@@ -146,6 +146,12 @@ def test_read_waypoints_bad_content_names_file_line_and_column(
     assert "\n" not in str(caught.value)
 
 
+def test_column_that_the_option_takes_away_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    file = _file(tmp_path, "x,y\n1,2\n3,4\n")
+    with pytest.raises(PathError, match="line 1: --columns makes none y; there are: x, y"):
+        read_waypoints(file, columns="x,z")
+
+
 def test_read_waypoints_missing_file_gives_the_reason(tmp_path: Path) -> None:
     with pytest.raises(PathError, match=r"none\.csv: cannot be read: No such file") as caught:
         read_waypoints(tmp_path / "none.csv")

@@ -15,6 +15,7 @@ from popsteer._core import AdaptParams, MonitorParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each, pairs
 from popsteer.cli.outputs import Progress
 from popsteer.errors import ConfigError, PopsteerError, printable
+from popsteer.files import alike
 from popsteer.lab.common.longitudinal import LongitudinalParams, name_of, params_of
 from popsteer.lab.common.longitudinal import usual as usual_pedals
 from popsteer.lab.common.names import controller_names
@@ -25,7 +26,7 @@ from popsteer.params_file import load_all
 from popsteer.plants.protocol import PythonPlant
 from popsteer.ranges import check_known
 from popsteer.sim import CarlaIdentified, KinematicBicycle, Plant
-from popsteer.sim.geometry import Pose, StartAt, object_of
+from popsteer.sim.geometry import CORE_PLANTS, Pose, StartAt, object_of
 
 Mover: TypeAlias = CarlaIdentified | KinematicBicycle | PythonPlant
 OWN_CONTROLLERS = own_controllers.names()
@@ -277,6 +278,8 @@ def longitudinal(
 def plant(text: str, assignments: Sequence[str] | None = None) -> Mover:
     """Give the plant that an option names; of a file ``*.toml`` it is a kinematic bicycle."""
     if not _is_file(text):
+        if text not in CORE_PLANTS and not plants.is_known(text) and ":" not in text:
+            raise _unknown("plant", text, (*CORE_PLANTS, *plants.names()))
         return _changed(object_of(text), text, assignments)
     found = _changed(KinematicBicycle(Vehicle.load(text)), plant_label(text), assignments)
     _doubt(found.vehicle)
@@ -317,8 +320,13 @@ def named_vehicle(text: str) -> Vehicle:
         return vehicles.get(text)
     if plants.is_known(text):
         return sim.vehicle_of(text)
-    known = (*vehicles.names(), *plants.names(), "a file *.toml")
-    raise ConfigError.unknown("vehicle", text, known)
+    raise _unknown("vehicle", text, (*vehicles.names(), *plants.names()))
+
+
+def _unknown(what: str, text: str, names: Iterable[str]) -> ConfigError:
+    """Make the error for a name of no file either; one that it may mean is among the known."""
+    meant = alike(text, ".toml")
+    return ConfigError.unknown(what, text, (*names, *filter(None, [meant]), "a file *.toml"))
 
 
 def believed(

@@ -13,6 +13,7 @@ import numpy as np
 
 from popsteer.errors import unknown
 from popsteer.extras import require
+from popsteer.files import alike
 from popsteer.logs.log import Log, LogError
 from popsteer.logs.messages import ODOMETRY, POSES, SPEEDS, STEERING, Steering, typestore
 from popsteer.logs.units import factor
@@ -66,8 +67,7 @@ def read_bag(
     if strange := [key for key in asked if key not in TOPICS]:
         raise LogError(unknown("topic", strange[0], TOPICS))
     if not (path.is_file() or path.is_dir()):  # of a pipe its end would be waited for
-        there = "is neither a file nor a folder" if path.exists() else "no such file or folder"
-        raise LogError(f"{path}: cannot be read: {there}")
+        raise LogError(f"{path}: cannot be read: {_no_bag(path)}")
     try:
         with AnyReader([path], default_typestore=typestore()) as reader:
             steer = _choose(path, reader.connections, "steer", STEERING, asked)
@@ -92,6 +92,14 @@ def read_bag(
         raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
     said.append(f"steer ({steer[0].topic})")
     return _log(path, poses, angles, kind, dict(units or {}), steer[0].topic, said)
+
+
+def _no_bag(path: Path) -> str:
+    """Word why a path leads to neither a file nor a folder."""
+    if path.exists():
+        return "is neither a file nor a folder"
+    meant = alike(path)
+    return f"no such file or folder{f', did you mean {meant}?' if meant else ''}"
 
 
 class _Bounded:

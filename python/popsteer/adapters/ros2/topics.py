@@ -114,8 +114,8 @@ class Topics:
         """
         known, plain = self.names(), Topics()
         for what in names:
-            if what not in (*known, *_OPTIONAL):
-                raise ConfigError.unknown("topic", what, [*known, *_OPTIONAL])
+            if what not in (every := dict.fromkeys((*known, *_OPTIONAL))):
+                raise ConfigError.unknown("topic", what, every)
         twists = self.command_type in (messages.TWIST, messages.TWIST_STAMPED)
         own = {"odometry": "odom", "path": "path", "command": "cmd_vel" if twists else "drive"}
         own |= {"predicted": "~/predicted_path", "release": "~/release"}
