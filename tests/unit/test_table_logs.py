@@ -91,6 +91,8 @@ READ: dict[str, str] = {
         [str(k % 25 * 40_000_000) for k in range(N)],
         *(X, Y, 0 * X, 0 * X, QZ, QW, SPEED, STEER),
     ),
+    "a share beside the angle": HEAD.replace("steer", "steer_normalized,steering_angle_rad")
+    + _rows(T, X, Y, YAW, SPEED, STEER / 0.6, STEER),
     "ms": HEAD + _rows([str(40 * k) for k in range(N)], X, Y, YAW, SPEED, STEER),
     "ms by name": HEAD.replace("t,", "t [ms],") + _rows(1e3 * T, X, Y, YAW, SPEED, STEER),
     "ms since 1970": HEAD + _rows(_stamps(10**6), X, Y, YAW, SPEED, STEER),

@@ -117,6 +117,7 @@ def named(
     together = {"e": "east", "n": "north"} if {"e", "n"} <= {*plain} else {}
     for place, name in enumerate(head):
         quantity, unit, rank = meaning(together.get(plain[place], name))
+        rank = (True, len(UNITS) ** 3) if share(quantity, unit) else rank  # before an angle: none
         if quantity in known and quantity not in found and place not in taken:
             alike.setdefault(str(quantity), []).append((rank, Column(place, name, unit)))
     several = {}

@@ -218,7 +218,7 @@ def factor(quantity: str, unit: str) -> float:
     return found
 
 
-def share(quantity: str, unit: str | None) -> str | None:
+def share(quantity: str | None, unit: str | None) -> str | None:
     """Word the unit that makes an angle of a share of the largest; None of all other units.
 
     Examples

@@ -315,13 +315,6 @@ def is_planned_speed(way: Along, values: Floats) -> bool:
     return (keeps or at_top) and most <= _FASTEST and bool(np.ptp(rises) == 2.0)
 
 
-def aside(way: Along, speed: Floats) -> float:
-    """Give the acceleration to the side that a speed means in the bends [m/s²]."""
-    if len(way.moves) < 30 or way.turn < 1.0:
-        return 0.0
-    return _in_bends(way, speed[way.moves])[1]
-
-
 def _in_bends(way: Along, here: Floats) -> tuple[float, float, float]:
     """Give lateral accelerations that a speed would mean, and how its ranks follow the bends.
 
