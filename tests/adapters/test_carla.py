@@ -364,6 +364,20 @@ def test_pose_that_is_no_number_stops_the_car_along_the_path(
     assert (str(planner.fault), actor.simulation.state[3] > 1.0) == ("None", True)
 
 
+def test_pose_with_one_number_that_is_none_counts_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    actor = actor_on("road")
+    planner = LocalPlanner(actor, {"target_speed": 30.0})
+    planner.set_global_plan(plan_along("road"))
+    drive(actor, planner, 190)  # before a bend
+    # Its rotation is finite, and not that of the car.
+    broken = carla.Transform(carla.Location(math.nan, 0.0, 0.0), carla.Rotation(yaw=120.0))
+    monkeypatch.setattr(actor, "get_transform", lambda: broken)
+    drive(actor, planner, 200)
+    assert (planner.fault, actor.simulation.state[3]) == ("input", 0.0)
+    errors = actor.simulation.records()["cross_track_error"]
+    assert np.abs(errors[100:]).max() < 0.3
+
+
 def test_car_whose_speed_is_dead_or_whose_wheels_are_stuck_is_stopped_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -411,9 +425,12 @@ def test_vehicle_that_is_let_go_is_not_driven() -> None:
 def test_gains_of_carlas_loops_are_said_not_to_apply() -> None:
     with pytest.warns(UserWarning, match="lateral_control_dict"):
         LocalPlanner(actor_on("road"), {"lateral_control_dict": {"K_P": 1.0}})
+    with pytest.warns(UserWarning, match="'target_sped' is not used: did you mean 'target_speed'"):
+        LocalPlanner(actor_on("road"), {"target_sped": 30.0})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        LocalPlanner(actor_on("road"), {"sampling_radius": 1.0})
+        agents = {"sampling_resolution": 2.0, "ignore_traffic_lights": True}
+        LocalPlanner(actor_on("road"), {"sampling_radius": 1.0, **agents})
 
 
 def test_path_of_waypoints_is_theirs_with_y_to_the_left() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections import deque
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Driver
@@ -27,6 +28,10 @@ _ARRIVED = 1.0  # the last waypoint counts as reached from here on [m], as there
 _ASIDE = 1.0  # a longer time without a step is one in which somebody else has driven [s]
 _SAME = 1e-6  # shares of the lock that are one, of single precision
 _GAINS = ("lateral_control_dict", "longitudinal_control_dict")
+_OPTIONS = {
+    *("target_speed", "follow_speed_limits", "sampling_radius", "max_throttle", "max_brake"),
+    *("max_steering", "base_min_distance", "distance_ratio", "dt", "offset"),
+}
 
 
 class LocalPlanner:
@@ -105,6 +110,11 @@ class LocalPlanner:
                 f"popsteer steers without CARLA's PID loops: {', '.join(unused)} not used",
                 stacklevel=2,
             )
+        for name in options.keys() - _OPTIONS:
+            # Others are the agent's, whose names are not known here.
+            if near := get_close_matches(name, _OPTIONS, 1, 0.8):
+                said = f"option {name!r} is not used: did you mean {near[0]!r}?"
+                warnings.warn(said, stacklevel=2)
         self._actor: carla.Vehicle | None = vehicle
         self._world = vehicle.get_world()
         self._map = self._world.get_map() if map_inst is None else map_inst
@@ -310,8 +320,7 @@ class LocalPlanner:
         if (driver := self._driver) is not None:
             if dt > _ASIDE and driver.fault is None:
                 self._begin(driver)
-            pose = conversions.pose_of(self._driven.get_transform())
-            drive = driver.step(*pose, speed, dt, applied_steer=self._applied(speed))
+            drive = driver.step(*self._pose(), speed, dt, applied_steer=self._applied(speed))
             self._drive = drive
             if drive.fault is None and math.isfinite(speed):
                 self._pass_waypoints(driver, speed)
@@ -326,7 +335,14 @@ class LocalPlanner:
         at, most = self._angle(self._speed()), self._car.max_steer
         driver.reset(steer=max(-most, min(at, most)))
 
+    def _pose(self) -> tuple[float, float, float]:
+        """Give the actor's pose; nothing of one is believed of which a number is not finite."""
+        pose = conversions.pose_of(self._driven.get_transform())
+        return pose if all(map(math.isfinite, pose)) else (math.nan, math.nan, math.nan)
+
     def _speed(self) -> float:
+        if math.isnan(self._pose()[2]):  # the speed is that along the heading
+            return math.nan
         return conversions.speed_of(self._driven.get_velocity(), self._driven.get_transform())
 
     def _angle(self, speed: float) -> float:
