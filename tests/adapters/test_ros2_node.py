@@ -270,6 +270,19 @@ def test_report_has_errors_deviation_and_estimates(bench: Bench) -> None:
         assert float(bench.report()["values"]["deviation_m"]) == pytest.approx(greatest, abs=0.05)
 
 
+def test_report_says_that_the_vehicle_stands_at_the_end_of_its_path(bench: Bench) -> None:
+    bench.send_path(length=20.0)
+    for _ in range(1000):
+        bench.run(1, y=0.0)
+        if bench.node.drive is not None and bench.node.drive.phase == "standing":
+            break
+    steering = bench.report()["popsteer: steering"]
+    assert (steering.level, steering.message) == (0, "standing at its stop")
+    bench.send_path(length=400.0)
+    bench.run(20, y=0.0)
+    assert bench.report()["popsteer: steering"].message == "driving"
+
+
 def test_intended_trajectory_begins_at_the_vehicle(bench: Bench) -> None:
     topic = bench.node.options.topics.predicted
     reader = bench.member.reader(topic, messages.PATH, reliable=True)

@@ -183,9 +183,7 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
             " them in their order, - is for one that is left out)"
         )
     if missing:
-        # A name that is there was taken away by the option.
-        told = {*missing} & {*(table.head or [])}
-        named = "--columns makes none" if told else "no column is named"
+        named = "--columns makes none" if {*missing} & {*table.head} else "no column is named"
         raise PathError(
             f"{where}: {named} {' or '.join(missing)}; there are: {table.listed()}"
             f" (--columns {','.join(f'{key}=NAME' for key in missing)} says which)"

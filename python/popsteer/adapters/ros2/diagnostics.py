@@ -176,6 +176,8 @@ def _steering(
     }
     if state == "driving":
         level, said = _LEVELS[drive.status.level], state if status == "ok" else status
+        if drive.phase == "standing" and status in ("ok", "end-of-path"):
+            level, said = OK, "standing at its stop"
     return _status(level, "steering", said, values)
 
 
