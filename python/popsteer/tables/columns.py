@@ -183,9 +183,9 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
             " them in their order, - is for one that is left out)"
         )
     if missing:
-        named = "--columns makes none" if {*missing} & {*table.head} else "no column is named"
+        no = "--columns makes none" if {*missing} & {*(table.head or ())} else "no column is named"
         raise PathError(
-            f"{where}: {named} {' or '.join(missing)}; there are: {table.listed()}"
+            f"{where}: {no} {' or '.join(missing)}; there are: {table.listed()}"
             f" (--columns {','.join(f'{key}=NAME' for key in missing)} says which)"
         )
 
