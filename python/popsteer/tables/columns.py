@@ -174,8 +174,7 @@ def ignored(table: Table, used: Collection[Column]) -> list[str]:
 
 def check_there(table: Table, places: Collection[str], needed: Sequence[str]) -> None:
     """Refuse a table in which columns are missing, PathError: it lists the names there are."""
-    others = {key for key, told in _TOLD_BY.items() if told <= {*places}}
-    missing = [key for key in needed if key not in {*places, *others}]
+    missing = [k for k in needed if k not in places and not _TOLD_BY.get(k, {k}) <= {*places}]
     where = table.where(table.head_line) if table.head_line else table.name
     if missing and not table.head:
         raise PathError(
