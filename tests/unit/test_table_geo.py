@@ -167,6 +167,20 @@ def test_degrees_that_are_radians_are_refused_with_the_unit(tmp_path: Any) -> No
 
 
 @pytest.mark.usefixtures("geo")
+def test_hemispheres_and_parts_of_degrees_are_those_of_the_columns(tmp_path: Any) -> None:
+    lat, lon = _degrees()
+    for south, west in (("N", "E"), ("S", "W")):
+        text = "lat,N/S,lon,E/W\n" + _rows((lat, [south] * N, lon, [west] * N))
+        path = Path.from_csv(_write(tmp_path, text))
+        sign = 1.0 if south == "N" else -1.0
+        assert f"origin {sign * lat[0]:.9f},{sign * lon[0]:.9f}" in str(path.source)
+        assert path.x[-1] == pytest.approx(sign * (X[-1] - X[0]), rel=0.01)
+    _flat(Path.from_csv(_write(tmp_path, "lat_e7,lon_e7\n" + _rows((1e7 * lat, 1e7 * lon)))))
+    with pytest.raises(PathError, match=r"no degrees: .*; 1e-7 degrees are read as lat_e7"):
+        Path.from_csv(_write(tmp_path, "lat,lon\n" + _rows((1e7 * lat, 1e7 * lon))))
+
+
+@pytest.mark.usefixtures("geo")
 def test_rows_before_a_receiver_has_a_position_are_refused_or_skipped(tmp_path: Any) -> None:
     lat, lon = _degrees()
     text = "lat,lon\n0,0\n0,0\n" + _rows((lat, lon))

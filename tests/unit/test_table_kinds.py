@@ -413,6 +413,9 @@ def test_path_of_each_kind_is_never_misread_between_other_separators(
         ("<?xml version='1.0'?>\n<OpenDRIVE/>", "is OpenDRIVE"),
         ("waypoints:\n  - x: 1\n", "is YAML"),
         ("- [1, 2]\n- [3, 4]\n", "is YAML"),
+        ("(1.0, 2.0)\n(3.0, 4.0)\n", "is a Python list, no table: numpy.savetxt writes it"),
+        ("[(1.0, 2.0),\n (3.0, 4.0)]\n", "is a Python list, no table: numpy.savetxt writes it"),
+        ("LabVIEW Measurement\t\nWriter_Version\t2\n", "has LabVIEW's preamble: leave out"),
         ("<!DOCTYPE html>\n<html><body>404</body></html>", "is HTML"),
         ('WKT,id\n"POINT (11 48)",1\n', "has its positions as WKT"),
         ("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t48.1\t11.6\t5\t1\n", "is a mission of ArduPilot"),
@@ -426,7 +429,9 @@ def test_file_that_is_no_table_is_named_and_told_what_to_export(
 ) -> None:
     file = tmp_path / "path.csv"
     file.write_bytes(text.encode("latin-1"))
-    with pytest.raises(PathError, match=f"{said}.*(: export it|unpack|git lfs pull)"):
+    with pytest.raises(
+        PathError, match=f"{said}.*(: export it|unpack|git lfs pull|as text|above X_Value)"
+    ):
         Path.from_csv(file)
 
 

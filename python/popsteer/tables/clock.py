@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.errors import PathError
-from popsteer.tables.columns import EPOCH, Column, check_units
-from popsteer.tables.quantities import UNITS, factor
+from popsteer.tables.columns import Column, check_units
+from popsteer.tables.quantities import EPOCH, UNITS, factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +12,15 @@ import numpy as np
 
 from popsteer.errors import ConfigError, PathError, PopsteerError
 from popsteer.tables import shown
-from popsteer.tables.quantities import UNITS, converted, factor, meaning, share, spelled
+from popsteer.tables.quantities import (
+    UNITS,
+    converted,
+    factor,
+    meaning,
+    seconds,
+    share,
+    spelled,
+)
 
 if TYPE_CHECKING:
     from popsteer.tables.shown import Floats
@@ -26,8 +33,6 @@ LEFT_OUT = "-"
 _BEFORE = {"count", "t", "s", "nothing"}  # what stands before x in a file without names
 _READ = {each: each for each in ("x", "y", "yaw", "speed", "curvature")}
 _CLOCK = "t time"
-EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
-"""From where on a stamp counts ns, us or ms since 1970: 2001, and later than any other could."""
 _SECONDS = 1e8  # a clock that counts seconds from 1970 is beyond it
 # Of each unit, what is said of a speed in it that time and distances prove.
 _TIMED: dict[str, str | None] = {"speed speed, as time and distances are": None}
@@ -130,21 +135,9 @@ def named(
         said = f"could be {quantity}: {first.name[:90]}, {second.name[:90]}"
         said = f"are named {first.name[:200]}" if first.name == second.name else said
         firsts = {key: each.place for key, (each, _) in several.items()}
-        remedy = "" if head is wanted else f" ({option(head, firsts)} chooses the first)"
+        remedy = "" if head is wanted else f" ({table.option(firsts)} chooses the first)"
         raise PathError(f"{where}: two columns {said}{remedy}")
     return found
-
-
-def option(head: Sequence[str], places: Mapping[str, int], unit: Mapping[str, str] = {}) -> str:
-    """Word the option that says what columns are: by name, or by number where no name tells."""
-    parts = []
-    for quantity, place in places.items():
-        name = head[place]
-        tells = head.count(name) == 1 and 0 < len(name) <= 90 and "," not in name
-        tells = tells and name.isprintable()
-        after = f" [{unit[quantity]}]" if quantity in unit else ""
-        parts.append(f"{quantity}={name if tells else place + 1}{after}")
-    return f"--columns {shlex.quote(','.join(parts))}"
 
 
 def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
@@ -217,14 +210,14 @@ def check_units(table: Table, columns: Mapping[str, Column]) -> None:
         except PopsteerError:  # noqa: PERF203 - all are named at once
             usual[quantity] = spelled(quantity)[0]
     for quantity, unit in usual.items():
-        column, head = columns[quantity], table.head or []
+        column = columns[quantity]
         if (full := share(quantity, column.unit)) is not None:
             raise PathError(
                 f"{table.name}: {column} is a share of the largest angle: --unit steer={full} with"
                 f" the front wheels' ANGLE at {'100 %' if '/' in full else '1'} in rad"
             )
         places = {key: columns[key].place for key in usual}
-        remedy = f" ({option(head, places, usual)} takes it for {unit})" if head else ""
+        remedy = f" ({table.option(places, usual)} takes it for {unit})" if table.head else ""
         raise PathError(
             f"{table.name}: {column}: the unit {column.unit!r} of {quantity} is not known; known:"
             f" {', '.join(spelled(quantity))}{remedy}"
@@ -462,12 +455,6 @@ def _find_speed(values: Floats, way: shown.Along, known: dict[int, str]) -> None
         else:
             continue
         return
-
-
-def seconds(time: Floats) -> Floats:
-    """Give a clock in seconds: since 1970 its size says whether it is in ms, us or ns."""
-    unit = next((unit for least, unit in EPOCH if time[0] > least), None)
-    return time if unit is None else converted("t", unit, time - time[0])
 
 
 def _find_acceleration(values: Floats, way: shown.Along, known: dict[int, str]) -> None:

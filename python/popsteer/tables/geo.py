@@ -10,7 +10,6 @@ import numpy as np
 
 from popsteer.errors import PathError
 from popsteer.extras import require
-from popsteer.tables.columns import option
 from popsteer.tables.kinds import is_json
 
 if TYPE_CHECKING:
@@ -25,23 +24,33 @@ if TYPE_CHECKING:
 _POINTS = ("trkpt", "rtept", "wpt")  # those of a track are waypoints before those of a route
 
 
+_SIDES = {"lat": ("N", "S"), "lon": ("E", "W")}
+
+
 def check(
     table: Table,
     places: Mapping[str, Column],
-    columns: Mapping[str, Floats],
+    columns: dict[str, Floats],
     wanted: list[str] | dict[str, str],
 ) -> None:
-    """Refuse by PathError latitudes and longitudes that are radians, unless they are asked for.
+    """Turn latitudes and longitudes beside which S and W stand; refuse radians by PathError.
 
-    As degrees they would be at sea, off Africa; but simulators begin at 0, 0.
+    As degrees these would be at sea, off Africa; but simulators begin at 0, 0, and a unit that is
+    asked for is right.
     """
+    for key, (place, turned) in _SIDES.items():
+        beside = places[key].place + 1 if key in columns and table.head else table.columns
+        if beside < table.columns and table.is_text(beside):
+            said = [row[0].upper() for _, _, row in table.entries([beside])]
+            if set(said) <= {place, turned, ""}:
+                columns[key][np.array(said) == turned] *= -1.0
     asked = isinstance(wanted, dict) and "lat" in places and places["lat"].unit is not None
     if asked or not {"lat", "lon"} <= columns.keys():
         return
     far = [float(np.nanmax(np.abs(columns[key]), initial=0.0)) for key in ("lat", "lon")]
     if max(far) > 0.05 and far[0] <= 0.5 * np.pi and far[1] <= np.pi and table.head:
         both = {key: places[key].place for key in ("lat", "lon")}
-        by = [option(table.head, both, dict.fromkeys(both, unit)) for unit in ("rad", "deg")]
+        by = [table.option(both, dict.fromkeys(both, unit)) for unit in ("rad", "deg")]
         raise PathError(
             f"{table.name}: {places['lat']} and {places['lon']} are radians, as there is no road"
             f" at latitude {far[0]:.3g}, longitude {far[1]:.3g}: {by[0]}; or else {by[1]}"
@@ -76,7 +85,9 @@ def local(
             value = values[wrong[0], what]
             raise PathError(
                 f"{name}: {said} of waypoint {wrong[0]} is {value:g}, which is no degrees:"
-                " export it in WGS 84 (EPSG:4326), or as CSV with x and y",
+                " export it in WGS 84 (EPSG:4326), or as CSV with x and y"
+                + "; 1e-7 degrees are read as lat_e7 and lon_e7"
+                * int(abs(value) > 1e6),
                 int(wrong[0]),
             )
     if origin is None:

@@ -32,6 +32,14 @@ _MARKS = (
         "is a pointer to a file of Git LFS, no table: 'git lfs pull' fetches that",
     ),
     *((each, f"is NMEA, no table: {_CSV}, or as GPX") for each in ("$GP", "$GN", "$PS")),
+    (
+        "LabVIEW Measurement",
+        "has LabVIEW's preamble: leave out what stands above X_Value, and Comment behind the names",
+    ),
+    *(
+        (each, "is a Python list, no table: numpy.savetxt writes it as text")
+        for each in ("(", "[(")
+    ),
     ("$", "has a section's title of AgOpenGPS above the numbers: leave out what stands there"),
     ("QGC WPL", "is a mission of ArduPilot or PX4, no table: export it as CSV with lat and lon"),
 )

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 
 _ANGLE = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 _ANGLE |= dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180.0) | {"mrad": 1e-3}
-_DEGREES = {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0}
+_DEGREES = {"e7": 1e-7, "deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi, "min": 1.0 / 60.0}
 _LENGTH = {"m": 1.0, "metre": 1.0, "meter": 1.0, "meters": 1.0, "metres": 1.0}
 _LENGTH |= {"cm": 1e-2, "mm": 1e-3, "km": 1e3} | dict.fromkeys(("ft", "feet", "foot"), 0.3048)
+_LENGTH |= dict.fromkeys(("in", "inch", "inches"), 0.0254)
 _SPEED = dict.fromkeys(("m/s", "mps", "ms-1", "ms^-1", "m/sec", "meters/second"), 1.0)
 _SPEED |= dict.fromkeys(("km/h", "kmh", "kph", "kmph", "km/hr", "kilometers/hour"), 1.0 / 3.6)
 _SPEED |= {"cm/s": 1e-2, "cmps": 1e-2, "mm/s": 1e-3, "mmps": 1e-3, "ft/s": 0.3048, "fps": 0.3048}
+_SPEED |= dict.fromkeys(("in/s", "ips"), 0.0254)
 _SPEED |= dict.fromkeys(("mph", "mi/h", "miles/hour"), 0.44704)
 _SPEED |= dict.fromkeys(("kn", "kt", "knots", "kts"), 1852.0 / 3600.0)
 _TIME = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
@@ -59,6 +61,9 @@ UNITS: dict[str, dict[str, float]] = {
     **dict.fromkeys(("x_normal", "y_normal", "alpha"), _LENGTH),
 }
 """What each quantity may be measured in, and what one of it is in the unit of popsteer."""
+
+EPOCH = ((10**17, "ns"), (10**14, "us"), (10**11, "ms"))
+"""From where on a stamp counts ns, us or ms since 1970: 2001, and later than any other could."""
 
 _AXIS = (
     "{0} t{0} p_{0} p_rs_r_{0} pos{0} {0}_coordinate coordinate_{0} pos_{0} position_{0} {0}_pos"
@@ -163,7 +168,9 @@ def meaning(name: str) -> Meaning:
         for count in (1, 2) if unit is None else ():  # vx_mps, speed_km_h
             shorter, last = _known(words[:-count]), words[-count:]
             for spelled_unit in ("/".join(last), "".join(last)):
-                if shorter is not None and spelled_unit in UNITS[shorter.quantity or ""]:
+                # But x_in is what comes in.
+                known = {} if shorter is None else UNITS[shorter.quantity or ""]
+                if shorter is not None and spelled_unit in known.keys() - {"in"}:
                     return shorter._replace(unit=spelled_unit)
     alone = "".join(words)  # MPH
     if alone in _SPEED and len(alone) > 2:
@@ -253,3 +260,16 @@ def spelled(quantity: str) -> list[str]:
     known = UNITS[quantity]
     sizes = {size: unit for unit, size in reversed(known.items()) if not math.isnan(size)}
     return [unit for unit in known if unit in sizes.values()]
+
+
+def seconds(time: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give a clock in seconds: since 1970 its size says whether it is in ms, us or ns.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> seconds(np.array([1.7e12, 1.7e12 + 250.0])).tolist(), seconds(np.array([3.0])).tolist()
+    ([0.0, 0.25], [3.0])
+    """
+    unit = next((unit for least, unit in EPOCH if time[0] > least), None)
+    return time if unit is None else converted("t", unit, time - time[0])

@@ -14,6 +14,7 @@ import io
 import math
 import os
 import re
+import shlex
 from array import array
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -28,7 +29,7 @@ from popsteer.tables import kinds
 from popsteer.tables.quantities import UNITS, meaning
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -193,6 +194,16 @@ class Table:
     def is_logged(self) -> bool:
         """Whether rows are four numbers in C's %f, as F1TENTH's logger writes them."""
         return all(len(row) == 4 and all(map(_PRINTED.match, row)) for row in self._first)
+
+    def option(self, places: Mapping[str, int], unit: Mapping[str, str] = {}) -> str:
+        """Word the option that says what columns are: by name, or by number where none tells."""
+        parts, head = [], self.head or [""] * self.columns
+        for quantity, place in places.items():
+            name = head[place]
+            tells = head.count(name) == 1 and 0 < len(name) <= 90 and "," not in name
+            after = f" [{unit[quantity]}]" if quantity in unit else ""
+            parts.append(f"{quantity}={name if tells and name.isprintable() else place + 1}{after}")
+        return f"--columns {shlex.quote(','.join(parts))}"
 
     def listed(self) -> str:
         """List the names of the columns, for a message."""

@@ -26,11 +26,9 @@ from popsteer.tables.columns import (
     likeliest,
     measured,
     named,
-    option,
-    seconds,
 )
 from popsteer.tables.poses import poses, yaw_of
-from popsteer.tables.quantities import UNITS, converted
+from popsteer.tables.quantities import UNITS, converted, seconds
 from popsteer.tables.text import Table, read_text, table_of
 
 if TYPE_CHECKING:
@@ -179,7 +177,8 @@ def _read_table(
     if not wanted and table.head is None:
         texts = _texts(table)
         values = table.numbers([k for k in range(table.columns) if k not in texts])
-        across = len(values) == 2 and table.columns > MANY  # two rows, rather than two columns
+        # Two rows, rather than two columns; but the first may count the columns.
+        across = len(values) == 2 and table.columns > MANY and not shown.is_count(values[0])
         values = values.T if across else values
         _check_count(table.name, len(values), values.shape[1])
         for k in sorted(texts):
@@ -221,7 +220,6 @@ def _read_table(
         if not wanted:
             check_one(table)
             _refuse_sides(table, places)
-            _refuse_velocity(table, places)
         columns, used = measured(table, places)
         geo.check(table, places, columns, wanted)
         _check_count(table.name, min(map(len, columns.values())))
@@ -267,23 +265,11 @@ def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
     for k in filter(table.is_text, range(table.columns)):
         said = sorted({row[k].lower() for _, row in table.rows() if len(row) > k})
         if len(said) > 1 and {word for each in said for word in each.split("_")} <= _SIDES:
-            head = table.head or []
             both = {key: places[key].place for key in ("x", "y", "lat", "lon") if key in places}
             raise PathError(
-                f"{table.name}: {head[k]} says {' and '.join(said)[:60]}: lists of two sides, and"
-                f" no path ({option(head, both)} reads them in the order of the rows)"
+                f"{table.name}: {(table.head or [])[k]} says {' and '.join(said)[:60]}: lists of"
+                f" two sides, and no path ({table.option(both)} reads them in the rows' order)"
             )
-
-
-def _refuse_velocity(table: Table, places: Mapping[str, Column]) -> None:
-    """Refuse the head of Autoware.AI's waypoint saver without a unit: it writes km/h."""
-    speed, head = places.get("speed"), table.head or []
-    if speed and not speed.unit and "change_flag" in head and "steering_flag" not in head:
-        by = [option(head, {"speed": speed.place}, {"speed": unit}) for unit in ("km/h", "m/s")]
-        raise PathError(
-            f"{table.name}: {speed} beside change_flag is km/h as Autoware writes it: {by[0]}, or"
-            f" {by[1]}"
-        )
 
 
 def _refuse_steep(found: Waypoints, table: Table, places: Mapping[str, Column]) -> None:
@@ -298,7 +284,7 @@ def _refuse_steep(found: Waypoints, table: Table, places: Mapping[str, Column]) 
     steep = move[2] > 0.7 * np.hypot(move[0], move[1])
     flat = move[1] <= 0.35 * np.hypot(move[0], move[2])
     if steep.mean() > 0.1 and flat.mean() > 0.9:
-        by = option(head, {"x": places["x"].place, "y": z})
+        by = table.option({"x": places["x"].place, "y": z})
         raise PathError(
             f"{found.name}: {names[1]} may be the height, as {head[z]} climbs steeper than any"
             f" vehicle: {by} reads it so, y={names[1]} as it is named"
@@ -341,9 +327,9 @@ def _position(
         found.read += [f"latitude ({places['lat']})", f"longitude ({places['lon']})"]
         return _local(found, degrees, origin)
     x, y = columns["x"], columns["y"]
-    if places["x"].unit is None and shown.is_degrees(x, y):
-        head = found.table.head or [] if found.table else []
-        by = option(head, {"lon": places["x"].place, "lat": places["y"].place})
+    if found.table and places["x"].unit is None and shown.is_degrees(x, y):
+        both = {"lon": places["x"].place, "lat": places["y"].place}
+        by = found.table.option(both)
         raise PathError(
             f"{found.name}: {places['x']} and {places['y']} are degrees rather than metres: {by}"
             " reads them as longitude and latitude"
@@ -374,6 +360,11 @@ def _add(found: Waypoints, columns: dict[str, Floats], places: Mapping[str, Colu
         ahead = _add_yaw(found, columns, "yaw (of the quaternion)", both_ways=both_ways)
     if "speed" in columns:
         _add_speed(found, columns, places, ahead=ahead)
+    slope = places["grade"] if "grade" in columns else None
+    called_so = slope and "grade" in slope.name.lower() and np.abs(columns["grade"]).max() < 0.5
+    if slope and slope.unit is None and not called_so:
+        found.notes.append(f"{slope} ignored: a slope needs a unit, as slope [%]")
+        columns.pop("grade")
     for key in ("curvature", "grade"):
         if key in columns:
             found.more[key] = columns[key]
@@ -449,15 +440,19 @@ def _unit_by_times(found: Waypoints, speed: Floats) -> str | None:
 
 
 def _refuse_fast(found: Waypoints, column: Column, speed: Floats) -> None:
-    """Refuse a speed without a unit that would be no vehicle's in m/s."""
-    head = (found.table and found.table.head) or []
+    """Refuse a speed without a unit that would be no vehicle's in m/s, or is Autoware.AI's.
+
+    Its waypoint saver writes km/h, its other files m/s.
+    """
+    table = found.table
+    head = (table and table.head) or []
     most = float(np.max(np.abs(speed), initial=0.0))
-    if head and most > _FASTEST:
-        by = [option(head, {"speed": column.place}, {"speed": unit}) for unit in ("km/h", "m/s")]
-        raise PathError(
-            f"{found.name}: {column} without a unit would be up to {most:.4g} m/s: {by[0]}, or"
-            f" {by[1]}"
-        )
+    saved = "change_flag" in head and "steering_flag" not in head
+    if table and head and (most > _FASTEST or saved):
+        by = [table.option({"speed": column.place}, {"speed": unit}) for unit in ("km/h", "m/s")]
+        why = f"without a unit would be up to {most:.4g} m/s"
+        why = "beside change_flag is km/h as Autoware writes it" if saved else why
+        raise PathError(f"{found.name}: {column} {why}: {by[0]}, or {by[1]}")
 
 
 def _at_rest(xy: Floats, speed: Floats, *, ahead: bool) -> NDArray[np.bool_]:
