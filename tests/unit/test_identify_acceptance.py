@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import popsteer
+from popsteer.identification.drive import prepare
 from popsteer.identification.pedals import fit_drive
 from popsteer.logs import Log
 from studies import identify_acceptance as acceptance
@@ -74,6 +76,15 @@ def test_what_rounded_commands_hide_is_within_its_errors_or_unknown(
         assert low < car.length < high
         assert "steer is recorded in steps of 0.1 rad" in found.unknown["wheelbase"]
         assert "steer_play" in found.unknown
+
+
+@pytest.mark.parametrize(("kind", "seed", "steps"), [("brisk", 2, 0.0174533), ("laps", 3, 0.01)])
+def test_what_rounded_commands_leave_is_known(kind: str, seed: int, steps: float) -> None:
+    size = {"length": 2.5, "point": 1.2} if kind == "brisk" else {}
+    _, found = acceptance.identified(kind, seed, steps=steps, **size)
+    assert found is not None
+    assert found.fit.rounded == pytest.approx(steps)
+    assert found.explains
 
 
 @pytest.mark.parametrize("given_in_steps", [False, True])
@@ -147,6 +158,21 @@ def test_play_leaves_the_delay_as_it_is() -> None:
         assert found is not None
         assert found.delay == pytest.approx(car.lag + car.delay, abs=0.015)
         assert found.fit.values["steer_play"] == pytest.approx(car.play, abs=0.0035)
+
+
+def test_wheels_count_once_they_are_pushed_through_their_play() -> None:
+    # Where they lie in it at first nobody knows: that looked like a misfit of the first seconds.
+    car = acceptance.car_of(2, length=2.7, point=1.0, play=2.0)
+    columns = logged.log("blocks", car, 2)
+    found = popsteer.identify(Log(**columns))
+    assert found.explains
+    asked = columns["steer"]
+    for play in (0.0, found.vehicle.steer_play):
+        drive = replace(prepare(Log(**columns)), play=play)
+        ranges = np.maximum.accumulate(asked) - np.minimum.accumulate(asked)
+        pushed = float(columns["t"][np.argmax(ranges > play)]) if play else 0.0
+        assert drive.t[drive.parts()[0].start] == pytest.approx(pushed + 1.0, abs=0.05)
+    assert pushed > 1.0
 
 
 @pytest.mark.parametrize("seed", [6, 8])

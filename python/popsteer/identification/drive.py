@@ -86,6 +86,8 @@ class PreparedLog:
     """Whether a sample is of a moving car: at rest nothing is learnt, not even the noise."""
     size: float
     """As `size_of` gives it for the vehicle that was given."""
+    play: float = 0.0
+    """The play of the steering [rad], where it is known to have some."""
 
     @property
     def cell(self) -> float:
@@ -123,9 +125,13 @@ class PreparedLog:
         """Give the samples of each unbroken part that count: moving, and after `SETTLING`."""
         found = []
         for whole in self.unbroken:
-            first = int(
-                np.searchsorted(self.t[whole], self.t[whole.start] + SETTLING) + whole.start
-            )
+            begins = self.t[whole.start]
+            if self.play:  # until they are pushed to both sides, the wheels lie anywhere in it
+                since = self.times >= begins
+                asked = self.commands[since]
+                pushed = np.maximum.accumulate(asked) - np.minimum.accumulate(asked) > self.play
+                begins = np.append(self.times[since][pushed], self.t[-1])[0]
+            first = int(np.searchsorted(self.t[whole], begins + SETTLING) + whole.start)
             found += [
                 slice(first + part.start, first + part.stop)
                 for part in stretches(self.moving[first : whole.stop])

@@ -198,7 +198,10 @@ def fit(
     for name in [name for name in best.task.free(best.values) if name in GROWN]:
         less = {key: value for key, value in best.values.items() if key != name}
         tried.append(best.task.candidate(best.task.solve(less)))
-    return _chosen(tried)
+    found = _chosen(tried)
+    if found.play_seen and not drive.play:
+        return fit(replace(drive, play=found.values["steer_play"]), start, fixed, prior)
+    return found
 
 
 def _grow(tried: list[Candidate]) -> Candidate:
@@ -293,13 +296,8 @@ class Task:
 
     def _beliefs(self, values: Values) -> Array:
         """Give how far the parameters are from what is believed before, in deviations."""
-        return np.array(
-            [
-                (values.get(k, mean) - mean) / s
-                for k, (mean, s) in self.prior.items()
-                if k not in self.fixed
-            ]
-        )
+        prior = {k: each for k, each in self.prior.items() if k not in self.fixed}
+        return np.array([(values.get(k, mean) - mean) / s for k, (mean, s) in prior.items()])
 
     def cost(self, values: Values) -> float:
         """Huber's loss of the residuals, and the square of the beliefs."""
@@ -398,9 +396,11 @@ class Task:
 
         low, high, scale, _ = np.transpose([_BOUNDS[name] for name in names])
 
+        def at(z: Array) -> Values:
+            return {**values, **dict(zip(names, map(float, z), strict=True))}
+
         def residual(z: Array) -> Array:
-            trial = {**values, **_named(names, z)}
-            return np.concatenate((self.residual(trial), self._beliefs(trial)))
+            return np.concatenate((self.residual(at(z)), self._beliefs(at(z))))
 
         found = least_squares(
             residual,
@@ -414,7 +414,7 @@ class Task:
             xtol=1e-5,
             ftol=tolerance,
         )
-        return {**values, **_named(names, found.x)}
+        return at(found.x)
 
     def weigh(self, values: Values) -> None:
         """Take noise and theta from what is left over."""
@@ -493,7 +493,3 @@ class Task:
             rounded=rounded if np.any(np.diag(rounding) > np.diag(score)) else 0.0,
             candidates=(),
         )
-
-
-def _named(names: list[str], point: Array) -> Values:
-    return dict(zip(names, map(float, point), strict=True))

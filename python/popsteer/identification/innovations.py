@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer.identification.arrays import stretches
-from popsteer.identification.whiten import spread, whitened
+from popsteer.identification.arrays import stretches, summed
+from popsteer.identification.whiten import spread, turned_by, whitened
 
 if TYPE_CHECKING:
     from popsteer.identification.drive import Array, PreparedLog
@@ -47,8 +47,11 @@ def unexplained(found: Fit, drive: PreparedLog) -> tuple[tuple[str, ...], tuple[
     error = drive.yaw - found.yaw
     theta = task.theta_of_noise(error)
     white = whitened(error, task.parts, theta)
-    sample = max(_sample_noise(error, drive), drive.least_noise["yaw"])
+    sample = _sample_noise(error, drive)
     white = np.clip(white * math.sqrt(theta) / sample, -4.0, 4.0)
+    if found.rounded:
+        known = _rounding(found, drive, theta) * theta / sample**2
+        white = np.fft.irfft(np.fft.rfft(white) / np.sqrt(1.0 + known), len(white))
     octaves, said = _octaves(white, drive.usual_step), []
     loud = max(octaves, key=lambda each: each.power / each.most, default=None)
     if loud is not None and loud.power > loud.most:
@@ -68,10 +71,28 @@ def unexplained(found: Fit, drive: PreparedLog) -> tuple[tuple[str, ...], tuple[
     return tuple(said), tuple(octaves)
 
 
+def _rounding(found: Fit, drive: PreparedLog, theta: float) -> Array:
+    """Give the power that rounded commands leave in the innovations, frequency by frequency.
+
+    Each recorded command is off by a number of its own, as `rounding_score` has it.
+    """
+    level, turn = turned_by(drive, found.values)
+    total = np.zeros(1)
+    for each in np.unique(level):
+        error = whitened(summed(turn * (level == each)), drive.parts(), theta)
+        total = total + np.abs(np.fft.rfft(error)) ** 2 / len(error)
+    return total * found.rounded**2 / 12.0
+
+
 def _sample_noise(error: Array, drive: PreparedLog) -> float:
-    """Give the noise of a sample by the second differences of what is left [rad]."""
-    ends = [np.diff(error[part], 2) for part in drive.parts()]
-    return spread(np.concatenate(ends)) / math.sqrt(6.0)
+    """Give the noise of a sample by the second differences of what is left [rad].
+
+    By their mean square: most of them are small where digits repeat.
+    """
+    least = drive.least_noise["yaw"]
+    ends = np.concatenate([np.diff(error[part], 2) for part in drive.parts()]) / math.sqrt(6.0)
+    most = 4.0 * max(spread(ends), least)
+    return max(math.sqrt(float(np.mean(np.clip(ends, -most, most) ** 2))), least)
 
 
 def _octaves(white: Array, step: float) -> list[Octave]:

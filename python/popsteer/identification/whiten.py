@@ -23,6 +23,8 @@ from popsteer.identification.arrays import recursion
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from popsteer.identification.drive import Array, PreparedLog
 
 THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
@@ -172,6 +174,18 @@ def noise_score(
     return total
 
 
+def turned_by(drive: PreparedLog, values: Mapping[str, float]) -> tuple[NDArray[np.int64], Array]:
+    """Give which recorded command turns the car at each step, and by how much for a radian of it.
+
+    Commands are numbered by their value.
+    """
+    level = np.unique(drive.recorded, return_inverse=True)[1]
+    delayed = drive.t[:-1] - values["dead_time"] - values["steer_lag"]
+    level = level[np.clip(np.searchsorted(drive.times, delayed, side="right") - 1, 0, None)]
+    length = values["turning_wheelbase"] + values["understeer"] * drive.sample_speed**2
+    return level, (drive.sample_speed / np.maximum(length, 1e-3))[:-1] * np.diff(drive.t)
+
+
 def rounding_score(
     drive: PreparedLog,
     values: Mapping[str, float],
@@ -188,12 +202,8 @@ def rounding_score(
     sample and of the innovations, `added` their influence.
     """
     step, (sample, innovation) = drive.steer_step, noise
-    levels, level = np.unique(drive.recorded, return_inverse=True)
-    delayed = drive.t - values["dead_time"] - values["steer_lag"]
-    level = level[np.clip(np.searchsorted(drive.times, delayed, side="right") - 1, 0, None)]
-    length = values["turning_wheelbase"] + values["understeer"] * drive.sample_speed**2
-    turn = (drive.sample_speed / np.maximum(length, 1e-3))[:-1] * np.diff(drive.t)
-    total, size = np.zeros((len(levels), added[0].shape[1])), step * step / 12.0
+    level, turn = turned_by(drive, values)
+    total, size = np.zeros((np.max(level) + 1, added[0].shape[1])), step * step / 12.0
     stretches = []
     for piece, part in zip(added, drive.parts(), strict=True):
         rows = slice(part.start, part.stop - 1)
