@@ -81,8 +81,7 @@ def test_help_fits_a_screen(
     monkeypatch.setenv("COLUMNS", "80")
     outcome = command.call(capsys, *([name] if name else []), "--help")
     assert outcome.out.count("\n") <= 50
-    # Examples are not wrapped.
-    assert max(map(len, outcome.out.splitlines())) <= 100
+    assert max(map(len, outcome.out.splitlines())) <= 80
 
 
 def test_params_lists_each_parameter_with_a_number_for_its_default(

@@ -23,19 +23,20 @@ preview POP, PID, Pure-Pursuit and Stanley.
 
 \b
 Examples:
-  popsteer compare --report report.html      controllers on the shipped race track, to look at
-  popsteer compare --waypoints mine.csv --plant car.toml      a track and a car of your own
-  popsteer identify drive.mcap --out car.toml                 what is my car?
-  popsteer tune --vehicle car.toml --out tuned.toml           the parameters for it
-  popsteer sweep --vehicle car.toml --params tuned.toml       how often it succeeds
-  popsteer params pop                                         what --set can set
+  popsteer compare --report report.html                  on the shipped track
+  popsteer compare --waypoints mine.csv --plant car.toml on yours, your car
+  popsteer identify drive.mcap --out car.toml            what is my car?
+  popsteer tune --vehicle car.toml --out tuned.toml      parameters for it
+  popsteer sweep --vehicle car.toml --params tuned.toml  how often it succeeds
+  popsteer params pop                                    what --set can set
 
 \b
-An option means the same in every command that has it, and can be repeated if it takes NAME=VALUE:
-  --controllers, --plants, --tracks NAMES   who steers, what is driven, where (popsteer params)
-  --vehicle NAME|FILE                       the vehicle that the controllers know
-  --set, --set-vehicle, --set-plant         parameters of controllers, that vehicle, the plant
-  --out DIR or FILE, --report FILE          what to write: tables and figures; a page to look at
+An option means the same in every command, and can be repeated if it takes
+NAME=VALUE:
+  --controllers, --plants, --tracks NAMES   who steers, what is driven, where
+  --vehicle NAME|FILE                       the vehicle that controllers know
+  --set, --set-vehicle, --set-plant         parameters of controllers, ...
+  --out DIR or FILE, --report FILE          tables and figures; a page
 
 Units are SI and radians; degrees are marked. x points forward, y left, and angles are positive to
 the left. Files are written completely or not at all. An error in the input is one line on stderr,

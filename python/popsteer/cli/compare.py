@@ -30,10 +30,10 @@ writes figures and records; of several, a table matrix.csv, .md and .json, and a
 Examples:
   popsteer compare --report out.html
   popsteer compare --controllers stanley,pop --track figure-eight --out out
-  popsteer compare --plants carla-identified,car.toml --tracks racetrack,slalom
-  popsteer compare --waypoints course.csv --plant car.toml --set-vehicle dead_time=0
-  popsteer compare --controllers pop --set lookahead_gain=0.3 --set deviation_limit=1
-  popsteer compare --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
+  popsteer compare --plants car.toml,mujoco-car --tracks racetrack,slalom
+  popsteer compare --waypoints course.csv --plant car.toml
+  popsteer compare --controllers pop --set lookahead_gain=0.3
+  popsteer compare --plant mujoco-car --set-plant friction=0.6
 """
 
 

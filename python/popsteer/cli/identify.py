@@ -27,9 +27,9 @@ measure and the manual say by --vehicle or --set-vehicle. See docs/identify.md.
 \b
 Examples:
   popsteer identify drive.mcap --out car.toml
-  popsteer identify drive.csv --unit steer=deg --unit speed=km/h --columns yaw=heading
-  popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
-  popsteer identify bag/ --topic odometry=/localization/kinematic_state --report drive.html
+  popsteer identify drive.csv --unit steer=deg --columns yaw=heading
+  popsteer identify drive.csv --set-vehicle wheelbase=2.7
+  popsteer identify bag/ --topic odometry=/ego/odom --report drive.html
 """
 
 

@@ -32,8 +32,8 @@ that --set sets. FILE of --out has x [m], y [m], speed [m/s], as --waypoints els
 \b
 Examples:
   popsteer plan waypoints.csv --vehicle car.toml --out course.csv
-  popsteer plan waypoints.csv --smooth 0.1 --out course.csv    recorded, with noise and gaps
-  popsteer plan waypoints.csv --set max_lateral_acceleration=3 --set max_jerk=2
+  popsteer plan waypoints.csv --smooth 0.1 --out course.csv       recorded
+  popsteer plan course.csv --set max_lateral_acceleration=3 --set max_jerk=2
   popsteer plan lap.csv --closed --speed-limit 100:250:8 --driving 0:3,20:1
 """
 

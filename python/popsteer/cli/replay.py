@@ -28,8 +28,8 @@ and statuses; --out writes it, a row for each row of the log, and a figure.
 \b
 Examples:
   popsteer replay drive.mcap --vehicle car.toml
-  popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
-  popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
+  popsteer replay drive.csv --vehicle car.toml --controllers pop,pid
+  popsteer replay drive.csv --vehicle car.toml --waypoints course.csv
 """
 
 

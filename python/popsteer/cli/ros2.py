@@ -21,10 +21,10 @@ is that of the vehicle's point, from which its rear_axle is measured. Ctrl-C end
 
 \b
 Examples:
-  popsteer ros2 --vehicle car.toml --max-speed 3 --topic odometry=/ego/odom --topic path=/plan
-  popsteer ros2 --vehicle car.toml --params tuned.toml --controller pop --rate 100
+  popsteer ros2 --vehicle car.toml --max-speed 3 --topic odometry=/ego/odom
+  popsteer ros2 --vehicle car.toml --params tuned.toml --rate 100
   popsteer ros2 --vehicle car.toml --autoware --record drive.mcap
-  popsteer ros2 --vehicle car.toml --ros-args -r __ns:=/car -r odom:=/ego/odom -p rate:=100.0
+  popsteer ros2 --vehicle car.toml --ros-args -r __ns:=/car -p rate:=100.0
 """
 
 

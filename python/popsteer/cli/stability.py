@@ -31,7 +31,7 @@ Examples:
   popsteer stability --vehicle car.toml --out out
   popsteer stability --controllers pop --set min_lookahead=3 --speeds 5,10,15
   popsteer stability --vehicle carla-identified --set-vehicle dead_time=0.1
-  popsteer stability --set-plant dead_time=0.1   the controllers do not know of it
+  popsteer stability --set-plant dead_time=0.1    which nobody is told of
 """
 
 

@@ -35,7 +35,7 @@ Examples:
   popsteer sweep --run sweep.parquet:17 --out run-17
   popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv
   popsteer sweep --vary "steer_lag=uniform(0.05,0.2)"
-  popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
+  popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)"
 """
 
 

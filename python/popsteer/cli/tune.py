@@ -31,8 +31,8 @@ trials kept beside --out or in --storage, which several processes can share.
 \b
 Examples:
   popsteer tune --vehicle car.toml --waypoints course.csv --out tuned.toml
-  popsteer tune --controller pop --search "min_lookahead=uniform(3,12)" --trials 50
-  popsteer tune --tracks racetrack,slalom --vary "steer_lag=uniform(0.05,0.2)" --seconds 60
+  popsteer tune --controller pop --search "min_lookahead=uniform(3,12)"
+  popsteer tune --vary "steer_lag=uniform(0.05,0.2)" --seconds 60
 """
 
 
