@@ -121,7 +121,7 @@ def _read(
     if not table.columns:
         raise LogError(f"{table.name}: the file is empty")
     if not alone and isinstance(wanted, dict):
-        wanted = {key: name for key, name in wanted.items() if name in (table.head or [])}
+        wanted = {key: name for key, name in wanted.items() if name in table.head}
     places = named(table, wanted, _KNOWN)
     if not wanted:
         check_one(table)

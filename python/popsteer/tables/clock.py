@@ -48,10 +48,9 @@ class Times(NamedTuple):
 
 def find(table: Table, places: dict[str, Column]) -> None:
     """Find the columns of time: `s` and `ns` beside each other are one."""
-    head = table.head or []
     part = next((key for key in PARTS if key in places), None)
-    if part and "t" not in places and "s" in head:
-        places["t"] = Column(head.index("s"), "s")
+    if part and "t" not in places and "s" in table.head:
+        places["t"] = Column(table.head.index("s"), "s")
     if part and "t" not in places:
         alone = places.pop(part)
         places["t"] = Column(alone.place, alone.name, alone.unit or PARTS[part][0])

@@ -97,7 +97,7 @@ def named(
     Raises PathError, which lists the names there are, where one is missing or given twice.
     """
     where = table.where(table.head_line) if table.head_line else table.name
-    head: Sequence[str] = table.head or []
+    head: Sequence[str] = table.head
     found: dict[str, Column] = {}
     if isinstance(wanted, dict):
         found = {key: _by_name(table, where, key, name) for key, name in wanted.items()}
@@ -141,7 +141,7 @@ def named(
 
 
 def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
-    head = table.head or []
+    head = table.head
     plain = name.rpartition("[")[0].strip() if name.endswith("]") else ""
     for wanted in filter(None, (name, plain)):
         unit = meaning(f"x {name[len(wanted) :]}" if wanted == plain else wanted).unit
@@ -160,8 +160,7 @@ def _by_name(table: Table, where: str, quantity: str, name: str) -> Column:
 def ignored(table: Table, used: Collection[Column]) -> list[str]:
     """Say which columns with a name are not read; nothing where all are."""
     places = {column.place for column in used}
-    names = enumerate(table.head or [])
-    left = [str(Column(k, name)) for k, name in names if k not in places and name]
+    left = [f"{Column(k, name)}" for k, name in enumerate(table.head) if name and k not in places]
     return [f"ignored: {', '.join(left[:6])}{', ...' * (len(left) > 6)}"] if left else []
 
 
@@ -175,7 +174,7 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
             " them in their order, - is for one that is left out)"
         )
     if missing:
-        no = "--columns makes none" if {*missing} & {*(table.head or ())} else "no column is named"
+        no = "--columns makes none" if {*missing} & {*table.head} else "no column is named"
         raise PathError(
             f"{where}: {no} {' or '.join(missing)}; there are: {table.listed()}"
             f" (--columns {','.join(f'{key}=NAME' for key in missing)} says which)"
@@ -184,12 +183,10 @@ def check_there(table: Table, places: Collection[str], needed: Sequence[str]) ->
 
 def check_one(table: Table) -> None:
     """Refuse by PathError a table of several vehicles, as recordings of traffic are."""
-    for k, name in enumerate(table.head or []):
+    for k, name in enumerate(table.head):
         whose = re.sub("[^a-z]", "", name.lower())
         # What is but called id may be that of a row, or of a lane: in recordings it is at times.
-        is_timed = any(
-            "frame" in each.lower() or meaning(each)[0] == "t" for each in table.head or []
-        )
+        is_timed = any("frame" in each.lower() or meaning(each)[0] == "t" for each in table.head)
         if whose not in _WHOSE or (whose == "id" and not is_timed):
             continue
         rows = [row[k] for _, row in table.rows() if len(row) > k]

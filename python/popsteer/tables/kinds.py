@@ -60,13 +60,13 @@ _ECHOED = {
 _WKT = re.compile(r'[^\n]*\n[^\n]*"?(?:POINT|(?:MULTI)?LINESTRING)\b[ ZM]*\(')
 
 
-def echoed(row: list[str]) -> list[str] | None:
+def echoed(row: list[str]) -> list[str]:
     """Give the names of what ROS 2 echoes as CSV, which begins with a stamp and a frame."""
     names = _ECHOED.get(len(row), "").split()
     texts = [k for k, name in enumerate(names) if name.endswith("frame_id")]
     stamped = names and row[0].isdecimal() and row[1].isdecimal() and int(row[1]) < 10**9
     framed = all(re.match(r"[/A-Za-z_]", row[k]) for k in texts)
-    return names if stamped and framed else None
+    return names if stamped and framed else []
 
 
 def is_json(text: str) -> bool:

@@ -90,7 +90,7 @@ class Table:
     """None: white space."""
     decimal_comma: bool
     columns: int
-    head: list[str] | None = None
+    head: list[str] = field(default_factory=list)
     head_line: int = 0
     start: int = 0
     """The line after which the numbers begin."""
@@ -207,7 +207,7 @@ class Table:
 
     def listed(self) -> str:
         """List the names of the columns, for a message."""
-        names = [each or '""' for each in self.head or []]
+        names = [each or '""' for each in self.head]
         return (", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else ""))[:200]
 
 
@@ -263,10 +263,10 @@ def table_of(name: str, text: str) -> Table:
             " and y, separated by a comma, a semicolon or white space)"
         )
         raise PathError(message)
-    names = [each.lower() for each in found.head or []]
+    names = [each.lower() for each in found.head]
     is_vbox = marks >= {"column names", "data"}
     renamed = _VBOX if is_vbox else _NGSIM if {"local_x", "v_vel"} <= {*names} else {}
-    if found.head and renamed:
+    if renamed:
         pairs = zip(names, found.head, strict=True)
         found = replace(found, head=[renamed.get(name, each) for name, each in pairs])
     return replace(found, comments=comments, vbox=is_vbox)
@@ -428,7 +428,7 @@ def _head(
     return (0, 0) if is_names(0) else (None, 0)
 
 
-def _head_of_comment(comments: list[str], columns: int, separator: str | None) -> list[str] | None:
+def _head_of_comment(comments: list[str], columns: int, separator: str | None) -> list[str]:
     """Take the comment above the numbers for names, where it has as many and one is known.
 
     Units may stand below it, and before each what the row is (CarMaker).
@@ -440,9 +440,9 @@ def _head_of_comment(comments: list[str], columns: int, separator: str | None) -
             if not _are_units(names) and any(meaning(each).quantity for each in names):
                 return _explained(names, *filter(_are_units, below))
         if not rows:
-            return None
+            break
         below.append(rows[0])
-    return None
+    return []
 
 
 def _entries_of_comment(text: str, columns: int, separator: str | None) -> Iterator[list[str]]:

@@ -174,7 +174,7 @@ def _check_count(name: str, count: int, columns: int = 2) -> None:
 def _read_table(
     table: Table, wanted: list[str] | dict[str, str], origin: tuple[float, float] | None
 ) -> Waypoints:
-    if not wanted and table.head is None:
+    if not (wanted or table.head):
         texts = _texts(table)
         values = table.numbers([k for k in range(table.columns) if k not in texts])
         # Two rows, rather than two columns; but the first may count the columns.
@@ -267,14 +267,14 @@ def _refuse_sides(table: Table, places: Mapping[str, Column]) -> None:
         if len(said) > 1 and {word for each in said for word in each.split("_")} <= _SIDES:
             both = {key: places[key].place for key in ("x", "y", "lat", "lon") if key in places}
             raise PathError(
-                f"{table.name}: {(table.head or [])[k]} says {' and '.join(said)[:60]}: lists of"
+                f"{table.name}: {table.head[k]} says {' and '.join(said)[:60]}: lists of"
                 f" two sides, and no path ({table.option(both)} reads them in the rows' order)"
             )
 
 
 def _refuse_steep(found: Waypoints, table: Table, places: Mapping[str, Column]) -> None:
     """Refuse a z that no vehicle climbs, where y may be the height, as Unity has it."""
-    head = table.head or []
+    head = table.head
     names = [places[key].name if key in places else "" for key in ("x", "y")]
     upward = re.sub("y([^y]*)$", r"z\1", names[1].replace("Y", "y"))
     z = next((k for k, name in enumerate(head) if name.replace("Z", "z") == upward), None)
@@ -427,7 +427,7 @@ def _add_speed(
 def _unit_by_times(found: Waypoints, speed: Floats) -> str | None:
     """Find the unit of a speed beside a clock; None if nothing shows it."""
     table = found.table
-    if table is None or not table.head:
+    if table is None:
         return None
     with suppress(PathError):  # a time that cannot be read shows nothing
         places = named(table, [], ("t", *clock.PARTS))
@@ -445,7 +445,7 @@ def _refuse_fast(found: Waypoints, column: Column, speed: Floats) -> None:
     Its waypoint saver writes km/h, its other files m/s.
     """
     table = found.table
-    head = (table and table.head) or []
+    head = table.head if table else []
     most = float(np.max(np.abs(speed), initial=0.0))
     saved = "change_flag" in head and "steering_flag" not in head
     if table and head and (most > _FASTEST or saved):
