@@ -59,11 +59,6 @@ def first_length(drive: PreparedLog, name: str) -> float:
             f"{name}: steer changes by {math.degrees(width):.2f} degrees only: nothing tells how"
             " the car answers to it; drive bends to both sides"
         )
-    return _regression(drive, name)
-
-
-def _regression(drive: PreparedLog, name: str) -> float:
-    """Regress how the car turned on what the commands explain, delay by delay."""
     chain, plain = Chain(drive, LAGS[0]), {**dict.fromkeys(NAMES, 0.0), "turning_wheelbase": 1.0}
     share, slope = max(
         drive.explained(chain.yaw(**{**plain, "dead_time": delay})) for delay in _DELAYS

@@ -113,12 +113,10 @@ def _octaves(white: Array, step: float) -> list[Octave]:
 
 def _most_correlated(white: Array, turning: Array, step: float) -> tuple[float, float]:
     """Give the largest correlation with the turning, and how long before it was [s]."""
-    lags = np.arange(0, max(2, int(LONGEST / step)))
-    own = (white - white.mean()) / max(float(np.std(white)), 1e-12)
-    other = (turning - turning.mean()) / max(float(np.std(turning)), 1e-12)
+    own, other = ((x - x.mean()) / max(float(np.std(x)), 1e-12) for x in (white, turning))
+    lags = range(max(2, int(LONGEST / step)))
     found = [abs(float(np.mean(own[k:] * other[: len(other) - k]))) for k in lags]
-    best = int(np.argmax(found))
-    return found[best], float(lags[best] * step)
+    return max(found), step * int(np.argmax(found))
 
 
 def excitation(drive: PreparedLog, length: float) -> dict[str, tuple[float, float]]:

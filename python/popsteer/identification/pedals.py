@@ -64,9 +64,10 @@ class Drive:
     @property
     def pedals(self) -> dict[str, float]:
         """What a map of pedals says: both gains and drag, if both pedals are known."""
+        if not {"drive", "braking"} <= self.errors.keys():
+            return {}
         names = ("drive", "braking", "drag", "air_drag")
-        there = all(name in self.errors for name in names[:2])
-        return {n: max(self.values[n], 0.0) for n in names if n in self.errors} if there else {}
+        return {n: max(self.values[n], 0.0) for n in names if n in self.errors}
 
 
 class _Task:
@@ -124,10 +125,6 @@ class _Task:
         weighted: Array = left * root
         return np.asarray(linear), weighted
 
-    def cost(self, delay: float, lag: float) -> float:
-        """Give the sum of the squares of what is left."""
-        return float(np.sum(self.solve(delay, lag)[1] ** 2))
-
     def weigh(self, delay: float, lag: float) -> None:
         """Take noise and theta from what is left over."""
         linear, _ = self.solve(delay, lag)
@@ -158,7 +155,7 @@ def fit_drive(log: Log, size: float = 1.0) -> Drive | None:
     if sum(part.stop - part.start for part in task.parts) < 50:
         return Drive(unknown={"drive_delay": f"the car hardly drives: {ASKED}"})
     grid = [(delay, lag) for delay in _DELAYS for lag in _LAGS]
-    best = min(grid, key=lambda at: task.cost(*at))
+    best = min(grid, key=lambda at: float(np.sum(task.solve(*at)[1] ** 2)))
     for _ in range(2):
         task.weigh(*best)
         found = least_squares(
@@ -196,17 +193,14 @@ def _stated(task: _Task, best: tuple[float, float], linear: Array, left: Array) 
     sure = known(jacobian, left[:count], memory, noise, _belief(names))
     values = dict(zip(names, [*best, *map(float, own)], strict=True))
     errors = dict(zip(names, sure.errors(), strict=True))
+    values.pop("rolling", None)
     shown, unknown = {}, {}
-    for name in names:
-        most = SURE.get(name, SURE_GAIN * abs(values[name]))
-        if name == "rolling":
-            continue
-        if errors[name] <= most:
+    for name, value in values.items():
+        if errors[name] <= SURE.get(name, SURE_GAIN * abs(value)):
             shown[name] = errors[name]
         else:
-            low, high = values[name] - 2.0 * errors[name], values[name] + 2.0 * errors[name]
+            low, high = value - 2.0 * errors[name], value + 2.0 * errors[name]
             unknown[name] = f"{name} lies between {max(low, 0.0):.3g} and {high:.3g}: {ASKED}"
-    values = {name: value for name, value in values.items() if name != "rolling"}
     return Drive(values, shown, unknown, task.noise)
 
 
@@ -250,4 +244,5 @@ def _rise(log: Log, speed: Array) -> tuple[Array, Array]:
     """Give the rate at which the car climbs, 0 without heights, and the slope for 1 m/s of it."""
     rise = _smoothed(np.asarray(log.signals.get("z", np.zeros(len(log)))), log.period, 1)
     way = _smoothed(speed, log.period, 0)
-    return rise, np.where(np.abs(way) > 0.3, 1.0 / np.where(np.abs(way) > 0.3, way, 1.0), 0.0)
+    drives = np.abs(way) > 0.3
+    return rise, np.divide(1.0, way, out=np.zeros_like(way), where=drives)

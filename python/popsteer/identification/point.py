@@ -76,24 +76,24 @@ def fit_point(
     `place` is where the simulated no-slip point is, east + i north [m].
     """
     off = smooth(drive.yaw - simulated, max(theta, 1.0 - drive.usual_step / SLOW), drive)
-    found = _fitted(drive, simulated + off, _moved(place, off))
+    found = _fitted(drive, simulated + off, place, off)
     if abs(bias := found.values["heading_bias"]) > 1e-3:  # then the point's place is turned, too
-        found = _fitted(drive, simulated + off + bias, _moved(place, off + bias))
+        found = _fitted(drive, simulated + off + bias, place, off + bias)
         bias += found.values["heading_bias"]
     return replace(found, values=found.values | {"heading_bias": bias})
 
 
-def _moved(place: NDArray[np.complex128], turned: Array) -> NDArray[np.complex128]:
-    """Give the steps of a simulated motion, turned by an angle that changes slowly."""
-    moved: NDArray[np.complex128] = np.diff(place) * np.exp(1j * middles(turned))
-    return moved
-
-
-def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> Point:
-    columns = _columns(drive, heading, moved)
-    base, regressors = columns[0], np.stack(columns[1:], axis=1)
+def _fitted(
+    drive: PreparedLog, heading: Array, place: NDArray[np.complex128], turned: Array
+) -> Point:
+    """Fit with the steps of the simulated motion turned by an angle that changes slowly."""
+    speed, ahead = middles(drive.sample_speed), np.diff(np.exp(1j * heading))
+    moved = np.diff(place) * np.exp(1j * middles(turned))
+    # The way between samples, and what each parameter adds to it.
+    each = (moved, -ahead, -speed * speed * ahead, 1j * moved, moved)
+    columns = [np.stack((one.real, one.imag), axis=1) for one in each]
     # Their integrals from the start on, (N, 2) and (N, P, 2).
-    driven, grown = summed(base), summed(regressors)
+    driven, grown = summed(columns[0]), summed(np.stack(columns[1:], axis=1))
     measured = np.stack((drive.x, drive.y), axis=1)
     parts = drive.parts()
     values = np.zeros(len(NAMES))
@@ -129,14 +129,6 @@ def _fitted(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -
 def _sample(left: Array, parts: list[slice]) -> float:
     """Give the variance of the noise of a position [m²]."""
     return 0.5 * spread(np.concatenate([np.diff(left[part], axis=0) for part in parts])) ** 2
-
-
-def _columns(drive: PreparedLog, heading: Array, moved: NDArray[np.complex128]) -> list[Array]:
-    """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
-    speed = middles(drive.sample_speed)
-    ahead = np.diff(np.exp(1j * heading))
-    each = (moved, -ahead, -speed * speed * ahead, 1j * moved, moved)
-    return [np.stack((one.real, one.imag), axis=1) for one in each]
 
 
 def smooth(values: Array, theta: float, drive: PreparedLog) -> Array:

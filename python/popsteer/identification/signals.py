@@ -112,10 +112,14 @@ def checked(log: Log, rear_axle: float = 0.0, *, course: bool = False) -> Signal
     else:
         _refuse_course(thin)
     bias, scale, error = _motion(thin, windows)
-    _refuse_scale(log.name, scale)
+    for ratio, words in _SPEEDS:
+        if abs(scale / ratio - 1.0) < NEAR:
+            raise LogError(
+                f"{log.name}: the positions move {scale:.4g} times as far as speed says: {words}"
+            )
     if not error < 0.02:
         scale, error = 1.0, 0.0
-    one, other = _corrected(thin, bias, scale), _corrected(log, bias, scale)
+    one, other = (_with(x, yaw=x.yaw + bias, speed=scale * x.speed) for x in (thin, log))
     return Signals(one, other, bias, scale, error, age_error, notes)
 
 
@@ -125,11 +129,6 @@ def centred(log: Log, antenna_left: float) -> Log:
         return log
     x = log.x + antenna_left * np.sin(log.yaw)
     return _with(log, x=x, y=log.y - antenna_left * np.cos(log.yaw))
-
-
-def _corrected(log: Log, bias: float, scale: float) -> Log:
-    """Give the log with its heading turned and its speed scaled."""
-    return _with(log, yaw=log.yaw + bias, speed=scale * log.speed)
 
 
 def _with(log: Log, **columns: Array) -> Log:
@@ -281,8 +280,8 @@ def _refuse_heading(log: Log, windows: _Windows) -> None:
     degrees = math.radians(1.0)
     units = {1.0: "1", degrees: "deg", -1.0: "-1", -degrees: "-deg"}
     fits = {unit: _aligned(log, windows, unit) for unit in units}
-    best = max(fits, key=lambda unit: abs(fits[unit]))
     spread = {unit: 1.0 - abs(fit) for unit, fit in fits.items()}
+    best = min(spread, key=lambda unit: spread[unit])
     if best != 1.0 and spread[best] < CLEARLY * spread[1.0]:
         off = math.atan2(fits[best].imag, fits[best].real)
         raise LogError(f"{log.name}: {_reading(log, best, units[best], off)}")
@@ -370,12 +369,3 @@ def _motion(log: Log, windows: _Windows) -> tuple[float, float, float]:
     error = math.sqrt(2.0 * float(np.mean(np.abs(left) ** 2)) / len(left))
     size = math.sqrt(float(np.mean(np.abs(columns[:, 0]) ** 2)))
     return math.atan2(found[0].imag, found[0].real), abs(found[0]), error / size
-
-
-def _refuse_scale(name: str, scale: float) -> None:
-    """Refuse a scale of the speed that is a ratio of units."""
-    for ratio, words in _SPEEDS:
-        if abs(scale / ratio - 1.0) < NEAR:
-            raise LogError(
-                f"{name}: the positions move {scale:.4g} times as far as speed says: {words}"
-            )
