@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from popsteer import Path as Course
 from popsteer import logs
 from popsteer.logs import Log, LogError, csv_log
 from tests.bags import START, write_bag
@@ -363,6 +364,15 @@ def test_date_that_is_not_known_is_refused_with_the_one_that_is_read(tmp_path: A
         text = HEAD + _rows(_clock(form), X, Y, YAW, SPEED, STEER)
         with pytest.raises(LogError, match=r"line 2, column 1: .* is no time: .* as 2024-05-01T"):
             logs.read(_write(tmp_path, text))
+
+
+def test_stamp_that_is_no_number_of_a_clock_is_refused_in_one_line(tmp_path: Any) -> None:
+    for wrong in ("9" * 400, "9" * 5000, "\u00b2"):  # superscript two is a digit, and no number
+        stamps = [*_stamps(1)[:-1], wrong]
+        text = HEAD + _rows(stamps, X, Y, YAW, SPEED, STEER)
+        with pytest.raises(LogError, match=f"line {N + 1}, column 1: .* is no whole number"):
+            logs.read(_write(tmp_path, text))
+        assert len(Course.from_csv(_write(tmp_path, text)).x) == N
 
 
 def test_a_row_a_second_or_a_day_asks_for_the_unit_of_time() -> None:

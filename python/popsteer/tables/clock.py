@@ -66,7 +66,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     use = [column.place] + ([] if part is None else [places[part].place])
     entries = ((line, row) for _, line, row in table.entries(use))
     first, *after = next((row for _, _, row in table.entries(use) if row[0]), [""])
-    if part and first.isdigit() and after[0].isdigit():
+    if part and _is_whole(first) and _is_whole(after[0]):
         name, size = PARTS[part]
         if int(after[0]) * size < 10**9:  # else it is a clock of its own
             return _stamps(table, entries, column, (10**9, size), f"t is s + {name}")
@@ -77,7 +77,7 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
         return Times(_of_one_day(since), 0, "t is a clock", is_sure=True)
     if (as_clock := _CLOCK.match(first)) or re.search(r"\d[:\sA-DF-Za-df-zµ_]", first):
         return _clocks(table, entries, column, dated=bool(as_clock and as_clock[1]))
-    if first.isdigit() and len(first) > 11 and unit in (None, "ns", "us", "ms"):
+    if _is_whole(first) and len(first) > 11 and unit in (None, "ns", "us", "ms"):
         unit = unit or next(name for least, name in (*EPOCH, (0, "ms")) if int(first) >= least)
         return _stamps(table, entries, column, (dict(PARTS.values())[unit],), f"t is in {unit}")
     if unit == column.unit:
@@ -87,6 +87,11 @@ def read(table: Table, places: Mapping[str, Column], unit: str | None) -> Times:
     return Times(found, 0, f"t is in {unit}" if scale != 1.0 else "", unit is not None)
 
 
+def _is_whole(entry: str) -> bool:
+    """Whether an entry is a whole number that some stamp may be."""
+    return entry.isdecimal() and len(entry) < 30
+
+
 def _stamps(
     table: Table, entries: Rows, column: Column, sizes: tuple[int, ...], said: str
 ) -> Times:
@@ -94,7 +99,7 @@ def _stamps(
     stamps = []
     for line, row in entries:
         for entry in row[: len(sizes)]:
-            if not entry.isdigit():
+            if not _is_whole(entry):
                 place = table.at(line, column.place)
                 raise PathError(f"{place}: {entry[:40]!r} is no whole number")
         stamps.append(sum(int(each) * size for each, size in zip(row, sizes, strict=False)))
