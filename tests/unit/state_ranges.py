@@ -38,9 +38,7 @@ WHOLE: dict[str, Any] = {
             cross=(0.0,),
             mean=(1.0,),
             covariance=(0.01,),
-            residual=0.0,
-            noise=1e-6,
-            noise_time=1.0,
+            noise=State(variance=1e-6, last=0.0, count=9.0),
         ),
         course=State(turn=0.1, aside=0.2, commanded=0.3),
         heading=False,
@@ -55,6 +53,7 @@ WHOLE["gate"] = State(
     drift=(0.0, 0.0),
     **dict.fromkeys(("ahead", "aside"), State(over=0.01, under=0.0)),
     **dict.fromkeys(("position", "heading"), State(variance=1e-4, last=0.01, count=9.0)),
+    pace=State(variance=1e-4, last=(0.01, 0.02), count=9.0),
 )
 QUARTER = 0.5 * math.pi
 RANGES: list[tuple[str, float, float, str]] = [
@@ -77,8 +76,8 @@ RANGES: list[tuple[str, float, float, str]] = [
         for name in ("turning", "sliding", "driving")
         for field, least, most in (
             *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0")),
-            *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0", "noise")),
-            ("noise_time", 0.0, 1e3),
+            *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0")),
+            *(("noise.variance", 0.0, 1e100), ("noise.last", -1e49, 1e49), ("noise.count", 1.0, 1e100)),
         )
     ),
     # A covariance of two is no more than the root of their variances' product.
@@ -129,6 +128,13 @@ RANGES: list[tuple[str, float, float, str]] = [
         for name in ("gate.position", "gate.heading", "monitor.noise")
         for field, least, most in (
             *(("variance", 0.0, 1e100), ("last", -1e49, 1e49), ("count", 1.0, 1e100)),
+        )
+    ),
+    *(
+        (f"gate.pace.{field}", least, most, "gate")
+        for field, least, most in (
+            *(("variance", 0.0, 1e100), ("count", 0.0, 1e100)),
+            *((f"last.{place}", -1e49, 1e49) for place in (0, 1)),
         )
     ),
     ("past.wheel", -QUARTER, QUARTER, ""),

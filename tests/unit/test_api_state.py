@@ -55,9 +55,7 @@ def _walk(mean: tuple[float, ...], deviations: tuple[float, ...], noise: float) 
         "cross": (0.0,) * count,
         "mean": mean,
         "covariance": tuple(variances),
-        "residual": None,
-        "noise": noise,
-        "noise_time": 0.2,
+        "noise": {"variance": noise, "last": None, "count": 1.0},
     }
 
 

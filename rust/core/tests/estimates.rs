@@ -93,6 +93,7 @@ fn all_at_once(changes: &[([f64; 2], f64, f64)]) -> (Vec<f64>, Vec<Vec<f64>>) {
 fn test_filter_is_the_least_squares_over_all_levels_at_once() {
     let changes = changes();
     let mut walk = Walk::new([1.0, 0.0], &PRIOR, NOISE);
+    walk.noise.count = 1e9;
     let mut last = 0.0;
     for (k, (slopes, open, measured)) in changes.iter().enumerate() {
         let slopes = SVector::from(*slopes);
@@ -108,7 +109,8 @@ fn test_filter_is_the_least_squares_over_all_levels_at_once() {
         );
         // None of these is an outlier, and the noise is the given one.
         assert!(innovation.value.abs() < 4.0 * innovation.variance.sqrt());
-        walk.noise = NOISE;
+        walk.noise.variance = NOISE;
+        walk.noise.count = 1e9;
         last = *measured;
         let (found, covariance) = all_at_once(&changes[..=k]);
         assert_close(walk.mean[0], found[0]);
@@ -199,9 +201,9 @@ fn test_innovations_have_the_variance_that_the_filter_says_and_the_noise_is_foun
         }
     }
     assert!(
-        (walk.noise.sqrt() / 0.02 - 1.0).abs() < 0.15,
+        (walk.noise.variance.sqrt() / 0.02 - 1.0).abs() < 0.15,
         "{}",
-        walk.noise
+        walk.noise.variance
     );
     assert!((sum / 3000.0 - 1.0).abs() < 0.15, "{sum}");
     assert!((walk.mean[0] - 0.8).abs() < 3.0 * walk.covariance[(0, 0)].sqrt());

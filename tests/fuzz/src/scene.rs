@@ -282,8 +282,9 @@ pub fn walk<const N: usize>(bytes: &mut Bytes) -> Walk<N> {
     }
     drawn.level = symmetric(bytes, 0.1, 1e40);
     drawn.variance = bytes.number([0.0, 1e-3], [0.0, 1e40]);
-    drawn.residual = (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 0.1, 1e40));
-    drawn.noise_time = bytes.number([0.0, 5.0], [0.0, 10.0]);
+    drawn.noise.variance = bytes.number([0.0, 1e-3], [0.0, 1e40]);
+    drawn.noise.last = (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 0.1, 1e40));
+    drawn.noise.count = bytes.number([1.0, 40.0], [1.0, 1e3]);
     drawn
 }
 

@@ -254,7 +254,11 @@ impl Life {
             (low..=high).contains(&acceleration)
         };
         // A vehicle at rest is held at once, and let go where its slope begins to move it.
-        let rests = self.state.law.speed.abs() < 0.03;
+        let noise = self
+            .state
+            .gate
+            .map_or(0.0, |gate| gate.pace.variance.sqrt());
+        let rests = self.state.law.speed.abs() < 0.03 + 3.0 * noise;
         let free = (self.least..=self.most.max(before) + change + MAX_DISTURBANCE + rounding)
             .contains(&acceleration);
         assert!(

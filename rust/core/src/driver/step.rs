@@ -175,10 +175,12 @@ impl<L: LateralLaw> Driver<L> {
         (speed, reverse_gear, age): (f64, Option<bool>, f64),
     ) -> SpeedCommand {
         let law = self.speed.law();
+        let noise = Gate::noise_of(state.tracker.tracking.gate.as_ref());
+        let last = state.heard.replace(speed);
         let sensed = speed::Sensed {
-            speed: law.hear(&state.speed, speed, state.heard.replace(speed), rear.dt),
+            speed: law.hear(&state.speed, speed, last, (noise.1, rear.dt)),
             age,
-            noise: Gate::noise_of(state.tracker.tracking.gate.as_ref()),
+            noise,
             reverse_gear,
             stop: self.halts(state),
         };
@@ -234,7 +236,7 @@ impl<L: LateralLaw> Driver<L> {
             let expected = self.speed.law().expected(speed, before, dt);
             Steered {
                 car: quicker.as_ref().unwrap_or(car),
-                noise: Gate::noise_of(tracker.tracking.gate.as_ref()),
+                noise: Gate::noise_of(tracker.tracking.gate.as_ref()).0,
                 in_flight: tracker.model.in_flight.as_ref(),
                 steer: tracker.tracking.steer,
                 estimate: Estimate {

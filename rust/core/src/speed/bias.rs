@@ -47,7 +47,7 @@ const PRIOR: (f64, (f64, f64)) = (0.2, (0.1, 0.25));
 /// before the first step, and the slope there, are not known.
 const START: (f64, f64) = (0.1, 0.33);
 /// What one speed leaves open, in planned decelerations [s]: noise, and steps of a period.
-const NOISE: f64 = 0.01;
+pub(super) const NOISE: f64 = 0.01;
 /// How much a slope changes the disturbance within a second, in planned decelerations. More: weak brakes are
 /// known later. Less: what changes the speed otherwise is taken for them.
 const SLOPE: f64 = 0.005;

@@ -34,8 +34,9 @@
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{InputError, input_within};
-use crate::math::{decay, saturate, smaller};
-use crate::speed::bias::{Bias, Corrected};
+use crate::math::{decay, larger, saturate, smaller, sqrt};
+use crate::speed::bias::{Bias, Corrected, NOISE};
+use crate::speed::law::REST;
 use crate::vehicle::{Answer, Motion};
 
 /// Bound of the estimate [m/s²]: a slope of three tenths. More is a fault of the drive or of the speed.
@@ -45,6 +46,9 @@ const UNTOLD_LAG: f64 = 0.3;
 /// By how much the answers of the two drives differ where half of an error counts, as a share of the
 /// planned deceleration.
 const AMBIGUOUS: f64 = 0.5;
+/// A speed within so many standard deviations of what is left of its noise is at rest. More: its gear changes
+/// while it rolls. Less: noise moves one that stands.
+const DEVIATIONS: f64 = 3.0;
 
 /// What the observer remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,12 +78,48 @@ impl Observer {
         }
     }
 
-    /// Moves the model on by `dt` [s] to the measured `speed` [m/s], with the acceleration `known` [m/s²]
-    /// beside the drive. Of that, the mean of the commands that acted, what it gives, and the last command.
+    /// The speed [m/s] that is believed of a `measured` one, `dt` [s] after the last, whose noise has a
+    /// standard deviation, and how slow is at rest in what that leaves of it; by an observer with the time
+    /// constant `time` [s].
+    pub(super) fn believed(
+        &self,
+        measured: f64,
+        known: f64,
+        given: Motion,
+        (noise, time, braking): (f64, f64, f64),
+        dt: f64,
+    ) -> (f64, f64) {
+        let Some(before) = self.speed else {
+            return (measured, REST);
+        };
+        let expected = self.expected(before, known, given, dt);
+        let (square, model) = (noise * noise, NOISE * braking);
+        let share = square / (square + model * model);
+        let left = noise * (1.0 - share + share * sqrt(1.0 - decay(dt, time)));
+        (
+            measured + share * (expected - measured),
+            REST + DEVIATIONS * left,
+        )
+    }
+
+    /// The speed [m/s] that the model expects of one that had the speed `before`.
+    fn expected(&self, before: f64, known: f64, given: Motion, dt: f64) -> f64 {
+        let push = known + self.disturbance;
+        let moved = before + given.speed + push * dt;
+        if given.pull <= -push.abs() {
+            // Brakes hold one that they have brought to rest.
+            saturate(0.0, smaller(before, moved), larger(before, moved))
+        } else {
+            moved
+        }
+    }
+
+    /// Moves the model on by `dt` [s] to the measured and the believed `speed` [m/s], with the acceleration
+    /// `known` [m/s²] beside the drive. Of that, the mean of the commands that acted, what it gives, and the last command.
     /// `held`: the vehicle stands on its brakes; `at_full_drive`: its drive may be at its end.
     pub(super) fn step(
         &mut self,
-        speed: f64,
+        [speed, believed]: [f64; 2],
         known: f64,
         (mean, given, command): (f64, Motion, f64),
         (held, at_full_drive): (bool, bool),
@@ -91,11 +131,13 @@ impl Observer {
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
         let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
         let Some(before) = self.speed.filter(|_| !held) else {
-            self.speed = Some(saturate(speed, -MAX_SPEED, MAX_SPEED));
+            let pole = decay(dt, time);
+            let found = believed + (1.0 - pole * pole) * (speed - believed);
+            self.speed = Some(saturate(found, -MAX_SPEED, MAX_SPEED));
             self.bias = Some(bias.rest());
             return;
         };
-        let predicted = before + given.speed + (known + self.disturbance) * dt;
+        let predicted = self.expected(before, known, given, dt);
         let error = speed - predicted;
         let (late, early) = (self.slow_drive - given.pull, command - given.pull);
         let other = if late * error > 0.0 {

@@ -262,7 +262,11 @@ impl SpeedTracker {
     ) -> (VehicleState, Status) {
         let car = &self.law.car;
         let last = state.heard.replace(vehicle.speed);
-        let speed = self.law.hear(&state.law, vehicle.speed, last, dt);
+        if let (Some(gate), Some(last)) = (&mut state.gate, last) {
+            gate.listen(car, vehicle.speed - last, dt);
+        }
+        let noise = Gate::noise_of(state.gate.as_ref()).1;
+        let speed = self.law.hear(&state.law, vehicle.speed, last, (noise, dt));
         let vehicle = VehicleState { speed, ..vehicle };
         let mut believed = vehicle;
         let mut status = Status::OK;

@@ -103,13 +103,13 @@ impl<L: LateralLaw> Tracker<L> {
     #[inline]
     fn hear(
         &self,
-        state: &Tracking<L::State>,
+        state: &mut Tracking<L::State>,
         known: &Estimate,
         vehicle: VehicleState,
         dt: f64,
     ) -> (f64, VehicleState, f64) {
         let signal = known.speed_of(vehicle.speed);
-        let gate = state.gate.as_ref();
+        let gate = state.gate.as_mut();
         let speed = gate.map_or(signal, |gate| gate.hear(self.law.vehicle(), signal, dt));
         let heard = VehicleState { speed, ..vehicle };
         let is_heard = (speed - signal).abs() <= 0.0;
@@ -202,7 +202,7 @@ impl<L: LateralLaw> Tracker<L> {
                 .gate
                 .and_then(|gate| gate.position.last)
                 .unwrap_or(0.0),
-            noise: Gate::noise_of(state.gate.as_ref()),
+            noise: Gate::noise_of(state.gate.as_ref()).0,
             dt: lately.time,
         };
         let last_error = answer.map(|answer| answer.measured.cross_track_error);

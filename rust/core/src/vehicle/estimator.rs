@@ -342,7 +342,7 @@ impl Estimator {
             measured: measured / vehicle.wheelbase,
             expected: slopes.dot(&self.sliding.mean),
             slopes,
-            open: distance * distance * (slides + self.turning.noise),
+            open: distance * distance * (slides + self.turning.noise.variance),
             dt,
         };
         self.sliding.observe(&change, Self::POSITION_NOISE);

@@ -25,7 +25,7 @@ use crate::status::Status;
 use crate::vehicle::bicycle::advance;
 use crate::vehicle::cusum::Cusum;
 use crate::vehicle::fault::Fault;
-use crate::vehicle::noise::Noise;
+use crate::vehicle::noise::{Jitter, Noise};
 use crate::vehicle::{Vehicle, VehicleState};
 
 /// What the gate remembers.
@@ -57,6 +57,8 @@ pub struct Gate {
     pub position: Noise,
     /// The noise of the yaw [rad].
     pub heading: Noise,
+    /// The noise of the speed signal [m/s].
+    pub pace: Jitter,
     /// Age of the newest pose at the last step [s].
     pub age: f64,
 }
@@ -93,6 +95,9 @@ impl Gate {
     /// in all.
     const DISTANCE_SHARE: f64 = 0.3;
     const DISTANCE: f64 = 0.05;
+    /// Besides, so many standard deviations of the speed's noise. More: a dead speed is seen later. Less:
+    /// noise is a wrong speed.
+    const SPEED_DEVIATIONS: f64 = 2.0;
     /// How far it may go aside of its heading, as a share: what is more is no slip.
     const SLIP: f64 = 0.15;
 
@@ -111,6 +116,7 @@ impl Gate {
             gone: 0.0,
             position: Noise::new(Self::NOISE.0),
             heading: Noise::new(Self::NOISE.1),
+            pace: Jitter::default(),
             age,
         }
     }
@@ -172,9 +178,19 @@ impl Gate {
 
     /// What is believed of a `speed` signal [m/s] `dt` [s] after the last step.
     #[inline]
-    pub fn hear(&self, car: &Vehicle, speed: f64, dt: f64) -> f64 {
+    pub fn hear(&mut self, car: &Vehicle, speed: f64, dt: f64) -> f64 {
         let (last, believed) = (self.measured.speed, self.believed.speed);
-        car.believed_speed(speed, last, believed, dt + self.age)
+        self.listen(car, speed - last, dt);
+        let noise = self.pace.deviation();
+        car.believed_speed(speed, last, believed, (noise, dt + self.age))
+    }
+
+    /// Takes in a `change` of the speed signal [m/s] within `dt` [s]: as far as the vehicle can have changed
+    /// its speed, and its noise with it.
+    #[inline]
+    pub(crate) fn listen(&mut self, car: &Vehicle, change: f64, dt: f64) {
+        let most = car.believed_speed(f64::INFINITY, 0.0, 0.0, (self.pace.deviation(), dt));
+        self.pace.observe(saturate(change, -most, most), dt);
     }
 
     /// No pose has come for `dt` [s]: of the last one holds what was found of it.
@@ -244,10 +260,13 @@ impl Gate {
         Cusum::limit(Self::DISTANCE * car.wheelbase, self.position.at_most())
     }
 
-    /// Standard deviation of the position's noise [m] by a gate; 0 without one.
+    /// Standard deviations of the noise by a gate, of the position [m] and of the speed [m/s]; 0 without
+    /// one.
     #[inline]
-    pub(crate) fn noise_of(gate: Option<&Self>) -> f64 {
-        gate.map_or(0.0, |gate| gate.position.deviation())
+    pub(crate) fn noise_of(gate: Option<&Self>) -> (f64, f64) {
+        gate.map_or((0.0, 0.0), |gate| {
+            (gate.position.deviation(), gate.pace.deviation())
+        })
     }
 
     /// The signal that differs from the poses most, be it by less than is a fault.
@@ -266,6 +285,7 @@ impl Gate {
         *self = Self {
             position: self.position,
             heading: self.heading,
+            pace: self.pace,
             ..Self::new(vehicle, self.age)
         };
     }
@@ -365,7 +385,9 @@ impl Gate {
         let driven = 0.5 * (self.believed.speed + vehicle.speed) * since;
         let (drift, far) = (Self::DISTANCE * car.wheelbase, driven + along);
         let travel = larger(far.abs(), driven.abs());
-        let explained = Self::DISTANCE_SHARE * travel + drift * since;
+        // The noise of a speed adds up.
+        let wanders = Self::SPEED_DEVIATIONS * self.pace.deviation() * since;
+        let explained = Self::DISTANCE_SHARE * travel + drift * since + wanders;
         let slipped = Self::SLIP * travel + drift * since;
         let noise = self.position.at_most();
         // One correction of the localisation alone is no speed, and no drift.
@@ -407,6 +429,7 @@ impl Gate {
         }
         self.position.checked("gate")?;
         self.heading.checked("gate")?;
+        self.pace.checked("gate")?;
         self.ahead.checked("gate")?;
         self.aside.checked("gate")?;
         Ok(self)

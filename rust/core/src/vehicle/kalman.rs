@@ -16,7 +16,7 @@
 //! p = p' r/s,  c = c' r/s,  P = P - c' c'^T / s
 //! P = P + (dt / time) (P - P P0^-1 P)                                 forgetting, or
 //! P = min(P + rate^2 dt, P0)                                          drift
-//! r = mean of (d_k - d_(k-1))^2 / 6,  d = z_k - z_(k-1) - f           noise
+//! r = mean of (d_k - d_(k-1))^2 / 6,  d = z_k - z_(k-1) - f           noise, as `noise` has it
 //! ```
 //!
 //! (B. Anderson and J. Moore, *Optimal Filtering*, 1979, sections 3.1 and 8.2: the extended filter.)
@@ -31,10 +31,9 @@
 //! Assumed: noise that is white from pose to pose. Noise that wanders is taken for motion, as far as
 //! `q` does not say otherwise.
 
-use crate::bounds::MAX_DT;
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{larger, saturate, smaller, sqrt};
-use crate::vehicle::noise::learnt;
+use crate::vehicle::noise::Noise;
 use nalgebra::{SMatrix, SVector};
 
 /// An innovation counts as no larger than so many of its standard deviations (P. Huber, *Robust
@@ -131,18 +130,11 @@ pub struct Walk<const N: usize> {
     pub mean: SVector<f64, N>,
     /// `P`.
     pub covariance: SMatrix<f64, N, N>,
-    /// `d` of the last change; None before one.
-    pub residual: Option<f64>,
-    /// `r`.
-    pub noise: f64,
-    /// How long the noise was observed [s].
-    pub noise_time: f64,
+    /// `r`, at most what so few changes leave open of it.
+    pub noise: Noise,
 }
 
 impl<const N: usize> Walk<N> {
-    /// Time constant of the noise's estimate, and for how long the first guess counts [s].
-    const NOISE_TIME: f64 = 5.0;
-    const FIRST_TIME: f64 = 0.2;
     /// Least variance of the noise, as a share of the first guess: what is computed is rounded.
     const LEAST_NOISE: f64 = 1e-9;
 
@@ -155,9 +147,7 @@ impl<const N: usize> Walk<N> {
             cross: SVector::zeros(),
             mean: SVector::from(mean),
             covariance: SMatrix::from_diagonal(&deviations.component_mul(&deviations)),
-            residual: None,
-            noise,
-            noise_time: Self::FIRST_TIME,
+            noise: Noise::new(sqrt(noise)),
         }
     }
 
@@ -175,7 +165,9 @@ impl<const N: usize> Walk<N> {
         let variance =
             self.variance + 2.0 * slopes.dot(&self.cross) + slopes.dot(&by_slopes) + open;
         let cross = self.cross + by_slopes;
-        let total = variance + self.noise;
+        let noise = self.noise.at_most();
+        let noise = noise * noise;
+        let total = variance + noise;
         let value = measured - expected - self.level;
         let innovation = Innovation {
             value,
@@ -188,7 +180,7 @@ impl<const N: usize> Walk<N> {
         }
         let most = OUTLIER * sqrt(total);
         let counted = saturate(value, -most, most);
-        let (share, kept) = (variance / total, self.noise / total);
+        let (share, kept) = (variance / total, noise / total);
         // As if the part that does not count had not been measured: after a jump it is gone.
         self.level = (share - 1.0) * counted;
         self.mean += cross * (counted / total);
@@ -199,16 +191,11 @@ impl<const N: usize> Walk<N> {
         innovation
     }
 
-    /// Learns the noise, as [`noise`](crate::vehicle::noise) has it.
+    /// Learns the noise.
     #[inline]
     fn observe_noise(&mut self, residual: f64, first: f64, dt: f64) {
-        if let Some(last) = self.residual {
-            self.noise_time = smaller(self.noise_time + dt, Self::NOISE_TIME);
-            let weight = smaller(dt / self.noise_time, 1.0);
-            let noise = learnt(self.noise, residual - last, weight);
-            self.noise = saturate(noise, Self::LEAST_NOISE * first, MAX);
-        }
-        self.residual = Some(residual);
+        self.noise.observe(residual, dt);
+        self.noise.variance = saturate(self.noise.variance, Self::LEAST_NOISE * first, MAX);
     }
 
     /// Forgets, after each [`observe`](Self::observe), for a `share` of the time constant, with the prior's standard `deviations`.
@@ -284,9 +271,9 @@ impl<const N: usize> Walk<N> {
     /// After a gap or a jump: the level begins anew, what was learnt stays.
     pub fn interrupt(&mut self) {
         self.level = 0.0;
-        self.variance = self.noise;
+        self.variance = self.noise.variance;
         self.cross = SVector::zeros();
-        self.residual = None;
+        self.noise.last = None;
     }
 
     /// The filter itself, where its numbers are ones that measurements can have given.
@@ -295,16 +282,13 @@ impl<const N: usize> Walk<N> {
     ///
     /// [`InputError`], naming `field`.
     pub fn checked(self, field: &'static str) -> Result<Self, InputError> {
-        let residual = [self.level, self.residual.unwrap_or(0.0)];
         let vectors = self.cross.iter().chain(&self.mean);
-        for &number in vectors.chain(&self.covariance).chain(&residual) {
+        for &number in vectors.chain(&self.covariance).chain([&self.level]) {
             input_within(field, number, MAX)?;
         }
         check_covariance(field, &self.covariance)?;
-        for variance in [self.variance, self.noise] {
-            input_in_range(field, variance, 0.0, MAX)?;
-        }
-        input_in_range(field, self.noise_time, 0.0, MAX_DT)?;
+        input_in_range(field, self.variance, 0.0, MAX)?;
+        self.noise.checked(field)?;
         Ok(self)
     }
 }

@@ -28,6 +28,7 @@ pub use state::VehicleState;
 
 use crate::math::{cos, larger, saturate, sin, smaller};
 use crate::params;
+use crate::vehicle::kalman::OUTLIER;
 
 params! {
     /// All parameters of a car-like vehicle, in one immutable value.
@@ -170,12 +171,18 @@ impl Vehicle {
         self.brake_deceleration.unwrap_or(assumed)
     }
 
-    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`, where the vehicle was `expected`
-    /// to be so fast: at most what the brakes make of either. So two messages can say anything, and one alone
-    /// can not.
+    /// What is believed of a `speed` signal [m/s] with a `noise` of this standard deviation [m/s], `dt` [s]
+    /// after the `last`, where the vehicle was `expected` to be so fast: at most what the brakes and the noise
+    /// make of either. So two messages can say anything, and one alone can not.
     #[inline]
-    pub fn believed_speed(&self, speed: f64, last: f64, expected: f64, dt: f64) -> f64 {
-        let most = self.strongest_braking() * dt;
+    pub fn believed_speed(
+        &self,
+        speed: f64,
+        last: f64,
+        expected: f64,
+        (noise, dt): (f64, f64),
+    ) -> f64 {
+        let most = self.strongest_braking() * dt + OUTLIER * noise;
         let (low, high) = (smaller(last, expected), larger(last, expected));
         saturate(speed, low - most, high + most)
     }

@@ -8,6 +8,16 @@
 //!
 //! so what changes evenly, as by a parameter that is wrong or a fault that begins, counts little.
 //!
+//! A level that is driven changes by steps, too: a speed, where its acceleration does. A step is in one such
+//! difference alone, while those of noise alternate, and
+//!
+//! ```text
+//! E (d_k - d_(k-1)) (d_(k-1) - d_(k-2)) = -4 r
+//! ```
+//!
+//! ([`Jitter`]; the autocovariance of a second difference of white noise, G. Box and G. Jenkins, *Time Series
+//! Analysis*, 1970, section 3.3).
+//!
 //! Of few changes it is a guess. What is judged by it takes it for `1 + (13 / n)^2` times as much after `n` of them
 //! ([`Noise::at_most`]): the alarms of a [`Cusum`](crate::vehicle::cusum::Cusum) in the first 200 steps of a drive are
 //! then as rare as later, where they were a thousand times as many.
@@ -85,9 +95,53 @@ impl Noise {
     }
 }
 
+/// The noise of a level that is driven: what of its changes alternates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Jitter {
+    /// `r`.
+    pub variance: f64,
+    /// The last change, and the last difference of two; None before there was one.
+    pub last: (Option<f64>, Option<f64>),
+    /// Of how many products it is a mean: up to those in [`Noise::TIME`], or 40.
+    pub count: f64,
+}
+
+impl Jitter {
+    /// Takes in a `change` within `dt` [s].
+    #[inline]
+    pub(crate) fn observe(&mut self, change: f64, dt: f64) {
+        let apart = self.last.0.map(|last| change - last);
+        if let (Some(apart), Some(before)) = (apart, self.last.1) {
+            let most = larger(Noise::TIME / dt, Noise::COUNT);
+            self.count = saturate(self.count + 1.0, 1.0, most);
+            let found = -0.25 * apart * before;
+            let mean = self.variance + (found - self.variance) / self.count;
+            self.variance = larger(mean, 0.0);
+        }
+        self.last = (Some(change), apart);
+    }
+
+    /// Its standard deviation.
+    #[inline]
+    pub(crate) fn deviation(&self) -> f64 {
+        sqrt(self.variance)
+    }
+
+    /// The noise itself, where changes can have shown it.
+    pub(crate) fn checked(self, field: &'static str) -> Result<Self, InputError> {
+        input_in_range(field, self.variance, 0.0, Noise::MAX)?;
+        let (change, apart) = self.last;
+        input_within(field, change.unwrap_or(0.0), Noise::MAX_CHANGE)?;
+        input_within(field, apart.unwrap_or(0.0), Noise::MAX_CHANGE)?;
+        input_in_range(field, self.count, 0.0, Noise::MAX)?;
+        Ok(self)
+    }
+}
+
 /// The variance `r` after changes that are `apart`, which count by their `weight`.
 #[inline]
-pub(super) fn learnt(variance: f64, apart: f64, weight: f64) -> f64 {
+fn learnt(variance: f64, apart: f64, weight: f64) -> f64 {
     variance + (apart * apart / 6.0 - variance) * weight
 }
 

@@ -91,8 +91,10 @@ fn decide<L: Subject>(
     // The speed is what the signal says by its scale so far.
     let scale = before.model.estimator.estimate.speed_scale;
     let speed = (scale * vehicle.speed).clamp(-MAX_SPEED, MAX_SPEED);
-    let gate = before.gate.as_ref();
-    let speed = gate.map_or(speed, |gate| gate.hear(car, speed, dt));
+    let mut gate = before.gate;
+    let speed = gate
+        .as_mut()
+        .map_or(speed, |gate| gate.hear(car, speed, dt));
     let vehicle = VehicleState { speed, ..vehicle };
     let mut shown = vehicle;
     let mut belief = Belief {

@@ -97,11 +97,11 @@ impl SpeedLaw {
         };
         state.acceleration = self.limited(state.acceleration, command, &now, held || halted, dt);
         let before = state.overruns || state.reverse.is_none();
-        state.overruns = self.overruns(&planned, &now, sensed.noise, state);
+        state.overruns = self.overruns(&planned, &now, sensed.noise.0, state);
         state.reverse = Some(at.reverse);
         // A drive that takes accelerations for what they are passes rest within a period.
-        let passed = -REST - larger(-state.acceleration, 0.0) * dt;
-        let rests = (passed..REST).contains(&now.speed);
+        let passed = -now.rest - larger(-state.acceleration, 0.0) * dt;
+        let rests = (passed..now.rest).contains(&now.speed);
         let standing = held && !halted || halted && (rests || state.still > 0.0);
         let wanted = Wanted {
             acceleration: state.acceleration,
@@ -154,7 +154,7 @@ impl SpeedLaw {
     fn limited(&self, last: f64, command: f64, now: &Situation, held: bool, dt: f64) -> f64 {
         let jerk = self.params.max_jerk * dt;
         let (mut low, mut high) = (last - jerk, last + jerk);
-        if now.speed.abs() < REST {
+        if now.speed.abs() < now.rest {
             low = if held { -self.brakes } else { low };
             high = larger(last, -now.answer.push) + jerk;
         }
@@ -193,9 +193,9 @@ impl SpeedLaw {
 
     /// The acceleration that brings the vehicle to rest by `braking` and holds it [m/s²].
     fn hold(&self, now: &Situation, braking: f64) -> f64 {
-        if now.speed > REST {
+        if now.speed > now.rest {
             now.answer.command(-braking)
-        } else if now.speed < -REST {
+        } else if now.speed < -now.rest {
             // Along the way that it rolls.
             -braking + now.answer.push
         } else {
@@ -220,7 +220,7 @@ impl SpeedLaw {
         let at = planned.path.arc(planned.segment) + larger(distance, 0.0);
         let grade = planned.at(at).grade;
         let slips = state.stopping && gravity_along(grade).abs() > self.brakes;
-        let moves = now.speed > REST
+        let moves = now.speed > now.rest
             && now.z > 0.0
             && needed > self.brakes * now.answer.brakes - now.answer.push;
         moves || slips || (state.standing && distance < -beyond)

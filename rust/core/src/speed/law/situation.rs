@@ -3,7 +3,7 @@
 use crate::math::{larger, smaller, sqrt};
 use crate::path::follow::Located;
 use crate::speed::defaults::gravity_along;
-use crate::speed::law::limits::{REST, SpeedLaw};
+use crate::speed::law::limits::SpeedLaw;
 use crate::speed::law::state::SpeedState;
 use crate::speed::stops::Planned;
 use crate::vehicle::{Answer, Drive, Motion};
@@ -14,8 +14,9 @@ const HALVINGS: usize = 20;
 /// The vehicle on its plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Situation {
-    /// `v` [m/s].
+    /// `v` [m/s], and how slow is at rest in its noise.
     pub speed: f64,
+    pub rest: f64,
     /// `w`, and what the brakes give.
     pub answer: Answer,
     /// Distance to the next stop as measured, and `D` [m]; infinite if there is none.
@@ -54,7 +55,7 @@ impl SpeedLaw {
         planned: &Planned<'_, '_>,
         at: &Located,
         state: &mut SpeedState,
-        (measured, age, noise): (f64, f64, f64),
+        (measured, age, noise): (f64, f64, (f64, f64)),
     ) -> Situation {
         let (car, dt) = (&self.car, at.dt);
         let arc = at.closest.arc_length(planned.path);
@@ -63,27 +64,30 @@ impl SpeedLaw {
         let mut drive = state.drive.unwrap_or(Drive::settled(car, 0.0));
         let (mean, given) = drive.elapse(car, state.acceleration, dt, age);
         let answer = state.observer.answer(known);
-        let speed = drive.since(car, measured, answer, age).speed;
+        let heard = drive.since(car, measured, answer, age).speed;
         state.drive = Some(drive);
+        let time = self.params.disturbance_time;
+        let spread = (noise.1, time, self.accelerations.1);
+        let (speed, rest) = state.observer.believed(heard, known, given, spread, dt);
         // Brakes that hold say nothing.
-        let held = state.rolls || (speed.abs() < REST && given.pull <= 0.0);
+        let held = state.rolls || (speed.abs() < rest && given.pull <= 0.0);
         let full = state.acceleration + answer.push > 0.5 * self.accelerations.0;
         let model = (
             car.drive_lag,
-            self.params.disturbance_time,
+            time,
             self.accelerations.1,
             car.drive_delay + car.drive_lag,
         );
         let acted = (mean, given, state.acceleration);
         state
             .observer
-            .step(speed, known, acted, (held, full), model, dt);
+            .step([heard, speed], known, acted, (held, full), model, dt);
         if held && !(state.rolls || state.is_held()) {
             // What is believed to push must not keep it from its stop.
-            state.observer.fade(self.params.disturbance_time, dt);
+            state.observer.fade(time, dt);
         }
 
-        let stop = self.stop_ahead(planned, at, state, (speed, noise));
+        let stop = self.stop_ahead(planned, at, state, (speed, noise.0));
         let answer = state.observer.answer(known);
         let push = answer.push;
         let then = drive.predict(car, speed, answer);
@@ -99,7 +103,7 @@ impl SpeedLaw {
         let y = stop.1 - ahead;
         // What brakes for its stop does so until that is farther off by more than noise.
         let near = if state.stopping {
-            self.jump(noise)
+            self.jump(noise.0)
         } else {
             0.0
         };
@@ -107,6 +111,7 @@ impl SpeedLaw {
         state.stopping = stopping;
         Situation {
             speed,
+            rest,
             answer: state
                 .observer
                 .answer(gravity_along(planned.at(arc + ahead).grade)),
@@ -143,13 +148,20 @@ impl SpeedLaw {
         }
     }
 
-    /// What is believed of a `speed` signal [m/s] `dt` [s] after the `last`.
-    pub(crate) fn hear(&self, state: &SpeedState, speed: f64, last: Option<f64>, dt: f64) -> f64 {
+    /// What is believed of a `speed` signal [m/s] with a `noise` of this standard deviation, so many seconds
+    /// after the `last`.
+    pub(crate) fn hear(
+        &self,
+        state: &SpeedState,
+        speed: f64,
+        last: Option<f64>,
+        noise: (f64, f64),
+    ) -> f64 {
         let Some(last) = last else {
             return speed;
         };
         let expected = state.gear() * state.observer.speed.unwrap_or(last);
-        self.car.believed_speed(speed, last, expected, dt)
+        self.car.believed_speed(speed, last, expected, noise)
     }
 
     /// The mean acceleration [m/s²] in the `dt` [s] since the last step, by what the drive was commanded, of

@@ -118,8 +118,8 @@ pub struct Sensed {
     pub speed: f64,
     /// How long ago it had that speed [s].
     pub age: f64,
-    /// Standard deviation of the noise of its position [m].
-    pub noise: f64,
+    /// Standard deviations of the noise of its position [m] and of its speed [m/s].
+    pub noise: (f64, f64),
     /// Whether the reverse gear is in; None where that is not reported.
     pub reverse_gear: Option<bool>,
     /// With which deceleration [m/s²] it is to stop here, by the operator or for a fault; None: it goes on.

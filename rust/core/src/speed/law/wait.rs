@@ -56,7 +56,6 @@ impl SpeedLaw {
                 state.drive = Some(Drive::settled(&self.car, 0.0));
                 state.wheels = Some(0.0);
                 state.rolls = rolls;
-                state.shifting = rolls;
             }
         }
     }
@@ -73,11 +72,14 @@ impl SpeedLaw {
         // One that is held at its stop and came to rest is, as long as its place does not show another thing;
         // one that is to stop anywhere, as long as noise may be what moves it.
         let stays = state.standing || (halts && now.speed.abs() < MOVES);
-        let still = now.speed.abs() < REST || (stays && state.still > 0.0);
-        if now.speed >= -REST {
+        let still = now.speed.abs() < now.rest || (stays && state.still > 0.0);
+        if now.speed >= -now.rest {
             state.rolls = false;
+        } else if state.rolls && state.reverse.is_some() {
+            // So it did at the step before.
+            state.shifting = true;
         }
-        if now.speed > REST {
+        if now.speed > now.rest {
             state.shifting = false;
         }
         // A slope takes it back until its drive has built up: to 86 % in two lags.
@@ -86,7 +88,7 @@ impl SpeedLaw {
         if gear == Some(at.reverse) {
             state.shifting = false;
         }
-        if state.shifting && !state.rolls && now.speed < -REST - back {
+        if state.shifting && !state.rolls && now.speed < -now.rest - back {
             // It still rolls; or the drive moves it the wrong way, as its gear is not in.
             state.rolls = true;
             state.waits.1 = SHIFT.1;
@@ -99,7 +101,7 @@ impl SpeedLaw {
         let leaves = self.leaves();
         // The distance to the stop at which it would come to rest now.
         let short = now.stop.1 - now.then.travelled - self.way_to_rest(now, state.acceleration);
-        let (moves, arrived) = (!still && now.speed > REST, self.arrived());
+        let (moves, arrived) = (!still && now.speed > now.rest, self.arrived());
         let ends = now.then.speed <= 0.5 * self.accelerations.1 * self.end_time(at.dt);
         state.standing = match state.standing {
             true if moves => short <= 2.0 * arrived,
@@ -112,7 +114,7 @@ impl SpeedLaw {
             let turn = before.map_or(0.0, |angle| self.turn_time(planned.path, at, angle));
             state.waits.0 = larger(state.waits.0 - at.dt, turn);
             state.waits.1 = larger(state.waits.1 - at.dt, 0.0);
-        } else if now.speed > REST {
+        } else if now.speed > now.rest {
             state.waits.0 = 0.0;
         }
         if let Some(reverse) = gear {

@@ -1,6 +1,6 @@
 //! The scale of the speed signal: how far the vehicle goes by its poses, for what its speed says.
 
-use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk, moved};
+use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk, kalman, moved};
 
 impl Estimator {
     /// How far the scale of a speed signal may be from 1, and how much older than the speed [s] a
@@ -27,20 +27,17 @@ impl Estimator {
         let travel = speed * dt / wheelbase;
         let (measured, _) = moved(before, now);
         // Of a speed that is noise no distance is expected to be a multiple.
-        let (square, noise) = (speed * speed / (wheelbase * wheelbase), self.pace.noise);
-        let stands_out = if square > noise {
-            1.0 - noise / square
-        } else {
-            0.0
-        };
-        let slopes =
-            SVector::<f64, 2>::new(stands_out * travel, (before.speed - now.speed) / wheelbase);
+        let filtered = before.speed / wheelbase
+            + (self.pace.level + 0.5 * self.pace.get(0) * dt) / self.estimate.speed_scale;
+        let known = kalman::beyond_doubt(filtered, self.pace.variance);
+        let slopes = SVector::<f64, 2>::new(known * dt, (before.speed - now.speed) / wheelbase);
         let slips = Self::OPEN_DRIVE * speed / wheelbase;
+        let by_noise = 0.5 * self.pace.noise.variance * dt * dt;
         let change = Change {
             measured: measured / wheelbase,
             expected: travel + slopes.dot(&self.driving.mean),
             slopes,
-            open: 2.0 * Self::OPEN_TIME * slips * slips * dt,
+            open: 2.0 * Self::OPEN_TIME * slips * slips * dt + by_noise,
             dt,
         };
         self.driving.observe(&change, Self::POSITION_NOISE);

@@ -222,7 +222,7 @@ fn test_estimator_keeps_within_its_bounds() {
     slipping.sliding.mean.z = 1e41;
     assert_eq!(slipping.checked(&given).unwrap_err().value, 1e41);
     let mut noisy = found;
-    noisy.turning.noise = -1.0;
+    noisy.turning.noise.variance = -1.0;
     assert_eq!(noisy.checked(&given).unwrap_err().field, "turning");
 }
 
