@@ -233,7 +233,7 @@ fn test_speed_in_noise_is_the_mean_of_the_measured_and_the_expected_one() {
     let (path, plan) = (straight(), vec![8.0; 100]);
     for (noise, measured) in [(0.0, 7.9), (0.03, 7.9), (0.03, 7.96), (0.3, 7.8)] {
         let mut state = SpeedTrackerState::default();
-        let mut step = |along, speed, state: &mut SpeedTrackerState| {
+        let step = |along, speed, state: &mut SpeedTrackerState| {
             let vehicle = beside(along, 0.4, 0.0, speed);
             tracker.step(&path.view(), &plan, state, vehicle, 0.05)
         };

@@ -147,7 +147,7 @@ impl<const N: usize> Walk<N> {
             cross: SVector::zeros(),
             mean: SVector::from(mean),
             covariance: SMatrix::from_diagonal(&deviations.component_mul(&deviations)),
-            noise: Noise::new(sqrt(noise)),
+            noise: Noise::of_variance(noise),
         }
     }
 
@@ -165,8 +165,7 @@ impl<const N: usize> Walk<N> {
         let variance =
             self.variance + 2.0 * slopes.dot(&self.cross) + slopes.dot(&by_slopes) + open;
         let cross = self.cross + by_slopes;
-        let noise = self.noise.at_most();
-        let noise = noise * noise;
+        let noise = self.noise.variance_at_most();
         let total = variance + noise;
         let value = measured - expected - self.level;
         let innovation = Innovation {

@@ -55,8 +55,13 @@ impl Noise {
 
     /// Noise of this standard `deviation`, until it is seen.
     pub fn new(deviation: f64) -> Self {
+        Self::of_variance(deviation * deviation)
+    }
+
+    /// Noise of this `variance`, until it is seen.
+    pub(crate) fn of_variance(variance: f64) -> Self {
         Self {
-            variance: deviation * deviation,
+            variance,
             last: None,
             count: 1.0,
         }
@@ -82,8 +87,15 @@ impl Noise {
     /// The same with what so few changes leave open of it.
     #[inline]
     pub(crate) fn at_most(&self) -> f64 {
+        sqrt(self.variance_at_most())
+    }
+
+    /// The square of that.
+    #[inline]
+    pub(crate) fn variance_at_most(&self) -> f64 {
         let doubt = Self::DOUBT / self.count;
-        self.deviation() * (1.0 + doubt * doubt)
+        let times = 1.0 + doubt * doubt;
+        self.variance * times * times
     }
 
     /// The noise itself, where changes can have shown it.

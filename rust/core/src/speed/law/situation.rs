@@ -67,17 +67,13 @@ impl SpeedLaw {
         let heard = drive.since(car, measured, answer, age).speed;
         state.drive = Some(drive);
         let time = self.params.disturbance_time;
-        let spread = (noise.1, time, self.accelerations.1);
-        let (speed, rest) = state.observer.believed(heard, known, given, spread, dt);
+        let (observer, spread) = (&state.observer, (noise.1, time, self.accelerations.1));
+        let (speed, rest) = observer.believed(heard, known, given, spread, dt);
         // Brakes that hold say nothing.
         let held = state.rolls || (speed.abs() < rest && given.pull <= 0.0);
         let full = state.acceleration + answer.push > 0.5 * self.accelerations.0;
-        let model = (
-            car.drive_lag,
-            time,
-            self.accelerations.1,
-            car.drive_delay + car.drive_lag,
-        );
+        let response = car.drive_delay + car.drive_lag;
+        let model = (car.drive_lag, time, self.accelerations.1, response);
         let acted = (mean, given, state.acceleration);
         state
             .observer
