@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from typing import Any
 
 import numpy as np
@@ -290,3 +291,100 @@ def test_vehicle_stops_at_its_end_by_poses_that_are_old(
         poses.append((x, y, yaw, driven))
     assert command.phase == "standing"
     assert math.dist((x, y), points[-1]) < 0.01 + 0.03 * wheelbase
+
+
+class _Noisy:
+    """A car of one's own on a straight road, whose pose and speed are measured in noise."""
+
+    def __init__(self, wheelbase: float, speed: float, noise: float, dt: float, seed: int) -> None:
+        self.random, self.noise, self.dt = random.Random(seed), noise, dt
+        road = [(0.2 * k * max(wheelbase, speed), 0.0) for k in range(61)]
+        self.car = popsteer.Vehicle(
+            wheelbase=wheelbase, max_speed=speed, drive_delay=0.1, drive_lag=0.1
+        )
+        self.driver = popsteer.Driver(popsteer.Path(road), self.car)
+        self.end = road[-1][0]
+        self.x = self.y = self.yaw = self.speed = self.pull = self.wheel = 0.0
+        self.pedals = [0.0] * round(0.1 / 0.005)
+
+    def step(self, sign: float = 1.0) -> popsteer.Drive:
+        gauss = self.random.gauss
+        command = self.driver.step(
+            self.x + gauss(0.0, 0.005),
+            self.y + gauss(0.0, 0.005),
+            self.yaw + gauss(0.0, 0.002),
+            sign * self.speed + gauss(0.0, self.noise),
+            self.dt,
+        )
+        for _ in range(round(self.dt / 0.005)):
+            self.pedals.append(command.acceleration)
+            self.pull += (self.pedals.pop(0) - self.pull) * 0.05
+            self.speed = max(self.speed + 0.005 * self.pull, 0.0)
+            self.wheel += (command.steer - self.wheel) * 0.05
+            self.yaw += 0.005 * self.speed * math.tan(self.wheel) / self.car.wheelbase
+            self.x += 0.005 * self.speed * math.cos(self.yaw)
+            self.y += 0.005 * self.speed * math.sin(self.yaw)
+        return command
+
+
+@pytest.mark.parametrize(
+    ("wheelbase", "speed", "noise", "dt", "seed"),
+    [
+        (0.33, 1.6, 0.05, 0.05, 1),
+        (0.33, 1.6, 0.1, 0.02, 2),
+        (1.5, 4.0, 0.1, 0.02, 3),
+        (1.5, 4.0, 0.2, 0.05, 4),
+        (2.7, 8.0, 0.2, 0.02, 5),
+        (7.5, 8.0, 0.1, 0.1, 6),
+        (10.0, 8.0, 0.2, 0.02, 7),
+    ],
+)
+def test_vehicle_whose_speed_is_noisy_starts_and_stands_as_one_whose_is_not(
+    *, wheelbase: float, speed: float, noise: float, dt: float, seed: int
+) -> None:
+    # At rest noise was a vehicle that rolls: it waited up to 19 s for its gear, crept before its
+    # end for minutes, and said `cannot-stop`, `speed` or `position` there.
+    car = _Noisy(wheelbase, speed, noise, dt, seed)
+    started = None
+    for k in range(round(60.0 / dt)):
+        command = car.step()
+        assert command.fault is None
+        if started is None and car.speed > 0.1:
+            started = dt * k
+        assert dt * k < 3.0 or started is not None
+    assert command.phase == "standing"
+    assert abs(car.x - car.end) < 0.05 + 0.03 * wheelbase + 0.2 * noise
+
+
+def test_nothing_is_learnt_from_noise_at_rest() -> None:
+    # Noise of the speed was a way that the car did not go and turns that it did not make: after 7 s
+    # it had a gain of 0.4 and a slip of 0.1 rad, and took its speed for two thirds on its way.
+    for seed in range(6):
+        car = _Noisy(0.25, 2.0, 0.07, 0.035, seed)
+        car.driver.hold()
+        for _ in range(200):
+            car.step()
+        rest = car.driver.estimate
+        assert abs(rest.gain - 1.0) < 0.02
+        assert abs(rest.slip) < 0.05
+        car.driver.go()
+        for _ in range(60):
+            car.step()
+            assert 0.8 < car.driver.estimate.speed_scale < 1.2
+
+
+def test_sign_of_a_speed_that_changes_on_the_way_is_said_at_once() -> None:
+    # Two messages were believed whatever they said, and every pose was an outlier then: the car
+    # sped up for 1.1 s, and the speed by the poses swung by 80 m/s.
+    car = _Noisy(2.7, 10.0, 0.05, 0.05, 1)
+    for _ in range(160):
+        assert car.step().fault is None
+    before = car.speed
+    faults = [car.step(sign=-1.0).fault for _ in range(5)]
+    assert faults[-1] == "speed"
+    for _ in range(400):
+        car.step(sign=-1.0)
+        assert car.speed < before + 0.5
+        believed = car.driver.state.signals.believed.speed
+        assert abs(believed - car.speed) < 1.0
+    assert car.speed == 0.0

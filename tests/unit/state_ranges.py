@@ -77,7 +77,11 @@ RANGES: list[tuple[str, float, float, str]] = [
         for field, least, most in (
             *((each, -1e40, 1e40) for each in ("level", "cross.1", "mean.0")),
             *((variance, 0.0, 1e40) for variance in ("variance", "covariance.0")),
-            *(("noise.variance", 0.0, 1e100), ("noise.last", -1e49, 1e49), ("noise.count", 1.0, 1e100)),
+            *(
+                ("noise.variance", 0.0, 1e100),
+                ("noise.last", -1e49, 1e49),
+                ("noise.count", 1.0, 1e100),
+            ),
         )
     ),
     # A covariance of two is no more than the root of their variances' product.

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! A signal that is missing, or that a fault names, has its expected value. The speed is then corrected
-//! by the poses, if these come: with the distance `e` that they are ahead of the expected place,
-//! along the heading, `T` after the last one,
+//! by the poses, if these come: with the distance `e` that they went farther along the heading than
+//! expected, `T` after the last one,
 //!
 //! ```text
 //! speed = expected speed + β e / T,      β = 1 - exp(-T / SPEED_TIME)
@@ -81,6 +81,8 @@ pub struct Signals {
     pub speed: f64,
     /// The heading [rad] and the speed [m/s] that came last; None where none has.
     pub last: (Option<f64>, Option<f64>),
+    /// The position that came last [m]; None where none has.
+    pub place: Option<Point>,
     /// How many steps in a row no time has passed.
     pub repeats: usize,
 }
@@ -124,6 +126,7 @@ impl Signals {
             repeats(self.last.1, sensed.speed),
         );
         self.last = (yaw, pace);
+        let gone = position.then(|| self.gone(sensed)).flatten();
         let heading = yaw.is_some() && !frozen.0 && blamed != Some(Fault::Heading);
         let speed = pace.is_some() && !frozen.1 && blamed != Some(Fault::Speed);
         let since = saturate(self.position + dt, MIN_DT, MAX_DT);
@@ -159,7 +162,20 @@ impl Signals {
         } else {
             f64::INFINITY
         };
-        mixed(sensed, expected, comes, (believed.speed, since), reach).bounded()
+        mixed(
+            sensed,
+            expected,
+            comes,
+            (believed.speed, since, gone),
+            reach,
+        )
+        .bounded()
+    }
+
+    /// How far the positions have gone since the last one [m].
+    fn gone(&mut self, sensed: VehicleState) -> Option<Point> {
+        let here = Point::new(sensed.x, sensed.y);
+        self.place.replace(here).map(|last| here - last)
     }
 
     /// What has been missing for longer than `hold_time` [s]; all of it is the input.
@@ -188,6 +204,10 @@ impl Signals {
     pub(super) fn checked(&self) -> Result<(), InputError> {
         self.believed
             .map_or(Ok(()), |vehicle| vehicle.checked().map(|_| ()))?;
+        let place = self.place.unwrap_or(Point::new(0.0, 0.0));
+        for number in [place.x, place.y] {
+            input_within("signals.place", number, MAX_COORDINATE)?;
+        }
         input_within("signals.last", self.last.0.unwrap_or(0.0), MAX_YAW)?;
         input_within("signals.last", self.last.1.unwrap_or(0.0), MAX_SPEED)?;
         for time in [self.position, self.heading, self.speed] {
@@ -198,21 +218,21 @@ impl Signals {
 }
 
 /// What was `sensed` where it `comes` (position, heading, speed), else what was `expected`. A speed and a
-/// heading that are missing are found by the positions, `since` [s] after the last one, at a speed that was
-/// `before` [m/s]; the heading over the distance `reach` [m].
+/// heading that are missing are found by the positions, `since` [s] after the last one, how far these have
+/// `gone` [m], at a speed that was `before` [m/s]; the heading over the distance `reach` [m].
 fn mixed(
     sensed: VehicleState,
     expected: VehicleState,
     comes: (bool, bool, bool),
-    (before, since): (f64, f64),
+    (before, since, gone): (f64, f64, Option<Point>),
     reach: f64,
 ) -> VehicleState {
     let (position, heading, speed) = comes;
     let mut mixed = expected;
-    let (mut off, mut left) = (Point::new(0.0, 0.0), 0.0);
+    let mut left = 0.0;
     if position {
         (mixed.x, mixed.y) = (sensed.x, sensed.y);
-        off = Point::new(sensed.x - expected.x, sensed.y - expected.y);
+        let off = Point::new(sensed.x - expected.x, sensed.y - expected.y);
         left = off.y * cos(expected.yaw) - off.x * sin(expected.yaw);
     }
     if heading {
@@ -225,8 +245,10 @@ fn mixed(
     }
     if speed {
         mixed.speed = sensed.speed;
-    } else if position {
-        let ahead = off.x * cos(mixed.yaw) + off.y * sin(mixed.yaw);
+    } else if let Some(gone) = gone {
+        // Not where it is expected to be: of a speed that was far off that is far off, too.
+        let travel = 0.5 * (before + expected.speed) * since;
+        let ahead = gone.x * cos(mixed.yaw) + gone.y * sin(mixed.yaw) - travel;
         let found = mixed.speed + (1.0 - decay(since, SPEED_TIME)) / since * ahead;
         // Noise of the poses turns no vehicle round that comes to rest.
         mixed.speed = if found * before < 0.0 { 0.0 } else { found };

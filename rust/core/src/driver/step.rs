@@ -266,6 +266,13 @@ impl<L: LateralLaw> Driver<L> {
         let is = |status, fault| seen.status.contains(status).then_some(fault);
         let off = is(Status::DEVIATING, Fault::Deviation).or(is(Status::OFF_PATH, Fault::Path));
         state.fault = signal.or(missing).or(off);
+        let gate = state.tracker.tracking.gate.as_ref();
+        if let (Some(Fault::Speed), Some(gate), Some(believed)) =
+            (state.fault, gate, &mut state.signals.believed)
+        {
+            // What the poses show goes on from the speed that they showed last.
+            believed.speed = gate.believed.speed;
+        }
     }
 
     /// The last answer once more, where no time passes or nothing is known: at rest before the first.

@@ -188,11 +188,33 @@ impl Estimator {
             dt,
         );
         if params.turn_time > 0.0 {
-            let speed = self.estimate.speed_scale * (0.5 * (before.speed + now.speed));
+            let speed = self.moving_speed(vehicle, before.speed, now.speed);
             let measured = wrap(now.yaw - before.yaw);
             self.observe_yaw(params.turn_time, vehicle, reached, (measured, speed), dt);
             self.publish(vehicle, self.estimate.speed_scale * now.speed);
         }
+    }
+
+    /// The speed without most of its noise, in wheelbases [1/s], by the `last` speed that was told [m/s]; 0 where it
+    /// does not stand out of what is left. At rest noise would be a speed whose turns and distances are
+    /// none.
+    #[inline]
+    fn filtered_speed(&self, vehicle: &Vehicle, last: f64) -> f64 {
+        let filtered = self.estimate.speed_scale * last / vehicle.wheelbase + self.pace.level;
+        let doubt = Self::DEVIATIONS * Self::DEVIATIONS * self.pace.variance;
+        if filtered * filtered > doubt {
+            filtered
+        } else {
+            0.0
+        }
+    }
+
+    /// The mean speed [m/s] of a period, where the vehicle does not stand.
+    #[inline]
+    fn moving_speed(&self, vehicle: &Vehicle, before: f64, now: f64) -> f64 {
+        let speed = self.estimate.speed_scale * (0.5 * (before + now));
+        let moves = self.filtered_speed(vehicle, now).abs() > 0.0;
+        if moves { speed } else { 0.0 }
     }
 
     fn observe_pace(&mut self, vehicle: &Vehicle, measured: f64, dt: f64) {
@@ -327,7 +349,7 @@ impl Estimator {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
-        let speed = self.estimate.speed_scale * (0.5 * (before.speed + now.speed));
+        let speed = self.moving_speed(vehicle, before.speed, now.speed);
         let travel = speed * dt;
         let (_, measured) = moved(before, now);
         let distance = travel / vehicle.wheelbase;

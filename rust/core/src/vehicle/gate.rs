@@ -8,6 +8,7 @@
 //! - One farther off than speed, wheels and noise explain is an outlier ([`Status::OUTLIER`]); the
 //!   pose that was expected takes its place. Outliers that agree with each other for a while, the
 //!   longer the farther they are off, are a jump of the localisation: it is believed from then on.
+//! - Where the speed signal has jumped, and the speed before explains the pose, it is the signal that is wrong.
 //!
 //! The distance between believed poses is compared with the speed in a [`Cusum`]: a speed signal that
 //! is dead, of another unit or of the wrong sign is a fault, and so is a position that stands still
@@ -25,6 +26,7 @@ use crate::status::Status;
 use crate::vehicle::bicycle::advance;
 use crate::vehicle::cusum::Cusum;
 use crate::vehicle::fault::Fault;
+use crate::vehicle::kalman::OUTLIER;
 use crate::vehicle::noise::{Jitter, Noise};
 use crate::vehicle::{Vehicle, VehicleState};
 
@@ -159,19 +161,15 @@ impl Gate {
         let waited = self.stale + elapsed;
         self.stale = 0.0;
         self.measured = vehicle;
-        // From where `rolled` has it, with the chord of a short arc.
-        let turn = travel * curvature;
-        let (c, s) = rough_direction(before.yaw + 0.5 * turn);
-        let swing = car.no_slip() * turn;
-        let off = Point::new(
-            vehicle.x - before.x - travel * c - swing * s,
-            vehicle.y - before.y - travel * s + swing * c,
-        );
-        let turned = wrap(vehicle.yaw - before.yaw - turn);
-        if self.explains(car, (travel, turn), off, turned) {
-            self.agreed = 0.0;
-            self.drift = (0.0, 0.0);
-            return (self.believe(car, vehicle, (c, s), off, turned), false);
+        let most = car.strongest_braking() * elapsed + OUTLIER * self.pace.deviation();
+        if (vehicle.speed - before.speed).abs() > most
+            && let Some(status) = self.doubt_speed(car, vehicle, curvature, elapsed)
+        {
+            return (status, false);
+        }
+        let (along, off, turned) = self.residual(car, vehicle, (travel, curvature));
+        if self.explains(car, (travel, travel * curvature), off, turned) {
+            return (self.believe(car, vehicle, along, off, turned), false);
         }
         self.doubt(car, vehicle, (travel, curvature), (off, turned), waited)
     }
@@ -290,6 +288,50 @@ impl Gate {
         };
     }
 
+    /// The direction in which the vehicle went along an arc, and how far its pose is off the end of that: where
+    /// [`rolled`] has it, with the chord of a short arc.
+    #[inline]
+    fn residual(
+        &self,
+        car: &Vehicle,
+        vehicle: VehicleState,
+        (travel, curvature): (f64, f64),
+    ) -> ((f64, f64), Point, f64) {
+        let before = self.believed;
+        let turn = travel * curvature;
+        let (c, s) = rough_direction(before.yaw + 0.5 * turn);
+        let swing = car.no_slip() * turn;
+        let off = Point::new(
+            vehicle.x - before.x - travel * c - swing * s,
+            vehicle.y - before.y - travel * s + swing * c,
+        );
+        ((c, s), off, wrap(vehicle.yaw - before.yaw - turn))
+    }
+
+    /// A speed signal that is farther from the last than any vehicle accelerates. Where the pose is explained by
+    /// the speed before, and better, it is not believed; what it says of the pose is still compared.
+    #[cold]
+    fn doubt_speed(
+        &mut self,
+        car: &Vehicle,
+        vehicle: VehicleState,
+        curvature: f64,
+        elapsed: f64,
+    ) -> Option<Status> {
+        let (before, signal) = (self.believed.speed, vehicle.speed);
+        let arc = (before * elapsed, curvature);
+        let (_, kept, turned) = self.residual(car, vehicle, arc);
+        let (along, off, _) = self.residual(car, vehicle, (signal * elapsed, curvature));
+        let explained = self.explains(car, (arc.0, arc.0 * curvature), kept, turned);
+        if !explained || kept.dot(&kept) >= off.dot(&off) {
+            return None;
+        }
+        self.believed.speed = signal;
+        let status = self.believe(car, vehicle, along, off, turned);
+        self.believed.speed = before;
+        Some(status)
+    }
+
     /// A pose that is `off` the expected one: an outlier, or the end of a jump.
     #[cold]
     fn doubt(
@@ -376,6 +418,8 @@ impl Gate {
         off: Point,
         turned: f64,
     ) -> Status {
+        self.agreed = 0.0;
+        self.drift = (0.0, 0.0);
         let since = self.since;
         let along = off.x * c + off.y * s;
         let aside = off.y * c - off.x * s;

@@ -1,6 +1,6 @@
 //! The scale of the speed signal: how far the vehicle goes by its poses, for what its speed says.
 
-use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk, kalman, moved};
+use super::{AdaptParams, Change, Estimator, SVector, Vehicle, VehicleState, Walk, moved};
 
 impl Estimator {
     /// How far the scale of a speed signal may be from 1, and how much older than the speed [s] a
@@ -27,9 +27,7 @@ impl Estimator {
         let travel = speed * dt / wheelbase;
         let (measured, _) = moved(before, now);
         // Of a speed that is noise no distance is expected to be a multiple.
-        let filtered = before.speed / wheelbase
-            + (self.pace.level + 0.5 * self.pace.get(0) * dt) / self.estimate.speed_scale;
-        let known = kalman::beyond_doubt(filtered, self.pace.variance);
+        let known = self.filtered_speed(vehicle, before.speed) / self.estimate.speed_scale;
         let slopes = SVector::<f64, 2>::new(known * dt, (before.speed - now.speed) / wheelbase);
         let slips = Self::OPEN_DRIVE * speed / wheelbase;
         let by_noise = 0.5 * self.pace.noise.variance * dt * dt;
