@@ -32,6 +32,19 @@
 //! themselves, the estimate fades within `time`: `d' = -d / time`. What brakes that give less than they are
 //! told have of the estimate is found by [`bias`](super::bias), and taken out of it.
 
+//!
+//! In noise of the speed, with the variance `r`, the law does not act on what is measured. It believes the mean of
+//! the measured `z` and the expected `v'` with the least variance,
+//!
+//! ```text
+//! v = z + r / (r + m²) (v' - z),     v' = v + dt (a + known + d), 0 where brakes hold
+//! ```
+//!
+//! where the model leaves open `m`, that is `NOISE` planned decelerations. Its standard deviation is `sqrt(r)` times
+//! `m² / (r + m²) + r / (r + m²) sqrt(1 - p)`; slower than [`REST`] and three of these is at rest.
+//!
+//! Assumed: noise of the speed that is white.
+
 use crate::bounds::MAX_SPEED;
 use crate::error::{InputError, input_within};
 use crate::math::{decay, larger, saturate, smaller, sqrt};

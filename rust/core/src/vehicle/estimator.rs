@@ -36,6 +36,9 @@
 //! the square of that times the variance of `later`. Without it, wheels that have not begun to turn count as
 //! wheels that turn the vehicle less.
 //!
+//! A vehicle whose speed, filtered by `speed` above, does not stand out of its noise does not move: of that noise
+//! no turn is a multiple, and the way for it would be none.
+//!
 //! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
 //! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
 //!
