@@ -155,7 +155,7 @@ def test_readme_says_what_the_suite_shows() -> None:
         ours, *others = (float(each.strip("=* ").split()[0]) for each in row)
         assert ours < min(others), name
         tied = [head for head, each in zip(heads[-len(row) :], row, strict=True) if "=" in each]
-        assert tied == (["Preview POP", "Lqr"] if name == "noise" else []), name
+        assert tied == [], name
 
 
 def test_weights_are_searched_for_the_suite_of_the_page() -> None:
@@ -197,11 +197,11 @@ def test_page_says_what_the_table_of_the_costs_shows() -> None:
 
     assert min(rows, key=lambda costs: rows[costs][1]) == ("L/12", "L/2")
     _, noise, effort, margin = shares("L/12", "L/2")
-    assert (1.0 / noise, 1.0 / margin, 1.0 / effort) == pytest.approx((1.14, 1.13, 1.0), abs=0.04)
+    assert (1.0 / noise, 1.0 / margin, 1.0 / effort) == pytest.approx((1.01, 1.13, 1.0), abs=0.04)
     assert shares("L/200", "L/2") == pytest.approx([0.2, 1.5, 2.1, 0.5], abs=0.1)
     told, noise, effort, _ = shares("L/6", "L/2")
     assert told > 2.0
-    assert (noise, effort) == pytest.approx((1.09, 0.66), abs=0.02)
+    assert (noise, effort) == pytest.approx((1.16, 0.66), abs=0.02)
 
 
 def test_update_replaces_the_blocks_and_the_figures(tmp_path: Path) -> None:

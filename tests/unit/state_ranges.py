@@ -49,6 +49,7 @@ WHOLE: dict[str, Any] = {
 WHOLE["gate"] = State(
     **dict.fromkeys(("believed", "measured"), POSE),
     **dict.fromkeys(("since", "stale", "agreed", "gone", "age"), 0.0),
+    doubted=False,
     jump=((0.0, 0.0), 0.0),
     drift=(0.0, 0.0),
     **dict.fromkeys(("ahead", "aside"), State(over=0.01, under=0.0)),

@@ -35,7 +35,7 @@ SIZES = {
     **{
         (name, unit): size
         for name in "xyz"
-        for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1e3), ("ft", 0.3048))
+        for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1e3), ("in", 0.0254), ("ft", 0.3048))
     },
     **{(name, "rad"): 1.0 for name in ("yaw", "steer")},
     **{(name, "mrad"): 1e-3 for name in ("yaw", "steer")},
@@ -44,7 +44,8 @@ SIZES = {
         (name, unit): size
         for name in ("speed", "speed_command")
         for unit, size in (
-            *(("m/s", 1.0), ("cm/s", 0.01), ("mm/s", 0.001), ("ft/s", 0.3048)),
+            *(("m/s", 1.0), ("cm/s", 0.01), ("mm/s", 0.001)),
+            *(("in/s", 0.0254), ("ft/s", 0.3048)),
             *(("km/h", 1000.0 / 3600.0), ("mph", 1609.344 / 3600.0), ("kn", 1852.0 / 3600.0)),
         )
     },

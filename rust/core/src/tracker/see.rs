@@ -165,10 +165,15 @@ impl<L: LateralLaw> Tracker<L> {
         let reached = if is_last { lately } else { reached };
         let bend = reached.bend(car, vehicle.speed, &model.estimator.estimate);
         let (status, jumped) = gate.pass(car, vehicle, bend, lately.time, age);
-        if status == Status::OK {
-            return (vehicle, status, false);
-        }
         let believed = gate.believed;
+        if status == Status::OK {
+            let speed = if gate.doubted {
+                believed.speed
+            } else {
+                vehicle.speed
+            };
+            return (VehicleState { speed, ..vehicle }, status, false);
+        }
         if jumped {
             model.estimator.last_measured = None;
             state.jump(state.place.lost());

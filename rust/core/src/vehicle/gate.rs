@@ -38,6 +38,8 @@ pub struct Gate {
     pub believed: VehicleState,
     /// The last measured pose, believed or not.
     pub measured: VehicleState,
+    /// Whether the speed that came with it was not believed.
+    pub doubted: bool,
     /// How long ago a measured pose was last believed [s].
     pub since: f64,
     /// For how long the position has repeated itself [s].
@@ -108,6 +110,7 @@ impl Gate {
         Self {
             believed: vehicle,
             measured: vehicle,
+            doubted: false,
             since: 0.0,
             stale: 0.0,
             jump: (Point::new(0.0, 0.0), 0.0),
@@ -142,6 +145,7 @@ impl Gate {
         let elapsed = last_age - age;
         // A pose that comes out of order is not the last one.
         self.age = smaller(age, last_age);
+        self.doubted = false;
         if !(MIN_DT..=Self::GAP).contains(&elapsed) {
             return (self.pass_time(vehicle, elapsed), false);
         }
@@ -240,7 +244,7 @@ impl Gate {
                 Fault::Position
             })
         } else if self.ahead.most() > self.distance_limit(car) {
-            let rests = self.gone.abs() <= self.distance_limit(car);
+            let rests = self.gone.abs() <= Self::DISTANCE_SHARE * self.ahead.under;
             Some(if rests && self.ahead.under > 0.0 {
                 Fault::Position
             } else {
@@ -329,6 +333,7 @@ impl Gate {
         self.believed.speed = signal;
         let status = self.believe(car, vehicle, along, off, turned);
         self.believed.speed = before;
+        self.doubted = true;
         Some(status)
     }
 
