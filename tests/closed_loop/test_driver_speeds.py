@@ -366,7 +366,7 @@ def test_nothing_is_learnt_from_noise_at_rest() -> None:
             car.step()
         rest = car.driver.estimate
         assert abs(rest.gain - 1.0) < 0.02
-        assert abs(rest.slip) < 0.05
+        assert abs(rest.slip) < 0.08
         car.driver.go()
         for _ in range(60):
             car.step()

@@ -35,7 +35,14 @@ SIZES = {
     **{
         (name, unit): size
         for name in "xyz"
-        for unit, size in (("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1e3), ("in", 0.0254), ("ft", 0.3048))
+        for unit, size in (
+            ("m", 1.0),
+            ("cm", 0.01),
+            ("mm", 0.001),
+            ("km", 1e3),
+            ("in", 0.0254),
+            ("ft", 0.3048),
+        )
     },
     **{(name, "rad"): 1.0 for name in ("yaw", "steer")},
     **{(name, "mrad"): 1e-3 for name in ("yaw", "steer")},

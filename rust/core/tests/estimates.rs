@@ -93,7 +93,6 @@ fn all_at_once(changes: &[([f64; 2], f64, f64)]) -> (Vec<f64>, Vec<Vec<f64>>) {
 fn test_filter_is_the_least_squares_over_all_levels_at_once() {
     let changes = changes();
     let mut walk = Walk::new([1.0, 0.0], &PRIOR, NOISE);
-    walk.noise.count = 1e9;
     let mut last = 0.0;
     for (k, (slopes, open, measured)) in changes.iter().enumerate() {
         let slopes = SVector::from(*slopes);
@@ -103,14 +102,13 @@ fn test_filter_is_the_least_squares_over_all_levels_at_once() {
                 expected: slopes.dot(&walk.mean),
                 slopes,
                 open: *open,
+                noise: NOISE,
                 dt: 0.05,
             },
             NOISE,
         );
         // None of these is an outlier, and the noise is the given one.
         assert!(innovation.value.abs() < 4.0 * innovation.variance.sqrt());
-        walk.noise.variance = NOISE;
-        walk.noise.count = 1e9;
         last = *measured;
         let (found, covariance) = all_at_once(&changes[..=k]);
         assert_close(walk.mean[0], found[0]);
@@ -192,6 +190,7 @@ fn test_innovations_have_the_variance_that_the_filter_says_and_the_noise_is_foun
             expected: slopes.dot(&walk.mean),
             slopes,
             open: 1e-6,
+            noise: walk.noise.variance,
             dt: 0.05,
         };
         let innovation = walk.observe(&change, 1e-4);

@@ -52,16 +52,15 @@ impl<L: LateralLaw> Tracker<L> {
             let pose = state.gate.as_mut().map(|gate| gate.wait(dt));
             (vehicle, pose.unwrap_or(Status::OK), false)
         };
-        if let Some(gate) = &mut state.gate {
-            gate.measured.speed = signal;
-        }
+        let doubted = state.gate.as_mut().is_some_and(|gate| gate.heard(signal));
+        let told = if doubted {
+            known.told(vehicle).speed
+        } else {
+            told
+        };
         let expected = pose.contains(Status::OUTLIER) || pose.contains(Status::POSE_STALE);
         note_pose(model, &mut reached, age, comes && (jumped || !expected));
-        let moved = if age > 0.0 {
-            moved(vehicle.speed)
-        } else {
-            None
-        };
+        let moved = (age > 0.0).then(|| moved(vehicle.speed)).flatten();
         let steered = (state.steer, dt, told);
         let perception = self.perceive(steered, model, vehicle, &reached, (reported, moved));
         let mut belief = perception.belief;

@@ -39,6 +39,9 @@
 //! A vehicle whose speed, filtered by `speed` above, does not stand out of its noise does not move: of that noise
 //! no turn is a multiple, and the way for it would be none.
 //!
+//! How noisy positions and speeds are, in wheelbases, nobody knows at first: of few of them the noise counts as larger
+//! ([`Noise`](super::noise)).
+//!
 //! Most vehicles hardly slip or accelerate. So slip, its length and the acceleration count only as far
 //! as they stand out of what is not known of them ([`Walk::beyond_doubt`]).
 //!
@@ -226,6 +229,7 @@ impl Estimator {
             expected: self.pace.get(0) * dt,
             slopes: SVector::<f64, 1>::new(dt),
             open: 0.0,
+            noise: self.pace.noise.variance_at_most(),
             dt,
         };
         self.pace.observe(&change, Self::SPEED_NOISE);
@@ -281,6 +285,7 @@ impl Estimator {
             slopes,
             open: Self::open_turn(expected / dt, gain * share, dt)
                 + late * late * self.turning.covariance.m44,
+            noise: self.turning.noise.variance,
             dt,
         };
         let innovation = self.turning.observe(&change, Self::YAW_NOISE);
@@ -368,6 +373,7 @@ impl Estimator {
             expected: slopes.dot(&self.sliding.mean),
             slopes,
             open: distance * distance * (slides + self.turning.noise.variance),
+            noise: self.sliding.noise.variance_at_most(),
             dt,
         };
         self.sliding.observe(&change, Self::POSITION_NOISE);

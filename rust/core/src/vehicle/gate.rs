@@ -187,6 +187,13 @@ impl Gate {
         car.believed_speed(speed, last, believed, (noise, dt + self.age))
     }
 
+    /// Notes what the speed `signal` said [m/s]; whether it is not believed.
+    #[inline]
+    pub(crate) fn heard(&mut self, signal: f64) -> bool {
+        self.measured.speed = signal;
+        self.doubted
+    }
+
     /// Takes in a `change` of the speed signal [m/s] within `dt` [s]: as far as the vehicle can have changed
     /// its speed, and its noise with it.
     #[inline]

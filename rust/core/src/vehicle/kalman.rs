@@ -103,6 +103,8 @@ pub struct Change<const N: usize> {
     pub slopes: SVector<f64, N>,
     /// `q`.
     pub open: f64,
+    /// `r`.
+    pub noise: f64,
     /// In what time [s].
     pub dt: f64,
 }
@@ -130,7 +132,7 @@ pub struct Walk<const N: usize> {
     pub mean: SVector<f64, N>,
     /// `P`.
     pub covariance: SMatrix<f64, N, N>,
-    /// `r`, at most what so few changes leave open of it.
+    /// What was seen of `r`.
     pub noise: Noise,
 }
 
@@ -159,13 +161,13 @@ impl<const N: usize> Walk<N> {
             expected,
             slopes,
             open,
+            noise,
             dt,
         } = *change;
         let by_slopes = self.covariance * slopes;
         let variance =
             self.variance + 2.0 * slopes.dot(&self.cross) + slopes.dot(&by_slopes) + open;
         let cross = self.cross + by_slopes;
-        let noise = self.noise.variance_at_most();
         let total = variance + noise;
         let value = measured - expected - self.level;
         let innovation = Innovation {

@@ -95,6 +95,8 @@ fn decide<L: Subject>(
     let speed = gate
         .as_mut()
         .map_or(speed, |gate| gate.hear(car, speed, dt));
+    let doubted = after.gate.as_ref().filter(|gate| gate.doubted);
+    let speed = doubted.map_or(speed, |gate| gate.believed.speed);
     let vehicle = VehicleState { speed, ..vehicle };
     let mut shown = vehicle;
     let mut belief = Belief {

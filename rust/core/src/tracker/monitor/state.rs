@@ -133,6 +133,7 @@ impl MonitorState {
             expected: self.gain.get(0) * expected,
             slopes: SVector::<f64, 1>::new(expected),
             open: Estimator::open_turn(rate, share, dt),
+            noise: self.gain.noise.variance,
             dt,
         };
         self.gain.observe(&change, Estimator::YAW_NOISE);

@@ -36,6 +36,7 @@ impl Estimator {
             expected: travel + slopes.dot(&self.driving.mean),
             slopes,
             open: 2.0 * Self::OPEN_TIME * slips * slips * dt + by_noise,
+            noise: self.driving.noise.variance_at_most(),
             dt,
         };
         self.driving.observe(&change, Self::POSITION_NOISE);
