@@ -54,7 +54,7 @@ WHOLE["gate"] = State(
     drift=(0.0, 0.0),
     **dict.fromkeys(("ahead", "aside"), State(over=0.01, under=0.0)),
     **dict.fromkeys(("position", "heading"), State(variance=1e-4, last=0.01, count=9.0)),
-    pace=State(variance=1e-4, last=(0.01, 0.02), count=9.0),
+    pace=State(variance=1e-4, last=(0.01, 0.02), count=9.0, period=0.05),
 )
 QUARTER = 0.5 * math.pi
 RANGES: list[tuple[str, float, float, str]] = [
@@ -138,7 +138,7 @@ RANGES: list[tuple[str, float, float, str]] = [
     *(
         (f"gate.pace.{field}", least, most, "gate")
         for field, least, most in (
-            *(("variance", 0.0, 1e100), ("count", 0.0, 1e100)),
+            *((name, 0.0, 1e100) for name in ("variance", "count", "period")),
             *((f"last.{place}", -1e49, 1e49) for place in (0, 1)),
         )
     ),

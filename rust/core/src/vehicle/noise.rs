@@ -117,12 +117,24 @@ pub struct Jitter {
     pub last: (Option<f64>, Option<f64>),
     /// Of how many products it is a mean: up to those in [`Noise::TIME`], or 40.
     pub count: f64,
+    /// In which time the last change was [s].
+    pub period: f64,
 }
 
 impl Jitter {
+    /// A period that is so many times another is a gap: what changed in it is a step of one change alone,
+    /// which alternates. Less: periods that differ by half show no noise.
+    const GAP: f64 = 4.0;
+
     /// Takes in a `change` within `dt` [s].
     #[inline]
     pub(crate) fn observe(&mut self, change: f64, dt: f64) {
+        if dt > Self::GAP * self.period || self.period > Self::GAP * dt {
+            self.last = (None, None);
+            self.period = dt;
+            return;
+        }
+        self.period = dt;
         let apart = self.last.0.map(|last| change - last);
         if let (Some(apart), Some(before)) = (apart, self.last.1) {
             let most = larger(Noise::TIME / dt, Noise::COUNT);
@@ -147,6 +159,7 @@ impl Jitter {
         input_within(field, change.unwrap_or(0.0), Noise::MAX_CHANGE)?;
         input_within(field, apart.unwrap_or(0.0), Noise::MAX_CHANGE)?;
         input_in_range(field, self.count, 0.0, Noise::MAX)?;
+        input_in_range(field, self.period, 0.0, Noise::MAX)?;
         Ok(self)
     }
 }
