@@ -31,7 +31,6 @@
 //! vehicle: how much of their force that takes is not known. Where they hold it short of its stop by
 //! themselves, the estimate fades within `time`: `d' = -d / time`. What brakes that give less than they are
 //! told have of the estimate is found by [`bias`](super::bias), and taken out of it.
-
 //!
 //! In noise of the speed, with the variance `r`, the law does not act on what is measured. It believes the mean of
 //! the measured `z` and the expected `v'` with the least variance,
@@ -79,6 +78,17 @@ pub struct Observer {
     pub bias: Option<Bias>,
 }
 
+/// What is heard of the speed in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Heard {
+    /// As measured, and as the model expects it [m/s]; None before the first step.
+    pub measured: f64,
+    pub expected: Option<f64>,
+    /// As it is believed, and how slow is at rest in what noise leaves of that [m/s].
+    pub believed: f64,
+    pub rest: f64,
+}
+
 impl Observer {
     /// How the vehicle answers its drive, with the acceleration `known` [m/s²] beside it.
     pub(super) fn answer(&self, known: f64) -> Answer {
@@ -91,28 +101,34 @@ impl Observer {
         }
     }
 
-    /// The speed [m/s] that is believed of a `measured` one, `dt` [s] after the last, whose noise has a
-    /// standard deviation, and how slow is at rest in what that leaves of it; by an observer with the time
-    /// constant `time` [s].
-    pub(super) fn believed(
+    /// What is heard of a `measured` speed [m/s], `dt` [s] after the last, whose noise has a standard deviation;
+    /// by an observer with the time constant `time` [s].
+    pub(super) fn hear(
         &self,
         measured: f64,
         known: f64,
         given: Motion,
         (noise, time, braking): (f64, f64, f64),
         dt: f64,
-    ) -> (f64, f64) {
+    ) -> Heard {
         let Some(before) = self.speed else {
-            return (measured, REST);
+            return Heard {
+                measured,
+                expected: None,
+                believed: measured,
+                rest: REST,
+            };
         };
         let expected = self.expected(before, known, given, dt);
         let (square, model) = (noise * noise, NOISE * braking);
         let share = square / (square + model * model);
         let left = noise * (1.0 - share + share * sqrt(1.0 - decay(dt, time)));
-        (
-            measured + share * (expected - measured),
-            REST + DEVIATIONS * left,
-        )
+        Heard {
+            measured,
+            expected: Some(expected),
+            believed: measured + share * (expected - measured),
+            rest: REST + DEVIATIONS * left,
+        }
     }
 
     /// The speed [m/s] that the model expects of one that had the speed `before`.
@@ -127,13 +143,12 @@ impl Observer {
         }
     }
 
-    /// Moves the model on by `dt` [s] to the measured and the believed `speed` [m/s], with the acceleration
-    /// `known` [m/s²] beside the drive. Of that, the mean of the commands that acted, what it gives, and the last command.
-    /// `held`: the vehicle stands on its brakes; `at_full_drive`: its drive may be at its end.
+    /// Moves the model on by `dt` [s] to the speed that was `heard`. Of the drive, the mean of the commands that
+    /// acted, what it gives, and the last command. `held`: the vehicle stands on its brakes; `at_full_drive`: its
+    /// drive may be at its end.
     pub(super) fn step(
         &mut self,
-        [speed, believed]: [f64; 2],
-        known: f64,
+        heard: &Heard,
         (mean, given, command): (f64, Motion, f64),
         (held, at_full_drive): (bool, bool),
         (lag, time, braking, response): (f64, f64, f64, f64),
@@ -143,14 +158,14 @@ impl Observer {
         let pull = core::mem::replace(&mut self.pull, given.pull);
         self.slow_drive = mean + (self.slow_drive - mean) * decay(dt, lag + UNTOLD_LAG);
         let mut bias = self.bias.unwrap_or_else(|| Bias::new(response, braking));
-        let Some(before) = self.speed.filter(|_| !held) else {
-            let pole = decay(dt, time);
+        let (speed, believed) = (heard.measured, heard.believed);
+        let pole = decay(dt, time);
+        let Some(predicted) = heard.expected.filter(|_| !held) else {
             let found = believed + (1.0 - pole * pole) * (speed - believed);
             self.speed = Some(saturate(found, -MAX_SPEED, MAX_SPEED));
             self.bias = Some(bias.rest());
             return;
         };
-        let predicted = self.expected(before, known, given, dt);
         let error = speed - predicted;
         let (late, early) = (self.slow_drive - given.pull, command - given.pull);
         let other = if late * error > 0.0 {
@@ -167,7 +182,6 @@ impl Observer {
         } else {
             1.0 / (1.0 + ratio * ratio)
         };
-        let pole = decay(dt, time);
         let (k, l) = (
             1.0 - trust * pole * pole,
             trust * (1.0 - pole) * (1.0 - pole) / dt,

@@ -64,20 +64,19 @@ impl SpeedLaw {
         let mut drive = state.drive.unwrap_or(Drive::settled(car, 0.0));
         let (mean, given) = drive.elapse(car, state.acceleration, dt, age);
         let answer = state.observer.answer(known);
-        let heard = drive.since(car, measured, answer, age).speed;
+        let measured = drive.since(car, measured, answer, age).speed;
         state.drive = Some(drive);
         let time = self.params.disturbance_time;
-        let (observer, spread) = (&state.observer, (noise.1, time, self.accelerations.1));
-        let (speed, rest) = observer.believed(heard, known, given, spread, dt);
+        let spread = (noise.1, time, self.accelerations.1);
+        let heard = state.observer.hear(measured, known, given, spread, dt);
+        let (speed, rest) = (heard.believed, heard.rest);
         // Brakes that hold say nothing.
         let held = state.rolls || (speed.abs() < rest && given.pull <= 0.0);
         let full = state.acceleration + answer.push > 0.5 * self.accelerations.0;
         let response = car.drive_delay + car.drive_lag;
         let model = (car.drive_lag, time, self.accelerations.1, response);
         let acted = (mean, given, state.acceleration);
-        state
-            .observer
-            .step([heard, speed], known, acted, (held, full), model, dt);
+        state.observer.step(&heard, acted, (held, full), model, dt);
         if held && !(state.rolls || state.is_held()) {
             // What is believed to push must not keep it from its stop.
             state.observer.fade(time, dt);
