@@ -70,12 +70,18 @@ impl Noise {
     /// Takes in a `change` within `dt` [s].
     #[inline]
     pub(crate) fn observe(&mut self, change: f64, dt: f64) {
-        let most = larger(Self::TIME / dt, Self::COUNT);
-        self.count = saturate(self.count + 1.0, 1.0, most);
+        self.count = Self::counted(self.count, dt);
         if let Some(last) = self.last {
-            self.variance = learnt(self.variance, change - last, 1.0 / self.count);
+            let apart = change - last;
+            self.variance += (apart * apart / 6.0 - self.variance) * (1.0 / self.count);
         }
         self.last = Some(change);
+    }
+
+    /// Of how many changes it is a mean after another within `dt` [s].
+    #[inline]
+    fn counted(count: f64, dt: f64) -> f64 {
+        saturate(count + 1.0, 1.0, larger(Self::TIME / dt, Self::COUNT))
     }
 
     /// Its standard deviation.
@@ -137,8 +143,7 @@ impl Jitter {
         self.period = dt;
         let apart = self.last.0.map(|last| change - last);
         if let (Some(apart), Some(before)) = (apart, self.last.1) {
-            let most = larger(Noise::TIME / dt, Noise::COUNT);
-            self.count = saturate(self.count + 1.0, 1.0, most);
+            self.count = Noise::counted(self.count, dt);
             let found = -0.25 * apart * before;
             let mean = self.variance + (found - self.variance) / self.count;
             self.variance = larger(mean, 0.0);
@@ -162,12 +167,6 @@ impl Jitter {
         input_in_range(field, self.period, 0.0, Noise::MAX)?;
         Ok(self)
     }
-}
-
-/// The variance `r` after changes that are `apart`, which count by their `weight`.
-#[inline]
-fn learnt(variance: f64, apart: f64, weight: f64) -> f64 {
-    variance + (apart * apart / 6.0 - variance) * weight
 }
 
 #[cfg(test)]
