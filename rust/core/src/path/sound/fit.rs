@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use super::chain::turn;
 use crate::geometry::{Point, get_distance};
-use crate::math::{from_count, larger};
+use crate::math::{from_count, larger, smaller};
 
 /// A turn that no vehicle drives is this many times that of its tightest circle, and [`SHARP`] more.
 const TIMES: f64 = 2.0;
@@ -95,7 +95,10 @@ pub(super) fn fit_end(points: &mut [Point], reach: f64, tightest: f64) -> bool {
     let smoothed: Vec<Point> = shares.iter().zip(&window).map(smooth).collect();
     // What would move farther was meant.
     let mut both = smoothed.iter().zip(&window);
-    let most = larger(MOST_MOVED * reach, MOST_NOISE.min(MOST_OF_SMALL * reach));
+    let most = larger(
+        MOST_MOVED * reach,
+        smaller(MOST_NOISE, MOST_OF_SMALL * reach),
+    );
     if both.any(|(&to, &from)| get_distance(to, from) > most) {
         return false;
     }
