@@ -7,7 +7,6 @@ use popsteer_core::Path;
 use popsteer_core::driver::{Drive, Driver, DriverParams, DriverState, Sensed};
 use popsteer_core::laws::{Law, LawState};
 use popsteer_core::speed::SpeedTracker;
-use popsteer_core::tracker::Predicted;
 use popsteer_core::vehicle::{Fault, Known};
 
 use crate::command::{CEstimate, CPredicted, CReported, CVehicleState};
@@ -18,6 +17,7 @@ use crate::handle::{self, Handle, given};
 use crate::params::params;
 use crate::path::{self, CPath};
 use crate::speed::CSpeedTrackerParams;
+use crate::step::fill_predicted;
 
 popsteer_core::DriverParams! { params {
     /// [`DriverParams`] for C.
@@ -311,28 +311,21 @@ pub unsafe extern "C" fn popsteer_driver_predict(
     count: *mut usize,
 ) -> CError {
     guard(|| {
-        // SAFETY: the caller vouches for the handle and for the room, whose layout is the core's.
-        let (driving, room) = unsafe {
-            (
-                handle::of(driver, "driver")?,
-                handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")?,
-            )
-        };
-        let Driving {
-            driver,
-            state,
-            path,
-            plan,
-        } = driving;
-        if state.tracker.answer.is_none() {
-            return Err(Failure::NoStep);
+        // SAFETY: the caller vouches for the handle and for the room.
+        unsafe {
+            let Driving {
+                driver,
+                state,
+                path,
+                plan,
+            } = handle::of(driver, "driver")?;
+            fill_predicted(out, size, count, |room| {
+                if state.tracker.answer.is_none() {
+                    return Err(Failure::NoStep);
+                }
+                Ok(driver.predict(&path.view(), plan, state, dt, room)?)
+            })
         }
-        let written = driver.predict(&path.view(), plan, state, dt, room)?;
-        if !count.is_null() {
-            // SAFETY: not NULL; the caller vouches for the rest.
-            unsafe { count.write(written) };
-        }
-        Ok(())
     })
 }
 

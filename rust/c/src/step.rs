@@ -96,26 +96,41 @@ pub unsafe extern "C" fn popsteer_predict(
     count: *mut usize,
 ) -> CError {
     guard(|| {
-        // SAFETY: the caller vouches for the handle and for the room, whose layout is the core's.
-        let (controller, room) = unsafe {
-            (
-                handle::of(controller, "controller")?,
-                handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")?,
-            )
-        };
-        let Controller {
-            path,
-            tracker,
-            state,
-        } = controller;
-        if state.answer.is_none() {
-            return Err(Failure::NoStep);
+        // SAFETY: the caller vouches for the handle and for the room.
+        unsafe {
+            let Controller {
+                path,
+                tracker,
+                state,
+            } = handle::of(controller, "controller")?;
+            fill_predicted(out, size, count, |room| {
+                if state.answer.is_none() {
+                    return Err(Failure::NoStep);
+                }
+                Ok(tracker.predict(&path.view(), state, dt, room)?)
+            })
         }
-        let written = tracker.predict(&path.view(), state, dt, room)?;
-        if !count.is_null() {
-            // SAFETY: not NULL; the caller vouches for the rest.
-            unsafe { count.write(written) };
-        }
-        Ok(())
     })
+}
+
+/// Lets `predict` write into the room for `size` instants at `out`; `count`, which may be NULL, gets how many
+/// it wrote.
+///
+/// # Safety
+///
+/// `out` is NULL or has that room, and `count` is NULL or valid for writing.
+pub(crate) unsafe fn fill_predicted(
+    out: *mut CPredicted,
+    size: usize,
+    count: *mut usize,
+    predict: impl FnOnce(&mut [Predicted]) -> Result<usize, Failure>,
+) -> Result<(), Failure> {
+    // SAFETY: the caller vouches for the room, whose layout is the core's.
+    let room = unsafe { handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")? };
+    let written = predict(room)?;
+    if !count.is_null() {
+        // SAFETY: not NULL; the caller vouches for the rest.
+        unsafe { count.write(written) };
+    }
+    Ok(())
 }
