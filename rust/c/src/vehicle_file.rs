@@ -101,27 +101,18 @@ fn vehicle(table: &Table) -> Result<CVehicle, String> {
 
 /// How many letters to insert, leave out or replace to make `one` of `other`: Levenshtein's distance.
 fn edits(one: &str, other: &str) -> usize {
-    // From what was read of `one` to each beginning of `other`.
-    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
+    // From what was read of `one` to each beginning of `other` but the empty one.
+    let mut row: Vec<usize> = (1..=other.chars().count()).collect();
     for (read, letter) in one.chars().enumerate() {
-        let mut replaced = read;
-        let mut left = read + 1;
-        for (each, wanted) in row
-            .iter_mut()
-            .zip(core::iter::once(None).chain(other.chars().map(Some)))
-        {
-            let Some(wanted) = wanted else {
-                *each = left;
-                continue;
-            };
-            let here = (replaced + usize::from(letter != wanted))
-                .min(left + 1)
-                .min(*each + 1);
+        // One letter less of both, and of `other` alone.
+        let (mut replaced, mut left) = (read, read + 1);
+        for (each, wanted) in row.iter_mut().zip(other.chars()) {
+            let here = (replaced + usize::from(letter != wanted)).min(left.min(*each) + 1);
             (replaced, left) = (*each, here);
             *each = here;
         }
     }
-    row.last().copied().unwrap_or(0)
+    row.last().copied().unwrap_or(one.chars().count())
 }
 
 /// Reads a vehicle from the TOML file `file`, as Python's `Vehicle.load` does: one key a field, each
