@@ -316,11 +316,11 @@ class LocalPlanner:
             self._route.grow(_ROAMING, self._spacing)
         if grows or self._target_speed != self._planned:
             self._renew_path()
-        speed, dt = self._speed(), self._passed()
+        (pose, speed), dt = self._measured(), self._passed()
         if (driver := self._driver) is not None:
             if dt > _ASIDE and driver.fault is None:
                 self._begin(driver)
-            drive = driver.step(*self._pose(), speed, dt, applied_steer=self._applied(speed))
+            drive = driver.step(*pose, speed, dt, applied_steer=self._applied(speed))
             self._drive = drive
             if drive.fault is None and math.isfinite(speed):
                 self._pass_waypoints(driver, speed)
@@ -332,18 +332,19 @@ class LocalPlanner:
 
     def _begin(self, driver: Driver) -> None:
         """Let a driver begin anew, with the wheels where they are."""
-        at, most = self._angle(self._speed()), self._car.max_steer
+        at, most = self._angle(self._measured()[1]), self._car.max_steer
         driver.reset(steer=max(-most, min(at, most)))
 
-    def _pose(self) -> tuple[float, float, float]:
-        """Give the actor's pose; nothing of one is believed of which a number is not finite."""
-        pose = conversions.pose_of(self._driven.get_transform())
-        return pose if all(map(math.isfinite, pose)) else (math.nan, math.nan, math.nan)
+    def _measured(self) -> tuple[tuple[float, float, float], float]:
+        """Give the actor's pose, and its speed along the heading [m/s].
 
-    def _speed(self) -> float:
-        if math.isnan(self._pose()[2]):  # the speed is that along the heading
-            return math.nan
-        return conversions.speed_of(self._driven.get_velocity(), self._driven.get_transform())
+        Nothing of a pose is believed of which a number is not finite, nor that speed.
+        """
+        transform = self._driven.get_transform()
+        pose = conversions.pose_of(transform)
+        if not all(map(math.isfinite, pose)):
+            return (math.nan, math.nan, math.nan), math.nan
+        return pose, conversions.speed_of(self._driven.get_velocity(), transform)
 
     def _angle(self, speed: float) -> float:
         """Give the angle that the actor was told last [rad]."""
